@@ -1,0 +1,10 @@
+# One interface target carries the flags of our own code; it is never exported.
+add_library(palpate_flags INTERFACE)
+target_compile_options(palpate_flags INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow $<$<BOOL:${PALPATE_WERROR}>:-Werror>
+  # The same bits everywhere: the compiler must not fuse a*b+c where the source does not say so.
+  -ffp-contract=off)
+if(PALPATE_SANITIZE)
+  add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${PALPATE_SANITIZE})
+endif()

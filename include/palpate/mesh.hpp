@@ -1,0 +1,121 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// A tet mesh as a file or generator gives it: one body, not yet checked.
+struct TetMesh {
+  std::vector<Vec3> points;  ///< (n_points x 3)
+  std::vector<Tet> tets;     ///< (n_tets x 4), 0-based indices into points
+};
+
+/// What check_mesh() met that is allowed but worth telling.
+struct MeshNotes {
+  Index reoriented_tets = 0;      ///< tets of negative volume; two of their corners were swapped
+  Index unreferenced_points = 0;  ///< points that no tet uses; kept, so that indices stay those of the file
+};
+
+/// Checks a mesh and turns tets of negative volume so that det[b-a, c-a, d-a] > 0 for each.
+///
+/// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of range, a
+/// point repeated in a tet, a NaN or infinite coordinate, a tet of exactly zero volume (exact arithmetic). The mesh
+/// is unchanged if it throws. O(n).
+MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
+
+/// One body's share of the index space of Bodies.
+struct Body {
+  std::string name;
+  Range points;
+  Range edges;
+  Range triangles;
+  Range tets;
+};
+
+/// Compressed rows: the values of row i are values[begin[i] .. begin[i+1]).
+struct Rows {
+  std::vector<Index> begin{0};  ///< (n_rows + 1)
+  std::vector<Index> values;
+  [[nodiscard]] std::span<const Index> operator[](Index row) const {
+    const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(row)]);
+    const auto last = static_cast<std::size_t>(begin[static_cast<std::size_t>(row) + 1]);
+    return {values.data() + first, last - first};
+  }
+};
+
+/// The tet meshes of many bodies in one index space, with the topology that contact handling needs.
+///
+/// Everything here is fixed after add(): deformed positions live elsewhere, as an (n_points x 3) array in the same
+/// order. Indices are global (over all bodies); the parts of body b are the ranges of bodies()[b].
+class Bodies {
+ public:
+  /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is refused,
+  /// also where more than two tets share a face. O(n log n).
+  Index add(std::string name, TetMesh mesh);
+
+  [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
+  [[nodiscard]] Index body_count() const { return static_cast<Index>(bodies_.size()); }
+  /// Notes of check_mesh() for each body, (n_bodies).
+  [[nodiscard]] std::span<const MeshNotes> notes() const { return notes_; }
+
+  [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points x 3)
+  [[nodiscard]] std::span<const Tet> tets() const { return tets_; }                 ///< (n_tets x 4), positive volume
+  [[nodiscard]] std::span<const Edge> edges() const { return edges_; }  ///< (n_edges x 2), unique, low point first
+  /// (n_triangles x 3): faces that one tet alone has, counter-clockwise seen from outside.
+  [[nodiscard]] std::span<const Triangle> triangles() const { return triangles_; }
+  /// (n_tets x 4): the tet across the face opposite corner i, or -1 at the surface.
+  [[nodiscard]] std::span<const std::array<Index, 4>> tet_neighbors() const { return tet_neighbors_; }
+  [[nodiscard]] std::span<const Index> body_of_point() const { return body_of_point_; }  ///< (n_points)
+  /// Body of a tet, triangle or edge: that of its first point.
+  [[nodiscard]] Index body_of(const auto& corners) const { return body_of_point_[static_cast<std::size_t>(corners[0])]; }
+  [[nodiscard]] const Rows& point_edges() const { return point_edges_; }  ///< edges at each point, ascending
+  [[nodiscard]] const Rows& point_tets() const { return point_tets_; }    ///< tets at each point, ascending
+  /// The point at the other end of an edge.
+  [[nodiscard]] Index other_end(Index edge, Index point) const {
+    const Edge& e = edges_[static_cast<std::size_t>(edge)];
+    return e[0] == point ? e[1] : e[0];
+  }
+
+ private:
+  std::vector<Body> bodies_;
+  std::vector<MeshNotes> notes_;
+  std::vector<Vec3> points_rest_;
+  std::vector<Tet> tets_;
+  std::vector<Edge> edges_;
+  std::vector<Triangle> triangles_;
+  std::vector<std::array<Index, 4>> tet_neighbors_;
+  std::vector<Index> body_of_point_;
+  Rows point_edges_;
+  Rows point_tets_;
+};
+
+/// Smallest, mean and largest of a set of numbers.
+struct Spread {
+  double min = 0.0;
+  double mean = 0.0;
+  double max = 0.0;
+};
+
+/// The paper's Table 1, and what a user wants to know of a mesh before using it.
+struct MeshStatistics {
+  Index points = 0;
+  Index edges = 0;
+  Index triangles = 0;
+  Index tets = 0;
+  Spread edge_length;
+  Spread dihedral_angle;  ///< degrees, over all six angles of all tets
+  double volume = 0.0;
+  Vec3 lower;  ///< bounds of the points that tets use
+  Vec3 upper;
+};
+
+/// Statistics at given positions (n_points x 3) of one body, or of all bodies together (body = -1). O(n).
+MeshStatistics mesh_statistics(const Bodies& bodies, std::span<const Vec3> positions, Index body = -1);
+
+}  // namespace palpate

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <vector>
+
+#include <omp.h>
+
+/// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of threads, and
+/// every result is written to the place of its item or chunk: the same bits for every thread count.
+namespace palpate::parallel {
+
+/// How many threads a parallel loop may use. Passed down, never global.
+class Threads {
+ public:
+  /// \param count  number of threads; 0 takes all that the machine offers
+  explicit Threads(int count = 0) : count_(count > 0 ? count : omp_get_max_threads()) {}
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  int count_;
+};
+
+/// Number of chunks of `grain` items that cover `items`.
+constexpr std::size_t chunk_count(std::size_t items, std::size_t grain) { return (items + grain - 1) / grain; }
+
+/// Calls body(begin, end, chunk) for each chunk of `grain` items of [0, items), in any order, on any thread. An
+/// exception in a chunk is rethrown here; of several, that of the lowest chunk.
+template <class Body>
+void for_chunks(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
+  const std::size_t chunks = chunk_count(items, grain);
+  const auto run = [&](std::size_t chunk) { body(chunk * grain, std::min(items, (chunk + 1) * grain), chunk); };
+  if (threads.count() == 1 || chunks <= 1) {
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
+    return;
+  }
+  std::exception_ptr failure;
+  std::size_t failed_chunk = chunks;
+#pragma omp parallel for num_threads(threads.count()) schedule(dynamic, 1) default(shared)
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    try {
+      run(chunk);
+    } catch (...) {
+#pragma omp critical(palpate_for_chunks)
+      if (chunk < failed_chunk) {
+        failed_chunk = chunk;
+        failure = std::current_exception();
+      }
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+/// Calls body(i) for each i of [0, items).
+template <class Body>
+void for_each(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
+  for_chunks(threads, items, grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+/// Items of a chunk in a sum: part of the result's definition, so that sums have the same bits everywhere.
+inline constexpr std::size_t sum_grain = 1024;
+
+/// Sum of map(i) over [0, items): chunk sums in item order, added in chunk order. `partial` is scratch that a caller
+/// keeps between calls so that a steady step allocates nothing.
+template <class Map>
+double sum(const Threads& threads, std::size_t items, std::vector<double>& partial, Map&& map) {
+  partial.assign(chunk_count(items, sum_grain), 0.0);
+  for_chunks(threads, items, sum_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    double s = 0.0;
+    for (std::size_t i = begin; i < end; ++i) s += map(i);
+    partial[chunk] = s;
+  });
+  double total = 0.0;
+  for (const double s : partial) total += s;
+  return total;
+}
+
+/// Lists that chunks fill on their own and that are then joined in chunk order: the order of the items, whatever the
+/// threads did. Keeps its memory between uses.
+template <class T>
+class ChunkedList {
+ public:
+  /// Calls body(begin, end, list) for each chunk; `list` is that chunk's own, empty vector.
+  template <class Body>
+  void fill(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
+    used_ = chunk_count(items, grain);
+    if (lists_.size() < used_) lists_.resize(used_);
+    for_chunks(threads, items, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      lists_[chunk].clear();
+      body(begin, end, lists_[chunk]);
+    });
+  }
+  /// Replaces `joined` by all lists in chunk order.
+  void join(std::vector<T>& joined) const {
+    std::size_t total = 0;
+    for (std::size_t chunk = 0; chunk < used_; ++chunk) total += lists_[chunk].size();
+    joined.clear();
+    joined.reserve(total);
+    for (std::size_t chunk = 0; chunk < used_; ++chunk) {
+      joined.insert(joined.end(), lists_[chunk].begin(), lists_[chunk].end());
+    }
+  }
+
+ private:
+  std::vector<std::vector<T>> lists_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace palpate::parallel
