@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// The spatial structure that finds candidates. The contacts found do not depend on it.
+enum class Structure {
+  compact,  ///< compact grid built by index sort (paper 4.2)
+  brute,    ///< all pairs: the oracle of all others, O(points x tets)
+};
+/// How the integer coordinates of a cell become one number.
+enum class Order {
+  linear,  ///< i + j s_x + k s_x s_y (paper eq. 1)
+};
+/// How entries are sorted by cell index.
+enum class Sort {
+  radix,  ///< least significant digit first, only the digits that the keys need
+};
+
+/// The names that scenes and command lines use; index = enum value.
+inline constexpr std::array<std::string_view, 2> structure_names{"compact", "brute"};
+inline constexpr std::array<std::string_view, 1> order_names{"linear"};
+inline constexpr std::array<std::string_view, 1> sort_names{"radix"};
+
+/// How contacts are found.
+struct DetectionSettings {
+  Structure structure = Structure::compact;
+  Order order = Order::linear;
+  Sort sort = Sort::radix;
+  std::optional<double> cell_size;  ///< > 0; none: the mean edge length at rest of all bodies (paper 5)
+};
+
+/// How contacts push back (DESIGN: penalty, friction).
+struct ResponseSettings {
+  /// Force per depth at each point in contact, N/m; none: from material and element size of the two bodies.
+  std::optional<double> stiffness;
+  /// Damping along the direction, as a fraction of the critical damping of the point on its penalty spring; >= 0.
+  double damping = 0.3;
+  double friction = 0.0;           ///< Coulomb coefficient, >= 0
+  double friction_speed = 1e-3;    ///< sliding speed (m/s) below which friction is viscous (regularisation), > 0
+};
+
+/// How the linear system of a step is solved.
+struct SolverSettings {
+  double tolerance = 1e-4;   ///< relative residual at which the conjugate gradients stop, > 0
+  int max_iterations = 200;  ///< cap; reaching it is counted in the metrics
+};
+
+/// When run --until-rest stops: no point has moved faster than `speed` for `steps` steps in a row.
+struct RestSettings {
+  double speed = 1e-3;  ///< m/s
+  int steps = 10;
+};
+
+/// Everything of a simulation that is not a body.
+struct SimulationSettings {
+  double time_step = 0.01;          ///< s, > 0
+  Vec3 gravity{0.0, 0.0, -9.81};    ///< m/s^2
+  DetectionSettings detection;
+  ResponseSettings response;
+  SolverSettings solver;
+  RestSettings rest;
+};
+
+}  // namespace palpate
