@@ -18,7 +18,7 @@ constexpr int jacobi_sweeps = 40;
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
-/// X <- (g X + X^-T / g) / 2 with g = sqrt(|X^-1| / |X|): Higham 1986, (3.5) and (4.5).
+/// X <- (g X + X^-T / g) / 2 with g = sqrt(|X^-1| / |X|), from det X > 0.
 std::optional<Matrix3> newton(Matrix3 x) {
   for (int i = 0; i < newton_cap; ++i) {
     const Matrix3 c = cofactors(x);
