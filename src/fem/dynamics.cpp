@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/material_check.hpp"
+#include "fem/number_text.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -45,14 +46,15 @@ std::vector<std::uint8_t> moving_points(const Bodies& bodies, std::span<const do
 }
 
 void check_step(double time_step, const Vec3& gravity, double tolerance, int max_iterations) {
-  const auto require = [](bool good, const char* name, const std::string& found, const char* expected) {
-    if (!good) throw Error(source_name, name, found, expected);
+  const auto require = [](bool good, const char* name, double found, const char* expected) {
+    if (!good) throw Error(source_name, name, number_text(found), expected);
   };
-  require(time_step > 0.0 && std::isfinite(time_step), "time_step", std::to_string(time_step),
-          "a number > 0 (s)");
-  require(is_finite(gravity), "gravity", "a value that is not finite", "three finite numbers (m/s^2)");
-  require(tolerance >= 0.0, "tolerance", std::to_string(tolerance), "a number >= 0");
-  require(max_iterations >= 0, "max_iterations", std::to_string(max_iterations), "a number >= 0");
+  require(time_step > 0.0 && std::isfinite(time_step), "time_step", time_step, "a number > 0 (s)");
+  for (const double component : {gravity.x, gravity.y, gravity.z}) {
+    require(std::isfinite(component), "gravity", component, "three finite numbers (m/s^2)");
+  }
+  require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
+  require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
 }
 
 }  // namespace
@@ -76,6 +78,7 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
   for (std::size_t e = 0; e < elements; ++e) {
     element_stiffness_damping_[e] = at(materials, elements_.body_of_element()[e]).stiffness_damping;
   }
+  partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
   for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_}) vector->resize(points);
@@ -112,6 +115,18 @@ void Dynamics::compute_right_side(double time_step, const Vec3& gravity,
   });
 }
 
+/// The last step's dv; without one, that of free fall, which then is exact at any tolerance. The solver drops
+/// a guess that is worse than none.
+void Dynamics::guess_solution(double time_step, const Vec3& gravity) {
+  const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;
+  });
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Vec3 fall = system_.free()[i] != 0 ? time_step * gravity : Vec3{};
+    solution_[i] = changed > 0.0 ? velocity_changes_[i] : fall;
+  });
+}
+
 Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
   check_step(time_step, gravity, tolerance, max_iterations);
@@ -123,7 +138,7 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   if (!all_finite(right_side_)) {
     throw Error(source_name, "step", "a force that is not finite", "finite forces, positions and velocities");
   }
-  std::copy(velocity_changes_.begin(), velocity_changes_.end(), solution_.begin());
+  guess_solution(time_step, gravity);
   const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
   if (!all_finite(solution_)) {
     throw Error(source_name, "step", "a velocity that is not finite",

@@ -51,8 +51,8 @@ class Dynamics {
   /// \param couplings        their points in range; summed in this order
   /// \param tolerance        relative residual at which the solve stops, >= 0
   /// \param max_iterations   cap, >= 0; where it is reached the report says so and the iterate is used
-  /// The solve starts from the last step's dv. Throws Error, with the state as it was, on a parameter out of
-  /// range and where the right side or the solution is not finite.
+  /// The solve starts from the last step's dv, where that is zero from free fall. Throws Error, with the
+  /// state as it was, on a parameter out of range and where the right side or the solution is not finite.
   Report step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
               std::span<const Coupling> couplings, double tolerance, int max_iterations);
 
@@ -84,6 +84,7 @@ class Dynamics {
  private:
   void assemble(double time_step, std::span<const Coupling> couplings);
   void compute_right_side(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
 

@@ -1,27 +1,17 @@
 #include "fem/material_check.hpp"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string>
 
 #include <palpate/error.hpp>
 
+#include "fem/number_text.hpp"
+
 namespace palpate::fem {
-namespace {
-
-std::string shortest(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-}  // namespace
-
 void check_material(const Material& material, std::string_view body_name) {
   const auto require = [&](bool good, double value, const char* key, const char* expected) {
     if (!good || !std::isfinite(value))
-      throw Error("body " + std::string(body_name), key, shortest(value), expected);
+      throw Error("body " + std::string(body_name), key, number_text(value), expected);
   };
   require(material.young_modulus > 0.0, material.young_modulus, "young_modulus", "a number > 0 (Pa)");
   require(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5, material.poisson_ratio,

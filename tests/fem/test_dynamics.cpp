@@ -52,7 +52,7 @@ TEST(Dynamics, FreeFallIsExactForAllPointsAlike) {
   Dynamics dynamics = Scene{{1e5, 0.4, 1000.0, 0.0, 0.0}, {}, 1}.dynamics(bodies);
   constexpr double h = 0.01;
   for (int n = 1; n <= 100; ++n) {
-    dynamics.step(h, gravity, {}, {}, 1e-10, 500);
+    dynamics.step(h, gravity, {}, {}, 1e-4, 500);  // exact at a loose tolerance too
     const auto expected =
         mapped(bodies, [&](const Vec3& p) { return p + (0.5 * n * (n + 1) * h * h) * gravity; });
     ASSERT_LT(largest_distance(dynamics.positions(), expected), 1e-13 * n) << "step " << n;

@@ -85,7 +85,8 @@ TEST(NearestRotation, IsANearestRotationForDegenerateInput) {
       const double sign = s[0] * s[1] * s[2] < 0.0 ? -1.0 : 1.0;
       const Eigen::Vector3d sizes = svd.singularValues();
       const double best = sizes[0] + sizes[1] + sign * sizes[2];
-      EXPECT_NEAR(inner(r, f), best, 1e-14 * (sizes[0] + sizes[1])) << s[0] << ' ' << s[1] << ' ' << s[2];
+      EXPECT_NEAR(inner(r, f), best, 1e-14 * (sizes[0] + sizes[1]) + 1e-321)
+          << s[0] << ' ' << s[1] << ' ' << s[2];
     }
   }
   EXPECT_EQ(nearest_rotation(Matrix3{}), identity());
