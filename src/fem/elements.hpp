@@ -20,14 +20,15 @@ using Columns = std::array<std::vector<double>, N>;
 /// Linear corotational tets of all bodies that deform (Mueller & Gross, "Interactive Virtual Materials",
 /// Graphics Interface 2004), numbered in the order of Bodies::tets() with the obstacles' left out.
 ///
-/// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest
-/// has the energy E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)). Its force on corner i, -dE/dx_i = -V P g_i
-/// with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i the gradient of corner i's shape function at rest,
-/// is their -R K (R^T x - x_rest): R makes tr(R^T F) stationary, so that dR adds nothing. The
-/// stiffness blocks are theirs, K'_ij = R K_ij R^T with K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i .
-/// g_j) I): the derivative of the force at fixed R, symmetric and positive semi-definite. Deviations: R is
-/// the nearest rotation with det R = +1 instead of a Gram-Schmidt frame, so that inverted elements recover; F
-/// is built from displacements, so that it is exactly I at rest.
+/// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
+///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
+/// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
+/// the gradient of corner i's shape function at rest: their warped force -R K (R^T x - x_rest). R makes
+/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are theirs, K'_ij = R K_ij R^T with
+///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
+/// minus the derivative of the force at fixed R: symmetric and positive semi-definite.
+/// Deviations: R has det R = +1 for every F, so that inverted elements recover; F is built from
+/// displacements, so that it is exactly I at rest.
 class Elements {
  public:
   /// \param materials  per body, checked by the caller
