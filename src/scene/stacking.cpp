@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -20,11 +23,18 @@ double random_unit(std::uint32_t seed, int index, std::uint32_t channel) {
   return std::ldexp(static_cast<double>(z >> 11U), -52) - 1.0;
 }
 
-/// Four decimal digits of a bounded random number: enough to be irregular, few enough to read in the scene
-/// file.
+/// x with no more than `digits` decimal digits, so that a person can read the scene file.
+double rounded(double x, int digits) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.begin(), text.end(), x, std::chars_format::scientific, digits - 1).ptr;
+  double result = 0.0;
+  std::from_chars(text.begin(), end, result);
+  return result;
+}
+
 double random_within(double bound, std::uint32_t seed, int index, std::uint32_t channel) {
-  constexpr double parts = 10000.0;
-  return bound * (std::round(parts * random_unit(seed, index, channel)) / parts);
+  constexpr int digits = 4;
+  return std::clamp(rounded(bound * random_unit(seed, index, channel), digits), -bound, bound);
 }
 
 void check(const StackingOptions& options) {
@@ -42,7 +52,7 @@ SceneBody membrane(const StackingOptions& options, int index) {
   SceneBody body;
   body.name = "membrane " + std::to_string(index);
   body.source = BoxGenerator{options.cells, options.size};
-  body.transform.translate.z = 0.5 * options.size.z + index * (options.size.z + options.gap);
+  body.transform.translate.z = rounded(0.5 * options.size.z + index * (options.size.z + options.gap), 12);
   if (index == 0) {
     body.obstacle = true;
     return body;

@@ -50,7 +50,8 @@ class Writer {
   }
   template <class T>
   void object(std::string_view key, T& value) {
-    put(key, encode_any(key_path(path_, key), value));
+    auto json = encode_any(key_path(path_, key), value);
+    if (!json.empty()) put(key, std::move(json));
   }
   template <class T>
   void list(std::string_view key, std::vector<T>& values) {
