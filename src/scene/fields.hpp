@@ -32,18 +32,19 @@ void describe(Visitor& v, BallGenerator& ball) {
 
 template <class Visitor>
 void describe(Visitor& v, Rotation& rotate) {
-  v.field("axis", rotate.axis);
-  v.field("angle", rotate.angle);
   v.optional("quaternion", rotate.quaternion);
+  v.rule(!rotate.quaternion || !(v.given("axis") || v.given("angle")), "quaternion",
+         "it beside 'axis' or 'angle'", "either 'quaternion' or 'axis' and 'angle'");
   const auto is_zero = [](const auto& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return x == 0.0; });
   };
-  const std::array axis{rotate.axis.x, rotate.axis.y, rotate.axis.z};
-  v.rule(!is_zero(axis), "axis", "a zero vector", "a direction");
   v.rule(!rotate.quaternion || !is_zero(*rotate.quaternion), "quaternion", "zero",
          "[w, x, y, z], not all zero");
-  v.rule(!rotate.quaternion || !(v.given("axis") || v.given("angle")), "quaternion",
-         "it beside 'axis' or 'angle'", "either 'quaternion' or 'axis' and 'angle'");
+  if (rotate.quaternion) return;
+  v.field("axis", rotate.axis);
+  v.field("angle", rotate.angle);
+  v.rule(!is_zero(std::array{rotate.axis.x, rotate.axis.y, rotate.axis.z}), "axis", "a zero vector",
+         "a direction");
 }
 
 template <class Visitor>

@@ -34,8 +34,47 @@ double signed_volume(const TetMesh& mesh, const Tet& tet) {
 }
 
 /// Corners of a cell are numbered x + 2 y + 4 z. The first tet is the middle one.
-constexpr std::array<std::array<std::size_t, 4>, 5> even_cell{
-    {{0, 3, 5, 6}, {1, 0, 3, 5}, {2, 0, 6, 3}, {4, 0, 5, 6}, {7, 3, 6, 5}}};
+constexpr std::array<std::array<int, 4>, 5> even_cell{
+    {{0, 3, 6, 5}, {1, 0, 5, 3}, {2, 0, 3, 6}, {4, 0, 6, 5}, {7, 3, 5, 6}}};
+
+std::vector<Vec3> box_points(const std::array<int, 3>& cells, const Vec3& size) {
+  const auto coordinate = [](double s, int i, int n) { return s * (static_cast<double>(i) / n - 0.5); };
+  std::vector<Vec3> points;
+  for (int k = 0; k <= cells[2]; ++k) {
+    for (int j = 0; j <= cells[1]; ++j) {
+      for (int i = 0; i <= cells[0]; ++i) {
+        points.push_back({coordinate(size.x, i, cells[0]), coordinate(size.y, j, cells[1]),
+                          coordinate(size.z, k, cells[2])});
+      }
+    }
+  }
+  return points;
+}
+
+/// Appends the tets of cell (i, j, k).
+void add_cell(const std::array<int, 3>& cells, int i, int j, int k, std::vector<Tet>& tets) {
+  const auto point = [&](int x, int y, int z) { return x + (cells[0] + 1) * (y + (cells[1] + 1) * z); };
+  const bool odd = (i + j + k) % 2 != 0;
+  for (const auto& corners : even_cell) {
+    Tet tet{};
+    for (std::size_t c = 0; c < 4; ++c) {
+      const int x = (corners[c] & 1) ^ (odd ? 1 : 0);  // mirrored along x
+      tet[c] = point(i + x, j + (corners[c] >> 1 & 1), k + (corners[c] >> 2));
+    }
+    if (odd) std::swap(tet[2], tet[3]);  // mirroring turned it inside out
+    tets.push_back(tet);
+  }
+}
+
+std::vector<Tet> box_tets(const std::array<int, 3>& cells) {
+  std::vector<Tet> tets;
+  for (int k = 0; k < cells[2]; ++k) {
+    for (int j = 0; j < cells[1]; ++j) {
+      for (int i = 0; i < cells[0]; ++i) add_cell(cells, i, j, k, tets);
+    }
+  }
+  return tets;
+}
 
 using Lattice = std::array<int, 3>;
 
@@ -119,49 +158,16 @@ Vec3 ball_point(const BallKey& key, const std::array<Vec3, 12>& corners, double 
 }  // namespace
 
 TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size) {
-  double points = 1.0;
   double tets = 5.0;
   for (const int n : cells) {
     require(n >= 1, "make_box", "cells", std::to_string(n), "1 or more");
-    points *= n + 1.0;
     tets *= n;
   }
   for (const double s : {size.x, size.y, size.z}) {
     require(is_positive(s), "make_box", "size", std::to_string(s), "a number > 0");
   }
   require(4.0 * tets <= max_index, "make_box", "cells", std::to_string(tets) + " tets", "fewer");
-
-  TetMesh mesh;
-  mesh.points.reserve(static_cast<std::size_t>(points));
-  const auto coordinate = [](double s, int i, int n) { return s * (static_cast<double>(i) / n - 0.5); };
-  for (int k = 0; k <= cells[2]; ++k) {
-    for (int j = 0; j <= cells[1]; ++j) {
-      for (int i = 0; i <= cells[0]; ++i) {
-        mesh.points.push_back({coordinate(size.x, i, cells[0]), coordinate(size.y, j, cells[1]),
-                               coordinate(size.z, k, cells[2])});
-      }
-    }
-  }
-  mesh.tets.reserve(static_cast<std::size_t>(tets));
-  const auto point = [&](int i, int j, int k) { return i + (cells[0] + 1) * (j + (cells[1] + 1) * k); };
-  for (int k = 0; k < cells[2]; ++k) {
-    for (int j = 0; j < cells[1]; ++j) {
-      for (int i = 0; i < cells[0]; ++i) {
-        const bool odd = (i + j + k) % 2 != 0;
-        for (const auto& corners : even_cell) {
-          Tet tet{};
-          for (std::size_t c = 0; c < 4; ++c) {
-            const int x = static_cast<int>(corners[c] & 1U) ^ (odd ? 1 : 0);  // mirrored along x
-            tet[c] = point(i + x, j + static_cast<int>(corners[c] >> 1U & 1U),
-                           k + static_cast<int>(corners[c] >> 2U));
-          }
-          if (odd) std::swap(tet[2], tet[3]);  // mirroring turned it inside out
-          mesh.tets.push_back(tet);
-        }
-      }
-    }
-  }
-  return mesh;
+  return {box_points(cells, size), box_tets(cells)};
 }
 
 TetMesh make_ball(double radius, int resolution) {

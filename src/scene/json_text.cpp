@@ -21,18 +21,26 @@ std::string shortened(std::string text) {
   return text;
 }
 
-/// "line L, column C" of the token that ends before byte `end` of the text; both count from 1.
-std::string place_of(std::string_view text, std::size_t end, const std::string& token) {
-  end = std::min(end, text.size());
-  std::size_t begin = end > 0 ? end - 1 : 0;
-  if (!token.empty() && token.size() <= end && text.substr(end - token.size(), token.size()) == token) {
-    begin = end - token.size();
-  }
-  const std::string_view before = text.substr(0, begin);
+/// "line L, column C" of a byte of the text; both count from 1.
+std::string place_of(std::string_view text, std::size_t byte) {
+  const std::string_view before = text.substr(0, byte);
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');
   const std::size_t last_break = before.rfind('\n');
-  const std::size_t column = last_break == std::string_view::npos ? begin + 1 : begin - last_break;
+  const std::size_t column = last_break == std::string_view::npos ? byte + 1 : byte - last_break;
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+/// First byte of the token that ends before byte `end`. nlohmann's token is exact for strings and numbers;
+/// otherwise older text may precede it, and only letters at the end belong together.
+std::size_t token_begin(std::string_view text, std::size_t end, const std::string& token, bool is_word) {
+  end = std::min(end, text.size());
+  std::size_t begin = end > 0 ? end - 1 : 0;
+  const bool is_exact =
+      !token.empty() && token.find_first_of("[{") != 0 && text.substr(0, end).ends_with(token) &&
+      (json::accept(token) || token.find_first_not_of("+-.eE0123456789") == std::string::npos);
+  if (is_exact) return end - token.size();
+  while (is_word && begin > 0 && std::isalnum(static_cast<unsigned char>(text[begin - 1])) != 0) --begin;
+  return begin;
 }
 
 /// Splits nlohmann's message "[...] ... - FOUND; last read: '...'; expected EXPECTED" into found and
@@ -85,7 +93,9 @@ class Builder {
       found = shortened(last_token);
       expected = "a number that a double can hold";
     }
-    throw Error(source_, place_of(text_, position, last_token), found, expected);
+    const bool is_word = found.starts_with("invalid literal");
+    if (is_word) found = "invalid literal";  // what follows in nlohmann's message may hold older text
+    throw Error(source_, place_of(text_, token_begin(text_, position, last_token, is_word)), found, expected);
   }
 
  private:

@@ -7,6 +7,7 @@
 
 #include <palpate/error.hpp>
 
+#include "scene/key_lister.hpp"
 #include "scene/reader.hpp"
 #include "scene/writer.hpp"
 

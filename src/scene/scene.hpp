@@ -45,14 +45,14 @@ using BodySource = std::variant<MeshFile, BoxGenerator, BallGenerator>;
 struct Rotation {
   Vec3 axis{0.0, 0.0, 1.0};  ///< any length but zero
   double angle = 0.0;        ///< degrees
-  std::optional<std::array<double, 4>> quaternion;
+  std::optional<std::array<double, 4>> quaternion{};
 };
 
 /// Places a body: first scale (per axis, about the origin), then rotate, then translate.
 struct Transform {
   Vec3 scale{1.0, 1.0, 1.0};  ///< each > 0
   Rotation rotate;
-  Vec3 translate;
+  Vec3 translate{};
 };
 
 /// Selects the points in the closed box, in world coordinates of the placed body.
