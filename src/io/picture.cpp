@@ -90,7 +90,9 @@ Camera camera_of(const PictureSettings& settings, const Frame& frame, std::span<
                  std::span<const Triangle> triangles, int height) {
   if (settings.camera) {
     const Vec3 target = settings.target ? frame(*settings.target) : Vec3{};
-    return aim_camera(frame(*settings.camera), target, settings.width, height);
+    const Vec3 camera = frame(*settings.camera);
+    expect(camera != target, "camera", "the target itself", "a position away from the target");
+    return aim_camera(camera, target, settings.width, height);
   }
   std::vector<Vec3> used;
   used.reserve(3 * triangles.size());

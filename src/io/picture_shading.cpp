@@ -30,6 +30,15 @@ Light mix(const Light& a, const Light& b, double weight) {
   return (1.0 - weight) * a + weight * b;
 }
 
+/// A counter-based hash (the finalizer of SplitMix64), in [0, 1).
+double random_of(std::uint64_t counter) {
+  counter += 0x9e3779b97f4a7c15U;
+  counter = (counter ^ (counter >> 30U)) * 0xbf58476d1ce4e5b9U;
+  counter = (counter ^ (counter >> 27U)) * 0x94d049bb133111ebU;
+  counter ^= counter >> 31U;
+  return static_cast<double>(counter >> 11U) * 0x1p-53;
+}
+
 double fraction(double x) {
   return x - std::floor(x);
 }
@@ -39,7 +48,8 @@ double mean_edge_length(std::span<const Vec3> points, std::span<const Triangle> 
   for (const Triangle& t : triangles) {
     for (int i = 0; i < 3; ++i) sum += length(at(points, at(t, (i + 1) % 3)) - at(points, at(t, i)));
   }
-  return sum / (3.0 * static_cast<double>(triangles.size()));
+  constexpr double smallest = 1e-9;  // triangles without area are never hit, but must not divide by zero
+  return std::max(smallest, sum / (3.0 * static_cast<double>(triangles.size())));
 }
 
 /// A number in [0, 1) for each pixel that neighbours share out evenly, so that what noise is left is
@@ -114,7 +124,9 @@ Light Painter::sample(int pixel_x, int pixel_y, int index) const {
   const double x = pixel_x + (index % samples_per_side + 0.5) / samples_per_side;
   const double y = pixel_y + (index / samples_per_side + 0.5) / samples_per_side;
   const Ray ray{in_.camera.position, in_.camera.direction(x, y), x, y};
-  const Pattern pattern{pixel_noise(pixel_x, pixel_y), pixel_noise(pixel_x + 47.0, pixel_y + 17.0), index};
+  const Pattern pattern{
+      pixel_noise(pixel_x, pixel_y),
+      random_of(static_cast<std::uint64_t>(pixel_y) << 32U | static_cast<std::uint64_t>(pixel_x)), index};
 
   const std::optional<RayHit> hit = surfaces_.first_hit(ray.origin, ray.direction);
   const Light light = hit ? surface(*hit, ray, pattern) : background(ray, pattern);

@@ -31,7 +31,7 @@ class Painter {
     std::vector<Light> triangle_colours;  ///< (n_triangles)
     std::vector<Vec3> dots;               ///< (n_dots x 3)
     Camera camera;
-    int height = 0;  ///< of the image, pixels
+    int height = 0;  ///< of the image without its caption, pixels
     bool edges = true;
   };
   explicit Painter(Input input);
