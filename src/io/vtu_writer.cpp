@@ -55,6 +55,11 @@ void add_arrays(const std::string& source, std::span<const NamedArray> arrays, s
       throw Error(source, std::string(kind) + " array '" + array.name + "'",
                   std::to_string(length) + " values", std::to_string(rows));
     }
+    // VTK writes names as they are, into an XML attribute.
+    if (array.name.empty() || array.name.find_first_of("<&\"") != std::string::npos) {
+      throw Error(source, std::string(kind) + " array", "the name '" + array.name + "'",
+                  "one of at least a letter, without <, & and \"");
+    }
     const auto data = std::visit([](const auto& values) { return to_vtk(values); }, array.values);
     data->SetName(array.name.c_str());
     fields->AddArray(data);

@@ -14,7 +14,7 @@ namespace palpate::io {
 
 /// A named array of a .vtu file, one value per point or per tet. Borrows its values.
 struct NamedArray {
-  std::string name;
+  std::string name;  ///< not empty, without <, & and "
   /// Written as Float64, Float64 with 3 components, Int32 or UInt8.
   std::variant<std::span<const double>, std::span<const Vec3>, std::span<const Index>,
                std::span<const std::uint8_t>>

@@ -57,8 +57,12 @@ void expect_tight(const std::vector<Vec3>& points, int width, int height) {
   const double beside = std::min(left, width - right) - border;
   const double above = std::min(top, height - bottom) - border;
   EXPECT_NEAR(std::min(beside, above), 0.0, 1e-6);
-  if (beside < above) EXPECT_NEAR(left, width - right, 1e-6);  // centred where it is tight
-  if (above < beside) EXPECT_NEAR(top, height - bottom, 1e-6);
+  if (beside < above) {
+    EXPECT_NEAR(left, width - right, 1e-6);
+  }  // centred where it is tight
+  if (above < beside) {
+    EXPECT_NEAR(top, height - bottom, 1e-6);
+  }
 }
 
 TEST(Camera, FitsTallFlatAndSkewSets) {
