@@ -1,7 +1,6 @@
 #include "io/machine.hpp"
 
 #include <gtest/gtest.h>
-#include <regex>
 #include <sched.h>
 #include <sstream>
 
@@ -30,7 +29,9 @@ TEST(Machine, DescribesThisOne) {
   EXPECT_EQ(machine.cores, CPU_COUNT(&usable));
   EXPECT_EQ(machine.compiler, "GNU " + std::to_string(__GNUC__) + "." + std::to_string(__GNUC_MINOR__) + "." +
                                   std::to_string(__GNUC_PATCHLEVEL__));
-  EXPECT_TRUE(std::regex_match(machine.commit, std::regex("unknown|[0-9a-f]{40}(-dirty)?")))
+  const std::string commit = machine.commit.substr(0, machine.commit.find('-'));
+  EXPECT_TRUE(commit == "unknown" ||
+              (commit.size() == 40 && commit.find_first_not_of("0123456789abcdef") == std::string::npos))
       << machine.commit;
 #ifdef NDEBUG
   EXPECT_TRUE(machine.build_type.starts_with("Rel")) << machine.build_type;
