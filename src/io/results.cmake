@@ -12,7 +12,6 @@ add_custom_target(palpate_commit
 
 add_library(palpate_results STATIC
   atomic_file.cpp
-  hash.cpp
   machine.cpp
   picture.cpp
   picture_caption.cpp

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/response.hpp"
+#include "sim/state_hash.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate {
@@ -165,22 +165,6 @@ std::span<const double> Simulation::masses() const {
   return state_->masses;
 }
 
-std::string Simulation::state_hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  const auto add = [&hash](std::span<const Vec3> values) {
-    for (const Vec3& v : values) {
-      for (const double x : {v.x, v.y, v.z}) {
-        const auto bits = std::bit_cast<std::uint64_t>(x);
-        for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((bits >> (8 * byte)) & 0xFFU)) * 0x100000001b3U;
-      }
-    }
-  };
-  add(positions());
-  add(velocities());
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string text(16, '0');
-  for (std::size_t i = 0; i < 16; ++i) text[i] = digits[(hash >> (60 - 4 * i)) & 0xFU];
-  return text;
-}
+std::string Simulation::state_hash() const { return palpate::state_hash(positions(), velocities()); }
 
 }  // namespace palpate

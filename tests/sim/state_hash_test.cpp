@@ -1,11 +1,11 @@
-#include "io/hash.hpp"
+#include "sim/state_hash.hpp"
 
 #include <cstring>
 #include <gtest/gtest.h>
 #include <span>
 #include <vector>
 
-namespace palpate::io {
+namespace palpate {
 namespace {
 
 std::uint64_t hash_text(const char* text) {
@@ -38,4 +38,4 @@ TEST(StateHash, SeesOneBitAndTheOrder) {
 }
 
 }  // namespace
-}  // namespace palpate::io
+}  // namespace palpate

@@ -1,9 +1,9 @@
-#include "io/hash.hpp"
+#include "sim/state_hash.hpp"
 
 #include <bit>
 #include <cstddef>
 
-namespace palpate::io {
+namespace palpate {
 
 static_assert(std::endian::native == std::endian::little, "hashes are of little-endian bytes");
 
@@ -24,4 +24,4 @@ std::string state_hash(std::span<const Vec3> positions, std::span<const Vec3> ve
   return digits;
 }
 
-}  // namespace palpate::io
+}  // namespace palpate

@@ -7,7 +7,7 @@
 
 #include <palpate/types.hpp>
 
-namespace palpate::io {
+namespace palpate {
 
 /// FNV-1a, 64 bits, of bytes; `hash` continues an earlier one. (Fowler, Noll, Vo: offset basis and prime of
 /// 64 bits.)
@@ -18,4 +18,4 @@ std::uint64_t fnv1a(std::span<const std::byte> bytes, std::uint64_t hash = 0xcbf
 /// any bit that differs (also the sign of a zero) gives another one, but for chances of about 2^-64. O(n).
 std::string state_hash(std::span<const Vec3> positions, std::span<const Vec3> velocities);
 
-}  // namespace palpate::io
+}  // namespace palpate
