@@ -50,7 +50,7 @@ class GmshReader {
     const std::string_view digits = scanner_.peek();
     const double version = scanner_.number("the version of the Gmsh format");
     if (version != 2.0 && version != 2.1 && version != 2.2 && version != 4.1) {
-      scanner_.fail(fmt::format("Gmsh format {}", quoted(digits)), "format 1, 2, 2.1, 2.2 or 4.1");
+      scanner_.fail(fmt::format("Gmsh format {}", in_quotes(digits)), "format 1, 2, 2.1, 2.2 or 4.1");
     }
     version_ = version == 4.1 ? Version::v41 : Version::v2;
     binary_ = scanner_.integer("the file type: 0 for ASCII, 1 for binary", 0, 1) == 1;

@@ -103,6 +103,7 @@ MeshFile read_tetgen(const std::filesystem::path& path) {
   TextScanner node_scanner(node_path.string(), node_text, '#');
   Nodes nodes = read_nodes(node_scanner);
   file.mesh.points = std::move(nodes.points);
+  if (file.mesh.points.empty()) require_tets(file, node_path.string());
   TextScanner ele_scanner(ele_path.string(), ele_text, '#');
   read_elements(ele_scanner, nodes.first, file);
   require_tets(file, ele_path.string());

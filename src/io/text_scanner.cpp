@@ -39,7 +39,7 @@ std::string line_name(std::string_view text, std::size_t position) {
 
 }  // namespace
 
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   constexpr std::size_t longest = 40;
   std::string result = "\"";
   for (const char c : word.substr(0, longest)) {
@@ -159,7 +159,7 @@ Index TextScanner::point_index(Index first, Index n_points) {
 }
 
 void TextScanner::fail(const std::string& expected) const {
-  fail(quoted(last_), expected);
+  fail(in_quotes(last_), expected);
 }
 
 void TextScanner::fail(const std::string& found, const std::string& expected) const {

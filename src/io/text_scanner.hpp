@@ -76,7 +76,7 @@ class TextScanner {
 
 /// A word from a file in double quotes, shortened, with unprintable bytes as \xNN, so that a message stays
 /// one line.
-std::string quoted(std::string_view word);
+std::string in_quotes(std::string_view word);
 
 /// Refuses a text that ends right behind a word. For formats without an end mark: a file cut inside its last
 /// number would otherwise pass as a whole one with another number.

@@ -73,7 +73,7 @@ class StructureReader {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error != std::errc{} || end != digits.data() + digits.size() || value < 0) {
-      fail(fmt::format("{}={}", name, quoted(digits)), "a whole number, 0 or more");
+      fail(fmt::format("{}={}", name, in_quotes(digits)), "a whole number, 0 or more");
     }
     return value;
   }
@@ -83,18 +83,18 @@ class StructureReader {
   }
 
   void read_root() {
-    if (tag_.name != "VTKFile") fail(quoted(tag_.name), "the tag VTKFile");
+    if (tag_.name != "VTKFile") fail(in_quotes(tag_.name), "the tag VTKFile");
     if (attribute("type") != "UnstructuredGrid") {
-      fail(fmt::format("a VTKFile of type {}", quoted(attribute("type"))), "type \"UnstructuredGrid\"");
+      fail(fmt::format("a VTKFile of type {}", in_quotes(attribute("type"))), "type \"UnstructuredGrid\"");
     }
     const std::string_view order = attribute("byte_order", "LittleEndian");
     if (order != "LittleEndian" && order != "BigEndian") {
-      fail(fmt::format("byte_order={}", quoted(order)), "LittleEndian or BigEndian");
+      fail(fmt::format("byte_order={}", in_quotes(order)), "LittleEndian or BigEndian");
     }
     result_.swapped = (order == "LittleEndian") != (std::endian::native == std::endian::little);
     const std::string_view header = attribute("header_type", "UInt32");
     if (header != "UInt32" && header != "UInt64") {
-      fail(fmt::format("header_type={}", quoted(header)), "UInt32 or UInt64");
+      fail(fmt::format("header_type={}", in_quotes(header)), "UInt32 or UInt64");
     }
     result_.header_bytes = header == "UInt64" ? 8 : 4;
     read_compressor(attribute("compressor"));
@@ -110,7 +110,7 @@ class StructureReader {
     } else if (name == "vtkLZMADataCompressor") {
       result_.compressor = Compressor::lzma;
     } else {
-      fail(fmt::format("compressor={}", quoted(name)),
+      fail(fmt::format("compressor={}", in_quotes(name)),
            "vtkZLibDataCompressor, vtkLZ4DataCompressor or vtkLZMADataCompressor");
     }
   }
@@ -119,7 +119,7 @@ class StructureReader {
     if (array) fail(fmt::format("a second array of {}", name), "one");
     const ScalarType* type = scalar_type(attribute("type"));
     if (type == nullptr) {
-      fail(fmt::format("type={} of {}", quoted(attribute("type")), name),
+      fail(fmt::format("type={} of {}", in_quotes(attribute("type")), name),
            "a type of numbers such as Float64 or Int32");
     }
     array.emplace();
@@ -135,7 +135,7 @@ class StructureReader {
     } else if (format == "binary") {
       array->format = VtuArray::Format::binary;
     } else if (format != "ascii") {
-      fail(fmt::format("format={} of {}", quoted(format), name), "ascii, binary or appended");
+      fail(fmt::format("format={} of {}", in_quotes(format), name), "ascii, binary or appended");
     }
     if (!tag_.closes) array_ = &*array;
   }
@@ -145,7 +145,7 @@ class StructureReader {
   void read_appended() {
     const std::string_view encoding = attribute("encoding");
     if (encoding != "raw" && encoding != "base64")
-      fail(fmt::format("encoding={}", quoted(encoding)), "raw or base64");
+      fail(fmt::format("encoding={}", in_quotes(encoding)), "raw or base64");
     result_.appended_is_base64 = encoding == "base64";
     const std::size_t mark = text_.find_first_not_of(" \t\r\n", tag_.end);
     const std::size_t end = text_.rfind("</AppendedData");

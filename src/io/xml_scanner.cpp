@@ -43,7 +43,7 @@ bool XmlScanner::find_tag() {
           text_.substr(position_, found == std::string_view::npos ? found : found - position_);
       const std::size_t stray = between.find_first_not_of(blanks);
       if (stray != std::string_view::npos) {
-        fail(position_ + stray, quoted(between.substr(stray)),
+        fail(position_ + stray, in_quotes(between.substr(stray)),
              had_root_ ? "the end of the file" : "an XML tag");
       }
     }
@@ -77,7 +77,7 @@ bool XmlScanner::next(XmlTag& tag) {
     if (!tag.opens) fail(position_, "\"/\" in an end tag", "\">\"");
     tag.closes = true;
     ++position_;
-    if (current() != '>') fail(position_, quoted(text_.substr(position_, 1)), "\">\"");
+    if (current() != '>') fail(position_, in_quotes(text_.substr(position_, 1)), "\">\"");
   }
   tag.end = ++position_;
   match(tag);
@@ -88,21 +88,22 @@ void XmlScanner::read_name(XmlTag& tag) {
   const std::size_t begin = position_;
   while (is_name_character(current())) ++position_;
   tag.name = text_.substr(begin, position_ - begin);
-  if (tag.name.empty()) fail(begin, quoted(text_.substr(begin, 1)), "the name of a tag");
+  if (tag.name.empty()) fail(begin, in_quotes(text_.substr(begin, 1)), "the name of a tag");
 }
 
 void XmlScanner::read_attribute(XmlTag& tag) {
   const std::size_t begin = position_;
   while (is_name_character(current())) ++position_;
   const std::string_view name = text_.substr(begin, position_ - begin);
-  if (name.empty()) fail(begin, quoted(text_.substr(begin, 1)), "the name of an attribute");
+  if (name.empty()) fail(begin, in_quotes(text_.substr(begin, 1)), "the name of an attribute");
   skip_blanks();
   if (current() != '=')
-    fail(position_, quoted(text_.substr(position_, 1)), fmt::format("\"=\" behind {}", name));
+    fail(position_, in_quotes(text_.substr(position_, 1)), fmt::format("\"=\" behind {}", name));
   ++position_;
   skip_blanks();
   const char quote = current();
-  if (quote != '"' && quote != '\'') fail(position_, quoted(text_.substr(position_, 1)), "a value in quotes");
+  if (quote != '"' && quote != '\'')
+    fail(position_, in_quotes(text_.substr(position_, 1)), "a value in quotes");
   const std::size_t end = text_.find_first_of(quote == '"' ? "\"<" : "'<", ++position_);
   if (end == std::string_view::npos || text_[end] == '<') {
     fail(position_, fmt::format("a value of {} without its closing quote", name), "the quote");
@@ -113,7 +114,7 @@ void XmlScanner::read_attribute(XmlTag& tag) {
 
 void XmlScanner::match(const XmlTag& tag) {
   if (tag.opens) {
-    if (open_.empty() && had_root_) fail(tag.begin, quoted(tag.name), "one root element");
+    if (open_.empty() && had_root_) fail(tag.begin, in_quotes(tag.name), "one root element");
     had_root_ = true;
     open_.push_back(tag.name);
   }
