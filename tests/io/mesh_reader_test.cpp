@@ -69,9 +69,10 @@ TEST(MeshReader, ListsItsExtensions) {
 }
 
 TEST(MeshReader, RefusesUnknownExtensions) {
-  EXPECT_EQ(error_of("/a/liver.mehs"),
-            "liver.mehs: found the extension .mehs, expected one of .vtu .vtk .msh .node .ele .mesh (did you "
-            "mean .mesh?)");
+  EXPECT_EQ(
+      error_of("/a/liver.meshb"),
+      "liver.meshb: found the extension .meshb, expected one of .vtu .vtk .msh .node .ele .mesh (did you "
+      "mean .mesh?)");
   EXPECT_EQ(error_of("/a/liver.blender"),
             "liver.blender: found the extension .blender, expected one of .vtu .vtk .msh .node .ele .mesh");
   EXPECT_EQ(error_of("/a/liver"),
