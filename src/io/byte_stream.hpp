@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace palpate::io {
+
+/// Bytes taken one part after the other from a text that holds them as they are or in base64.
+///
+/// Base64 may be padded in the middle, as VTK pads its header and its data apart; blanks between are skipped.
+class ByteStream {
+ public:
+  ByteStream(std::string_view text, bool is_base64) : text_(text), is_base64_(is_base64) {}
+
+  /// The next n bytes; fewer where the text, or what is valid base64 in it, ends. Allocates no more than it
+  /// returns.
+  std::string take(std::size_t n);
+
+ private:
+  bool decode_group();
+
+  std::string_view text_;
+  bool is_base64_;
+  std::string decoded_;  ///< the bytes of the last group that are not taken yet
+};
+
+}  // namespace palpate::io

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/mesh_reader.hpp"
+
+namespace palpate::io {
+
+/// Adds to the count of a dropped kind of cell. `kind` in the singular: "triangle", "tetrahedron10".
+void count_dropped(MeshFile& file, std::string_view kind, Index count = 1);
+
+/// Throws Error where the file gave no point or no tet; the message counts what it gave instead
+/// ("found 360 triangles and no tet, expected at least one tet").
+void require_tets(const MeshFile& file, const std::string& source);
+
+}  // namespace palpate::io

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace palpate::io {
+
+/// The bytes of a file. Throws Error where there is no such file, it is a folder, empty, or may not be read.
+///
+/// \param expected  what should have been there, for the message ("a Gmsh mesh file")
+std::string read_file(const std::filesystem::path& path, const std::string& expected);
+
+}  // namespace palpate::io

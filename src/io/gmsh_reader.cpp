@@ -1,0 +1,161 @@
+#include <fmt/format.h>
+#include <string>
+#include <string_view>
+
+#include <palpate/error.hpp>
+
+#include "io/binary_scanner.hpp"
+#include "io/cell_counts.hpp"
+#include "io/file_bytes.hpp"
+#include "io/gmsh_sections.hpp"
+#include "io/mesh_formats.hpp"
+#include "io/text_scanner.hpp"
+
+namespace palpate::io {
+namespace {
+
+enum class Version { v1, v2, v41 };
+
+class GmshReader {
+ public:
+  explicit GmshReader(TextScanner& scanner) : scanner_(scanner) { mesh_.source = scanner.source(); }
+
+  MeshFile read() {
+    read_head();
+    while (!scanner_.at_end()) read_section();
+    require_section(has_nodes_, version_ == Version::v1 ? "$NOD" : "$Nodes");
+    require_section(has_elements_, version_ == Version::v1 ? "$ELM" : "$Elements");
+    require_tets(mesh_.file, scanner_.source());
+    return std::move(mesh_.file);
+  }
+
+ private:
+  /// The format section; version 1 has none and shows itself by its first section.
+  void read_head() {
+    while (scanner_.peek() == "$Comments") {
+      scanner_.word("");
+      skip_to_end("Comments");
+    }
+    if (scanner_.peek() == "$NOD") {
+      mesh_.file.format = "Gmsh 1";
+      return;
+    }
+    if (scanner_.word("$MeshFormat or $NOD") != "$MeshFormat") scanner_.fail("$MeshFormat or $NOD");
+    read_version();
+    if (binary_) read_byte_order();
+    scanner_.keyword("$EndMeshFormat");
+  }
+
+  void read_version() {
+    const std::string_view digits = scanner_.peek();
+    const double version = scanner_.number("the version of the Gmsh format");
+    if (version != 2.0 && version != 2.1 && version != 2.2 && version != 4.1) {
+      scanner_.fail(fmt::format("Gmsh format {}", in_quotes(digits)), "format 1, 2, 2.1, 2.2 or 4.1");
+    }
+    version_ = version == 4.1 ? Version::v41 : Version::v2;
+    binary_ = scanner_.integer("the file type: 0 for ASCII, 1 for binary", 0, 1) == 1;
+    scanner_.integer("the data size, 8 (bytes)", 8, 8);
+    mesh_.file.format = fmt::format("Gmsh {} {}", digits, binary_ ? "binary" : "ASCII");
+  }
+
+  void read_byte_order() {
+    constexpr std::int64_t one_swapped = 0x01000000;
+    skip_line_end();
+    BinaryScanner binary(scanner_.source(), scanner_.text(), scanner_.position(), false);
+    const std::int64_t one = binary.integer32("the byte order mark");
+    if (one != 1 && one != one_swapped) binary.fail(fmt::format("{}", one), "1 in either byte order");
+    swapped_ = one != 1;
+    scanner_.set_position(binary.position());
+  }
+
+  void read_section() {
+    const std::string_view name = scanner_.word("");
+    if (name.size() < 2 || name[0] != '$' || name.starts_with("$End"))
+      scanner_.fail("a section such as $Nodes");
+    const bool v1 = version_ == Version::v1;
+    if (name == (v1 ? "$NOD" : "$Nodes")) {
+      claim_once(has_nodes_);
+      read_nodes();
+      mesh_.numbers.finish(scanner_.source());
+    } else if (name == (v1 ? "$ELM" : "$Elements")) {
+      if (!has_nodes_) scanner_.fail("the nodes before the elements");
+      claim_once(has_elements_);
+      read_elements();
+    } else {
+      return skip_to_end(name.substr(1));
+    }
+    scanner_.keyword((v1 ? "$END" : "$End") + std::string(name.substr(1)));
+  }
+
+  void read_nodes() {
+    if (version_ == Version::v41) {
+      if (!binary_) return read_nodes_41(scanner_, mesh_);
+      return in_binary([&](BinaryScanner& binary) { read_nodes_41(binary, mesh_); });
+    }
+    const Index count = scanner_.count("the number of nodes", 8);
+    if (!binary_) return read_nodes_2(scanner_, count, mesh_);
+    in_binary([&](BinaryScanner& binary) { read_nodes_2(binary, count, mesh_); });
+  }
+
+  void read_elements() {
+    if (version_ == Version::v41) {
+      if (!binary_) return read_elements_41(scanner_, mesh_);
+      return in_binary([&](BinaryScanner& binary) { read_elements_41(binary, mesh_); });
+    }
+    const Index count = scanner_.count("the number of elements", 8);
+    if (version_ == Version::v1) return read_elements_1(scanner_, count, mesh_);
+    if (!binary_) return read_elements_2(scanner_, count, mesh_);
+    in_binary([&](BinaryScanner& binary) { read_elements_2(binary, count, mesh_); });
+  }
+
+  /// Runs `read` on the bytes behind this line and goes on behind what it took.
+  template <class Read>
+  void in_binary(Read read) {
+    skip_line_end();
+    BinaryScanner binary(scanner_.source(), scanner_.text(), scanner_.position(), swapped_);
+    read(binary);
+    scanner_.set_position(binary.position());
+  }
+
+  void skip_line_end() {
+    if (!scanner_.at_line_end()) {
+      scanner_.word("");
+      scanner_.fail("the end of the line");
+    }
+    scanner_.skip_line();
+  }
+
+  void skip_to_end(std::string_view name) {
+    const std::string end = (version_ == Version::v1 ? "$END" : "$End") + std::string(name);
+    const auto found = scanner_.text().find(end, scanner_.position());
+    if (found == std::string_view::npos) scanner_.fail_end(end);
+    scanner_.set_position(found + end.size());
+  }
+
+  void claim_once(bool& seen) {
+    if (seen) scanner_.fail("this section only once");
+    seen = true;
+  }
+
+  void require_section(bool seen, const char* name) {
+    if (!seen) scanner_.fail_end(fmt::format("the section {}", name));
+  }
+
+  TextScanner& scanner_;
+  GmshMesh mesh_;
+  Version version_ = Version::v1;
+  bool binary_ = false;
+  bool swapped_ = false;
+  bool has_nodes_ = false;
+  bool has_elements_ = false;
+};
+
+}  // namespace
+
+MeshFile read_gmsh(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, "a Gmsh mesh file");
+  TextScanner scanner(path.string(), bytes);
+  return GmshReader(scanner).read();
+}
+
+}  // namespace palpate::io

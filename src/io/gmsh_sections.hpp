@@ -1,0 +1,34 @@
+#pragma once
+
+#include "io/gmsh_cells.hpp"
+#include "io/mesh_reader.hpp"
+
+namespace palpate::io {
+
+/// What the sections of a Gmsh file are read into.
+struct GmshMesh {
+  std::string source;
+  MeshFile file;
+  GmshNodeNumbers numbers;
+};
+
+/// Reads the inside of one section, from behind the line of its name up to before its $End line.
+///
+/// Scanner is TextScanner for ASCII files or BinaryScanner for binary ones: the two differ only in how a
+/// number is written. (Except for the elements of version 2, where the binary form groups them; there are two
+/// functions.) `count` is the number of nodes or elements, which versions 1 and 2 write in ASCII also in
+/// binary files.
+template <class Scanner>
+void read_nodes_2(Scanner& scanner, Index count, GmshMesh& mesh);  // also version 1
+template <class Scanner>
+void read_nodes_41(Scanner& scanner, GmshMesh& mesh);
+template <class Scanner>
+void read_elements_41(Scanner& scanner, GmshMesh& mesh);
+
+class BinaryScanner;
+class TextScanner;
+void read_elements_1(TextScanner& scanner, Index count, GmshMesh& mesh);
+void read_elements_2(TextScanner& scanner, Index count, GmshMesh& mesh);
+void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh);
+
+}  // namespace palpate::io

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+
+#include "io/mesh_reader.hpp"
+
+/// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
+namespace palpate::io {
+
+/// Gmsh MSH file format 1, 2 to 2.2 and 4.1 (Gmsh reference manual, "MSH file format"); 4.0 and 3 are
+/// refused.
+MeshFile read_gmsh(const std::filesystem::path& path);
+
+/// Medit ASCII (INRIA RT-0253, "MEDIT: an interactive mesh visualization software", appendix). The closing
+/// keyword End is required: nothing else tells a whole file from one that was cut in its last number.
+MeshFile read_medit(const std::filesystem::path& path);
+
+/// TetGen .node and .ele (TetGen manual, "File formats"), given by either path. Numbering starts at 0 or 1
+/// and has no gaps.
+MeshFile read_tetgen(const std::filesystem::path& path);
+
+/// VTK legacy unstructured grid, ASCII or binary, file versions up to 5.1.
+MeshFile read_vtk_legacy(const std::filesystem::path& path);
+
+/// VTK XML unstructured grid, any encoding and compression that VTK 9 reads; pieces are joined.
+MeshFile read_vtu(const std::filesystem::path& path);
+
+}  // namespace palpate::io

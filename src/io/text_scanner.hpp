@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <palpate/types.hpp>
+
+namespace palpate::io {
+
+/// Takes a text apart into words and numbers, the same in every locale, and knows the line of each for
+/// messages.
+///
+/// Words are separated by blanks and line ends (LF or CRLF). Every function that takes something throws Error
+/// naming the source and line where it is not there; `what` says in words what was to come ("the x of point
+/// 3").
+class TextScanner {
+ public:
+  /// \param source   the file's name for messages
+  /// \param text     not copied; must outlive the scanner and the words that it returns
+  /// \param comment  a character that starts a comment up to the end of the line; '\0' for none
+  TextScanner(std::string source, std::string_view text, char comment = '\0')
+      : source_(std::move(source)), text_(text), comment_(comment) {}
+
+  [[nodiscard]] const std::string& source() const { return source_; }
+  [[nodiscard]] std::string_view text() const { return text_; }
+  /// Offset of the next byte to look at.
+  [[nodiscard]] std::size_t position() const { return position_; }
+  void set_position(std::size_t position) { position_ = position; }
+  [[nodiscard]] std::size_t bytes_left() const { return text_.size() - position_; }
+
+  /// Skips blanks, line ends and comments; true if nothing is left.
+  bool at_end();
+  /// Skips blanks and a comment, but no line end; true if nothing is left on the line.
+  bool at_line_end();
+  /// Moves behind the next line end (or to the end of the text).
+  void skip_line();
+
+  /// The next word; `what` as in the class's text.
+  std::string_view word(const char* what);
+  /// The next word without taking it; empty at the end of the text.
+  std::string_view peek();
+  /// Takes the next word, which must be this one.
+  void keyword(std::string_view expected);
+  /// A finite number. Too small for a double is 0, too large is refused.
+  double number(const char* what);
+  std::int64_t integer(const char* what);
+  /// An integer in [low, high].
+  std::int64_t integer(const char* what, std::int64_t low, std::int64_t high);
+  /// Three finite numbers.
+  Vec3 point();
+  /// How many items of at least `bytes_each` bytes follow: refused where the rest of the text cannot hold
+  /// them.
+  Index count(const char* what, std::size_t bytes_each);
+  /// A point number in [first, first + n_points), less `first`.
+  Index point_index(Index first, Index n_points);
+
+  /// Throws for the last word taken: found that word, expected this.
+  [[noreturn]] void fail(const std::string& expected) const;
+  /// Throws at the line of the last word taken.
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
+  /// Throws where the text ended too soon.
+  [[noreturn]] void fail_end(const std::string& expected) const;
+
+ private:
+  void skip_comment();
+
+  std::string source_;
+  std::string_view text_;
+  char comment_;
+  std::size_t position_ = 0;
+  std::string_view
+      last_;  ///< the last word taken; a view into text_, which tells its line when one is asked for
+};
+
+/// A word from a file in double quotes, shortened, with unprintable bytes as \xNN, so that a message stays
+/// one line.
+std::string in_quotes(std::string_view word);
+
+/// Refuses a text that ends right behind a word. For formats without an end mark: a file cut inside its last
+/// number would otherwise pass as a whole one with another number.
+void require_line_end(const std::string& source, std::string_view text);
+
+}  // namespace palpate::io

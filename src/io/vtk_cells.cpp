@@ -1,0 +1,123 @@
+#include "io/vtk_cells.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "io/cell_counts.hpp"
+
+namespace palpate::io {
+namespace {
+
+struct CellType {
+  std::int64_t number;
+  std::string_view kind;  ///< our word, the same as in other formats
+  int corners;            ///< 0 where the type leaves it open
+};
+
+constexpr std::int64_t tetra = 10;
+constexpr std::int64_t last_type = 81;  // VTK_BEZIER_PYRAMID, the last that vtkCellType.h of VTK 9 names
+
+// vtkCellType.h: the linear cells, and the quadratic ones that mesh generators write.
+constexpr std::array<CellType, 23> cell_types{
+    {{0, "empty cell", 0},  {1, "vertex", 1},      {2, "poly-vertex", 0},     {3, "line", 2},
+     {4, "polyline", 0},    {5, "triangle", 3},    {6, "triangle strip", 0},  {7, "polygon", 0},
+     {8, "pixel", 4},       {9, "quad", 4},        {tetra, "tetrahedron", 4}, {11, "voxel", 8},
+     {12, "hexahedron", 8}, {13, "wedge", 6},      {14, "pyramid", 5},        {21, "line3", 3},
+     {22, "triangle6", 6},  {23, "quad8", 8},      {24, "tetrahedron10", 10}, {25, "hexahedron20", 20},
+     {26, "wedge15", 15},   {27, "pyramid13", 13}, {42, "polyhedron", 0}}};
+
+class CellAppender {
+ public:
+  CellAppender(const VtkCells& cells, const std::string& source, std::int64_t first_cell)
+      : cells_(cells), source_(source), first_cell_(first_cell) {}
+
+  void append(Index first_point, Index n_points, MeshFile& file) const {
+    if (cells_.ends.size() != cells_.types.size()) {
+      throw Error(source_, "",
+                  fmt::format("{} cells and {} cell types", cells_.ends.size(), cells_.types.size()),
+                  "as many of both");
+    }
+    std::int64_t begin = 0;
+    for (std::size_t cell = 0; cell < cells_.ends.size(); ++cell) {
+      const std::span<const std::int64_t> corners = corners_of(cell, begin);
+      begin = cells_.ends[cell];
+      check_corners(cell, corners, n_points);
+      append_cell(cells_.types[cell], corners, first_point, file);
+    }
+    const auto length = static_cast<std::int64_t>(cells_.connectivity.size());
+    if (begin != length) {
+      throw Error(source_, "", fmt::format("{} entries of connectivity", length),
+                  fmt::format("{}, where the last cell ends", begin));
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t cell, const std::string& found, const std::string& expected) const {
+    throw Error(source_, fmt::format("cell {}", first_cell_ + static_cast<std::int64_t>(cell)), found,
+                expected);
+  }
+
+  std::span<const std::int64_t> corners_of(std::size_t cell, std::int64_t begin) const {
+    const std::int64_t end = cells_.ends[cell];
+    const auto length = static_cast<std::int64_t>(cells_.connectivity.size());
+    if (end < begin || end > length) {
+      fail(cell, fmt::format("offset {}", end), fmt::format("an offset from {} to {}", begin, length));
+    }
+    return std::span(cells_.connectivity)
+        .subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
+  }
+
+  void check_corners(std::size_t cell, std::span<const std::int64_t> corners, Index n_points) const {
+    const std::int64_t type = cells_.types[cell];
+    if (type < 0 || type > last_type) {
+      fail(cell, fmt::format("cell type {}", type),
+           fmt::format("one of VTK's cell types, 0 to {}", last_type));
+    }
+    const CellType* known = find(type);
+    if (known != nullptr && known->corners != 0 &&
+        corners.size() != static_cast<std::size_t>(known->corners)) {
+      fail(cell, fmt::format("{} corners", corners.size()),
+           fmt::format("{} for a {} (cell type {})", known->corners, known->kind, type));
+    }
+    for (const std::int64_t corner : corners) {
+      if (corner >= 0 && corner < n_points) continue;
+      fail(cell, fmt::format("point number {}", corner), fmt::format("one from 0 to {}", n_points - 1));
+    }
+  }
+
+  static const CellType* find(std::int64_t type) {
+    const auto found = std::find_if(cell_types.begin(), cell_types.end(),
+                                    [&](const CellType& t) { return t.number == type; });
+    return found == cell_types.end() ? nullptr : &*found;
+  }
+
+  static void append_cell(std::int64_t type, std::span<const std::int64_t> corners, Index first_point,
+                          MeshFile& file) {
+    if (type == tetra) {
+      Tet& tet = file.mesh.tets.emplace_back();
+      std::transform(corners.begin(), corners.end(), tet.begin(),
+                     [&](std::int64_t corner) { return first_point + static_cast<Index>(corner); });
+    } else if (const CellType* known = find(type); known != nullptr) {
+      count_dropped(file, known->kind);
+    } else {
+      count_dropped(file, fmt::format("cell of VTK type {}", type));
+    }
+  }
+
+  const VtkCells& cells_;
+  const std::string& source_;
+  std::int64_t first_cell_;
+};
+
+}  // namespace
+
+void append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points, std::int64_t first_cell,
+                      const std::string& source, MeshFile& file) {
+  CellAppender(cells, source, first_cell).append(first_point, n_points, file);
+}
+
+}  // namespace palpate::io

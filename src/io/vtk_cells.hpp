@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "io/mesh_reader.hpp"
+
+namespace palpate::io {
+
+/// The cells of a VTK file as its arrays give them.
+struct VtkCells {
+  std::vector<std::int64_t> connectivity;  ///< point numbers of all cells, one cell behind the other
+  std::vector<std::int64_t> ends;          ///< (n_cells): where in connectivity each cell ends
+  std::vector<std::int64_t> types;         ///< (n_cells): VTK's numbers
+};
+
+/// Appends the tets among the cells to the mesh and counts the rest. Point numbers get `first_point` added.
+///
+/// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) for ends
+/// that do not ascend to the length of the connectivity, unknown types, a number of corners that the type
+/// does not have, and point numbers outside [0, n_points).
+void append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points, std::int64_t first_cell,
+                      const std::string& source, MeshFile& file);
+
+}  // namespace palpate::io

@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+#include <limits>
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "io/cell_counts.hpp"
+#include "io/file_bytes.hpp"
+#include "io/mesh_formats.hpp"
+#include "io/vtk_cells.hpp"
+#include "io/vtu_arrays.hpp"
+#include "io/vtu_structure.hpp"
+
+namespace palpate::io {
+namespace {
+
+class VtuReader {
+ public:
+  VtuReader(const std::string& source, std::string_view text)
+      : source_(source), structure_(read_vtu_structure(source, text)), arrays_(source, text, structure_) {}
+
+  MeshFile read() {
+    file_.format = "VTK XML";
+    for (std::size_t i = 0; i < structure_.pieces.size(); ++i) append(structure_.pieces[i], i);
+    require_tets(file_, source_);
+    return std::move(file_);
+  }
+
+ private:
+  void append(const VtuPiece& piece, std::size_t number) {
+    const auto first_point = static_cast<std::int64_t>(file_.mesh.points.size());
+    constexpr std::int64_t most = std::numeric_limits<Index>::max();
+    if (piece.points > most - first_point || piece.cells > most - n_cells_) {
+      throw Error(source_, fmt::format("piece {}", number),
+                  fmt::format("{} points and {} cells", piece.points, piece.cells),
+                  fmt::format("at most {} of each in all pieces", most));
+    }
+    append_points(piece, number);
+    append_cells(piece, number, static_cast<Index>(first_point));
+  }
+
+  [[nodiscard]] const VtuArray& require(const std::optional<VtuArray>& array, const char* name,
+                                        std::size_t number) const {
+    if (!array)
+      throw Error(source_, fmt::format("piece {}", number), fmt::format("no array of {}", name), "one");
+    return *array;
+  }
+
+  void append_points(const VtuPiece& piece, std::size_t number) {
+    if (piece.points == 0) return;
+    const VtuArray& array = require(piece.coordinates, "Points", number);
+    if (array.components != 3) {
+      throw Error(source_, "array Points", fmt::format("{} components", array.components), "3");
+    }
+    const std::vector<double> values = arrays_.reals(array, 3 * piece.points);
+    for (std::size_t i = 0; i < values.size(); i += 3) {
+      file_.mesh.points.push_back({values[i], values[i + 1], values[i + 2]});
+    }
+  }
+
+  void append_cells(const VtuPiece& piece, std::size_t number, Index first_point) {
+    if (piece.cells == 0) return;
+    VtkCells cells;
+    cells.types = arrays_.integers(require(piece.types, "types", number), piece.cells);
+    cells.ends = arrays_.integers(require(piece.offsets, "offsets", number), piece.cells);
+    if (cells.ends.back() < 0) {
+      throw Error(source_, "array offsets", fmt::format("{} last", cells.ends.back()), "0 or more");
+    }
+    cells.connectivity =
+        arrays_.integers(require(piece.connectivity, "connectivity", number), cells.ends.back());
+    append_vtk_cells(cells, first_point, static_cast<Index>(piece.points), n_cells_, source_, file_);
+    n_cells_ += piece.cells;
+  }
+
+  const std::string& source_;
+  VtuStructure structure_;
+  VtuArrays arrays_;
+  MeshFile file_;
+  std::int64_t n_cells_ = 0;
+};
+
+}  // namespace
+
+MeshFile read_vtu(const std::filesystem::path& path) {
+  const std::string text = read_file(path, "a VTK XML unstructured grid");
+  const std::string source = path.string();
+  return VtuReader(source, text).read();
+}
+
+}  // namespace palpate::io

@@ -1,0 +1,177 @@
+#include "io/vtu_structure.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <fmt/format.h>
+
+#include "io/text_scanner.hpp"
+#include "io/xml_scanner.hpp"
+
+namespace palpate::io {
+namespace {
+
+class StructureReader {
+ public:
+  StructureReader(const std::string& source, std::string_view text) : text_(text), xml_(source, text) {}
+
+  VtuStructure read() {
+    while (xml_.next(tag_)) {
+      end_array();
+      if (tag_.opens) path_.emplace_back(tag_.name);
+      if (tag_.opens) open();
+      if (tag_.closes) path_.pop_back();
+    }
+    if (!has_grid_) xml_.fail(text_.size(), "no UnstructuredGrid", "one");
+    return std::move(result_);
+  }
+
+ private:
+  void open() {
+    if (path_.size() == 1) {
+      read_root();
+    } else if (is_at({"VTKFile", "UnstructuredGrid"})) {
+      has_grid_ = true;
+    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece"})) {
+      VtuPiece& piece = result_.pieces.emplace_back();
+      piece.points = integer("NumberOfPoints");
+      piece.cells = integer("NumberOfCells");
+    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece", "Points", "DataArray"})) {
+      open_array(result_.pieces.back().coordinates, "Points");
+    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece", "Cells", "DataArray"})) {
+      const std::string_view name = attribute("Name");
+      VtuPiece& piece = result_.pieces.back();
+      if (name == "connectivity") open_array(piece.connectivity, name);
+      if (name == "offsets") open_array(piece.offsets, name);
+      if (name == "types") open_array(piece.types, name);
+    } else if (is_at({"VTKFile", "AppendedData"})) {
+      read_appended();
+    }
+  }
+
+  /// The numbers of an array end at the next tag: its end tag, or the information keys that VTK adds behind
+  /// them.
+  void end_array() {
+    if (array_ == nullptr) return;
+    array_->end = tag_.begin;
+    array_ = nullptr;
+  }
+
+  [[nodiscard]] bool is_at(std::initializer_list<std::string_view> path) const {
+    return std::equal(path_.begin(), path_.end(), path.begin(), path.end());
+  }
+
+  [[nodiscard]] std::string_view attribute(std::string_view name, std::string_view absent = {}) const {
+    for (const auto& [key, value] : tag_.attributes) {
+      if (key == name) return value;
+    }
+    return absent;
+  }
+
+  std::int64_t integer(std::string_view name) {
+    const std::string_view digits = attribute(name);
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc{} || end != digits.data() + digits.size() || value < 0) {
+      fail(fmt::format("{}={}", name, in_quotes(digits)), "a whole number, 0 or more");
+    }
+    return value;
+  }
+
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) {
+    xml_.fail(tag_.begin, found, expected);
+  }
+
+  void read_root() {
+    if (tag_.name != "VTKFile") fail(in_quotes(tag_.name), "the tag VTKFile");
+    if (attribute("type") != "UnstructuredGrid") {
+      fail(fmt::format("a VTKFile of type {}", in_quotes(attribute("type"))), "type \"UnstructuredGrid\"");
+    }
+    const std::string_view order = attribute("byte_order", "LittleEndian");
+    if (order != "LittleEndian" && order != "BigEndian") {
+      fail(fmt::format("byte_order={}", in_quotes(order)), "LittleEndian or BigEndian");
+    }
+    result_.swapped = (order == "LittleEndian") != (std::endian::native == std::endian::little);
+    const std::string_view header = attribute("header_type", "UInt32");
+    if (header != "UInt32" && header != "UInt64") {
+      fail(fmt::format("header_type={}", in_quotes(header)), "UInt32 or UInt64");
+    }
+    result_.header_bytes = header == "UInt64" ? 8 : 4;
+    read_compressor(attribute("compressor"));
+  }
+
+  void read_compressor(std::string_view name) {
+    using Compressor = VtuStructure::Compressor;
+    if (name.empty()) return;
+    if (name == "vtkZLibDataCompressor") {
+      result_.compressor = Compressor::zlib;
+    } else if (name == "vtkLZ4DataCompressor") {
+      result_.compressor = Compressor::lz4;
+    } else if (name == "vtkLZMADataCompressor") {
+      result_.compressor = Compressor::lzma;
+    } else {
+      fail(fmt::format("compressor={}", in_quotes(name)),
+           "vtkZLibDataCompressor, vtkLZ4DataCompressor or vtkLZMADataCompressor");
+    }
+  }
+
+  void open_array(std::optional<VtuArray>& array, std::string_view name) {
+    if (array) fail(fmt::format("a second array of {}", name), "one");
+    const ScalarType* type = scalar_type(attribute("type"));
+    if (type == nullptr) {
+      fail(fmt::format("type={} of {}", in_quotes(attribute("type")), name),
+           "a type of numbers such as Float64 or Int32");
+    }
+    array.emplace();
+    array->name = name;
+    array->type = *type;
+    array->begin = tag_.end;
+    array->end = tag_.end;
+    if (!attribute("NumberOfComponents").empty()) array->components = integer("NumberOfComponents");
+    const std::string_view format = attribute("format", "ascii");
+    if (format == "appended") {
+      array->format = VtuArray::Format::appended;
+      array->offset = static_cast<std::uint64_t>(integer("offset"));
+    } else if (format == "binary") {
+      array->format = VtuArray::Format::binary;
+    } else if (format != "ascii") {
+      fail(fmt::format("format={} of {}", in_quotes(format), name), "ascii, binary or appended");
+    }
+    if (!tag_.closes) array_ = &*array;
+  }
+
+  /// The content of AppendedData is not XML where its encoding is raw: finds its end from the end of the
+  /// file.
+  void read_appended() {
+    const std::string_view encoding = attribute("encoding");
+    if (encoding != "raw" && encoding != "base64")
+      fail(fmt::format("encoding={}", in_quotes(encoding)), "raw or base64");
+    result_.appended_is_base64 = encoding == "base64";
+    const std::size_t mark = text_.find_first_not_of(" \t\r\n", tag_.end);
+    const std::size_t end = text_.rfind("</AppendedData");
+    if (mark == std::string_view::npos || text_[mark] != '_')
+      fail("AppendedData without its first \"_\"", "that");
+    if (end == std::string_view::npos || end <= mark) {
+      xml_.fail(text_.size(), "the end of the file", "</AppendedData>");
+    }
+    result_.appended_begin = mark + 1;
+    result_.appended_end = end;
+    xml_.set_position(end);
+  }
+
+  std::string_view text_;
+  XmlScanner xml_;
+  XmlTag tag_;
+  std::vector<std::string_view> path_;
+  VtuStructure result_;
+  VtuArray* array_ = nullptr;  ///< the one whose element is open
+  bool has_grid_ = false;
+};
+
+}  // namespace
+
+VtuStructure read_vtu_structure(const std::string& source, std::string_view text) {
+  return StructureReader(source, text).read();
+}
+
+}  // namespace palpate::io

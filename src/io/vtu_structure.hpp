@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/vtk_scalars.hpp"
+
+namespace palpate::io {
+
+/// Where a DataArray of a .vtu file says that its numbers are.
+struct VtuArray {
+  enum class Format { ascii, binary, appended };
+  std::string name;  ///< in words for messages: "Points", "connectivity" …
+  ScalarType type;
+  Format format = Format::ascii;
+  std::int64_t components = 1;
+  std::uint64_t offset = 0;  ///< appended: bytes or characters behind the '_'
+  std::size_t begin = 0;     ///< of the element's content in the file
+  std::size_t end = 0;
+};
+
+/// One Piece: the arrays that a mesh needs.
+struct VtuPiece {
+  std::int64_t points = 0;
+  std::int64_t cells = 0;
+  std::optional<VtuArray> coordinates;
+  std::optional<VtuArray> connectivity;
+  std::optional<VtuArray> offsets;
+  std::optional<VtuArray> types;
+};
+
+/// The outline of a .vtu file, before any number of an array is read.
+struct VtuStructure {
+  enum class Compressor { none, zlib, lz4, lzma };
+  bool swapped = false;          ///< the byte order is not this machine's
+  std::size_t header_bytes = 4;  ///< of each word that stands before binary data
+  Compressor compressor = Compressor::none;
+  std::vector<VtuPiece> pieces;
+  std::size_t appended_begin = 0;  ///< behind the '_' of AppendedData
+  std::size_t appended_end = 0;
+  bool appended_is_base64 = false;
+};
+
+/// Reads the outline. Throws Error naming the line for what is not a whole VTK XML file of an unstructured
+/// grid.
+VtuStructure read_vtu_structure(const std::string& source, std::string_view text);
+
+}  // namespace palpate::io
