@@ -1,0 +1,127 @@
+#include <array>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "detection_options.hpp"
+#include "exit_codes.hpp"
+#include "geometry/vector.hpp"
+#include "io/atomic_file.hpp"
+#include "messages.hpp"
+#include "numbers.hpp"
+#include "option_values.hpp"
+#include "scene_input.hpp"
+#include "subcommands.hpp"
+
+namespace palpate::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* examples = R"(Examples:
+  palpate detect scene.json > contacts.csv
+  palpate detect scene.json --format json --out contacts.json
+  palpate detect scene.json --structure brute | diff - contacts.csv
+
+Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits.)";
+
+constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
+
+struct DetectOptions {
+  std::filesystem::path scene;
+  std::size_t format = 0;  ///< index into format_names
+  std::optional<std::filesystem::path> out;
+  int threads = 0;
+  DetectionOptions detection;
+};
+
+std::string csv(const Bodies& bodies, const Contacts& contacts) {
+  std::string text =
+      "point,point_body,body,tet,weight_0,weight_1,weight_2,weight_3,depth,direction_x,direction_y,direction_"
+      "z\n";
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    text += fmt::format("{},{},{},{}", contacts.point[c], at(bodies.body_of_point(), contacts.point[c]),
+                        contacts.body[c], contacts.tet[c]);
+    const auto& w = contacts.weights[c];
+    const Vec3& r = contacts.direction[c];
+    for (const double value : {w[0], w[1], w[2], w[3], contacts.depth[c], r.x, r.y, r.z}) {
+      text.append(1, ',').append(exact_text(value));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+Json contact_json(const Bodies& bodies, const Contacts& contacts, std::size_t c) {
+  return {{"point", contacts.point[c]},
+          {"point_body", at(bodies.body_of_point(), contacts.point[c])},
+          {"body", contacts.body[c]},
+          {"tet", contacts.tet[c]},
+          {"weights", contacts.weights[c]},
+          {"depth", contacts.depth[c]},
+          {"direction", to_json(contacts.direction[c])}};
+}
+
+/// One contact a line, so that tools that go by lines are of use too.
+std::string json(const Scene& scene, const Bodies& bodies, const Contacts& contacts) {
+  Json list = Json::array();
+  for (const Body& body : bodies.bodies()) {
+    list.push_back({{"name", body.name},
+                    {"points", {body.points.begin, body.points.end}},
+                    {"tets", {body.tets.begin, body.tets.end}}});
+  }
+  std::string text = "{\n\"length_unit\": " + Json(scene.units.length).dump() +
+                     ",\n\"bodies\": " + list.dump() + ",\n\"contacts\": [";
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    text += (c == 0 ? "\n" : ",\n") + contact_json(bodies, contacts, c).dump();
+  }
+  return text + "\n]\n}\n";
+}
+
+int detect(const DetectOptions& options) {
+  SceneInput input = read_scene_input(options.scene);
+  options.detection.apply(input.scene.settings.detection);
+  const Bodies& bodies = input.loaded.bodies;
+  const Detector detector = as_input([&] {
+    Detector made(bodies, input.scene.settings.detection, obstacle_flags(input.loaded), options.threads);
+    made.detect(bodies.points_rest());
+    return made;
+  });
+  const Contacts& contacts = detector.contacts();
+  const std::string text =
+      format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, contacts);
+  if (options.out) {
+    io::write_atomically(*options.out, text);
+  } else {
+    print_out(text);
+  }
+  const DetectionCounts& counts = detector.counts();
+  say_note(fmt::format("{}, {}, {}, {} tested", counted(counts.contacts, "contact"),
+                       counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
+                       counted(counts.candidates, "candidate")));
+  return exit_done;
+}
+
+}  // namespace
+
+Subcommand add_detect(CLI::App& command) {
+  CLI::App* app = command.add_subcommand("detect", "contacts of a scene's start as CSV or JSON");
+  app->footer(examples);
+  auto options = std::make_shared<DetectOptions>();
+  add_path(*app, "SCENE", options->scene, "scene file (.json)");
+  add_value(*app, "--format", "csv|json", "form of the output; default: csv",
+            [options = options.get()](const std::string& flag, const std::string& text) {
+              options->format = parse_choice(flag, text, format_names);
+            });
+  add_value(*app, "--out", "FILE", "file to write, in place of stdout",
+            [options = options.get()](const std::string&, const std::string& text) { options->out = text; });
+  add_threads(*app, options->threads);
+  add_detection_options(*app, options->detection);
+  return {app, [options] { return detect(*options); }};
+}
+
+}  // namespace palpate::app

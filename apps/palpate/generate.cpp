@@ -1,0 +1,162 @@
+#include <cstdint>
+#include <filesystem>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "exit_codes.hpp"
+#include "io/atomic_file.hpp"
+#include "io/vtu_writer.hpp"
+#include "messages.hpp"
+#include "numbers.hpp"
+#include "option_values.hpp"
+#include "scene/generators.hpp"
+#include "subcommands.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* examples = R"(Examples:
+  palpate generate stacking --count 5 --out five.json
+  palpate generate box --cells 20 4 4 --size 0.2 0.04 0.04 --out beam.vtu
+  palpate generate ball --radius 0.05 --resolution 8)";
+
+constexpr const char* stacking_examples = R"(Examples:
+  palpate generate stacking                                the paper's scene
+  palpate generate stacking --count 3 --cells 4 4 1 --out small.json && palpate run small.json)";
+
+constexpr const char* box_examples = R"(Examples:
+  palpate generate box                                     1 x 1 x 1, 10 cells a side
+  palpate generate box --cells 20 4 4 --size 0.2 0.04 0.04 --out beam.vtu)";
+
+constexpr const char* ball_examples = R"(Examples:
+  palpate generate ball                                    radius 1, 8 layers
+  palpate generate ball --radius 0.05 --resolution 16 --out ball.vtu)";
+
+/// Where a generator writes: a file that was named is replaced if it is there, the default name is not.
+struct Output {
+  fs::path default_name;
+  std::optional<fs::path> named;
+
+  [[nodiscard]] fs::path path() const {
+    std::error_code ignored;
+    if (!named && fs::exists(default_name, ignored)) {
+      throw BadInput(default_name.string(), "", "a file of that name already",
+                     "--out FILE, which may replace it");
+    }
+    const fs::path result = named.value_or(default_name);
+    if (result.extension() != default_name.extension()) {
+      throw BadInput("--out", "", "'" + result.string() + "'",
+                     "a name that ends in " + default_name.extension().string());
+    }
+    return result;
+  }
+};
+
+void add_out(CLI::App& app, Output& out) {
+  add_value(app, "--out", "FILE", "file to write; default: " + out.default_name.string(),
+            [&out](const std::string&, const std::string& text) { out.named = text; });
+}
+
+void add_integer(CLI::App& app, const std::string& flag, const std::string& help, int low, int& value) {
+  add_value(app, flag, "N", help, [low, &value](const std::string& f, const std::string& text) {
+    value = static_cast<int>(parse_integer(f, text, low, std::numeric_limits<int>::max()));
+  });
+}
+
+void write_mesh(const fs::path& path, const TetMesh& mesh) {
+  io::write_vtu(path,
+                {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = {}, .time = {}});
+  print_out(fmt::format("{}: {}, {}\n", path.string(), counted(mesh.points.size(), "point"),
+                        counted(mesh.tets.size(), "tet")));
+}
+
+Subcommand add_stacking(CLI::App& generate) {
+  struct Options {
+    StackingOptions stacking;
+    Output out{"stacking.json", {}};
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* app = generate.add_subcommand("stacking", "a scene of membranes that fall on each other");
+  app->footer(stacking_examples);
+  StackingOptions& stacking = options->stacking;
+  add_integer(*app, "--count", "membranes; default: 20", 1, stacking.count);
+  add_triple(*app, "--cells", "NX NY NZ", "cells of a membrane; default: 10 10 1", stacking.cells);
+  add_triple(*app, "--size", "X Y Z", "size of a membrane, m; default: 0.1 0.1 0.01", stacking.size);
+  add_value(*app, "--gap", "G", "height between membranes at the start, m; default: 0.002",
+            [&stacking](const std::string& flag, const std::string& text) {
+              stacking.gap = parse_number(flag, text, scene_format::at_least(0.0));
+            });
+  add_value(*app, "--seed", "N", "of the small shifts and turns; default: 1",
+            [&stacking](const std::string& flag, const std::string& text) {
+              constexpr auto most = std::numeric_limits<std::uint32_t>::max();
+              stacking.seed = static_cast<std::uint32_t>(parse_integer(flag, text, 0, most));
+            });
+  add_out(*app, options->out);
+  return {app, [options] {
+            const Scene scene = as_input([&] { return make_stacking_scene(options->stacking); });
+            const fs::path path = options->out.path();
+            io::write_atomically(path, write_scene(scene));
+            print_out(fmt::format("{}: {}\n", path.string(), counted(scene.bodies.size(), "membrane")));
+            return exit_done;
+          }};
+}
+
+Subcommand add_box(CLI::App& generate) {
+  struct Options {
+    BoxGenerator box{{10, 10, 10}, {1.0, 1.0, 1.0}};
+    Output out{"box.vtu", {}};
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* app = generate.add_subcommand("box", "a mesh: a box around the origin, 5 tets a cell");
+  app->footer(box_examples);
+  add_triple(*app, "--cells", "NX NY NZ", "cells along each axis; default: 10 10 10", options->box.cells);
+  add_triple(*app, "--size", "X Y Z", "size along each axis; default: 1 1 1", options->box.size);
+  add_out(*app, options->out);
+  return {app, [options] {
+            const fs::path path = options->out.path();
+            write_mesh(path, as_input([&] { return make_box(options->box.cells, options->box.size); }));
+            return exit_done;
+          }};
+}
+
+Subcommand add_ball(CLI::App& generate) {
+  struct Options {
+    BallGenerator ball{1.0, 8};
+    Output out{"ball.vtu", {}};
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* app = generate.add_subcommand("ball", "a mesh: a ball around the origin");
+  app->footer(ball_examples);
+  add_value(*app, "--radius", "R", "radius; default: 1",
+            [&ball = options->ball](const std::string& flag, const std::string& text) {
+              ball.radius = parse_number(flag, text, scene_format::above(0.0));
+            });
+  add_integer(*app, "--resolution", "layers n from centre to surface, 20 n^3 tets; default: 8", 1,
+              options->ball.resolution);
+  add_out(*app, options->out);
+  return {app, [options] {
+            const fs::path path = options->out.path();
+            write_mesh(path,
+                       as_input([&] { return make_ball(options->ball.radius, options->ball.resolution); }));
+            return exit_done;
+          }};
+}
+
+}  // namespace
+
+std::vector<Subcommand> add_generate(CLI::App& command) {
+  CLI::App* generate = command.add_subcommand("generate", "write a scene or mesh to start from");
+  generate->footer(examples);
+  generate->require_subcommand(1);
+  return {add_stacking(*generate), add_box(*generate), add_ball(*generate)};
+}
+
+}  // namespace palpate::app

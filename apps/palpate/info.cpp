@@ -1,0 +1,152 @@
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "body_report.hpp"
+#include "exit_codes.hpp"
+#include "geometry/vector.hpp"
+#include "messages.hpp"
+#include "numbers.hpp"
+#include "option_values.hpp"
+#include "scene/json_text.hpp"
+#include "subcommands.hpp"
+
+namespace palpate::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* examples = R"(Examples:
+  palpate info liver.msh
+  palpate info scenes/stacking.json
+  palpate info Ossicles.vtu --json | jq .edge_length.mean
+
+Meshes: .vtu .vtk .msh .node .ele .mesh; scenes: .json.)";
+
+struct InfoOptions {
+  std::filesystem::path path;
+  bool json = false;
+};
+
+int mesh_info(const InfoOptions& options) {
+  MeshInput input = read_mesh_input(options.path);
+  Bodies bodies;
+  as_input([&] { return bodies.add(options.path.string(), std::move(input.mesh)); });
+  const MeshStatistics statistics = mesh_statistics(bodies, bodies.points_rest());
+  if (options.json) {
+    Json json{{"kind", "mesh"}};
+    json.update(notes_json(&input.record, bodies.notes()[0]));
+    json.update(statistics_json(statistics));
+    print_out(format_json(json) + "\n");
+    return exit_done;
+  }
+  const std::string notes = notes_text(&input.record, bodies.notes()[0]);
+  print_out(fmt::format("{}: {}\n{}{}", input.record.file, input.record.format,
+                        statistics_text(statistics, ""),
+                        notes.empty() ? "" : fmt::format("note            {}\n", notes)));
+  return exit_done;
+}
+
+/// What info tells of a scene.
+struct SceneFacts {
+  SceneInput input;
+  Simulation simulation;  ///< at the start
+  std::vector<std::uint8_t> obstacles;
+  std::vector<std::uint8_t> fixed;  ///< (n_points)
+
+  [[nodiscard]] Index fixed_points(Index body) const {
+    Index count = 0;
+    const Range points = at(simulation.bodies().bodies(), body).points;
+    for (Index p = points.begin; p < points.end; ++p) count += at(fixed, p) != 0 ? 1 : 0;
+    return count;
+  }
+  [[nodiscard]] const MeshRecord* file(Index body) const {
+    const auto& record = input.files[static_cast<std::size_t>(body)];
+    return record ? &*record : nullptr;
+  }
+};
+
+Json scene_json(const SceneFacts& facts) {
+  const Bodies& bodies = facts.simulation.bodies();
+  const Scene& scene = facts.input.scene;
+  const DetectionCounts& start = facts.simulation.detector().counts();
+  Json json{
+      {"kind", "scene"},
+      {"file", utf8_text(scene.source)},
+      {"name", scene.name},
+      {"units", {{"length", scene.units.length}, {"mass", scene.units.mass}, {"time", scene.units.time}}},
+      {"time_step", scene.settings.time_step},
+      {"duration", scene.duration},
+      {"cell_size", start.cell_size},
+      {"contacts_at_start", start.contacts}};
+  json["total"] = statistics_json(mesh_statistics(bodies, bodies.points_rest()));
+  json["bodies"] = Json::array();
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    Json body{{"name", at(bodies.bodies(), b).name},
+              {"obstacle", at(facts.obstacles, b) != 0},
+              {"mass", at(facts.simulation.masses(), b)},
+              {"fixed_points", facts.fixed_points(b)}};
+    body.update(statistics_json(mesh_statistics(bodies, bodies.points_rest(), b)));
+    body.update(notes_json(facts.file(b), at(bodies.notes(), b)));
+    json["bodies"].push_back(std::move(body));
+  }
+  return json;
+}
+
+std::string body_line(const SceneFacts& facts, Index b) {
+  const Bodies& bodies = facts.simulation.bodies();
+  const Body& body = at(bodies.bodies(), b);
+  const bool obstacle = at(facts.obstacles, b) != 0;
+  const Index fixed = facts.fixed_points(b);
+  std::string text = fmt::format(
+      "{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}  {}\n", body.name, body.points.size(), body.edges.size(),
+      body.triangles.size(), body.tets.size(), obstacle ? "" : short_text(at(facts.simulation.masses(), b)),
+      obstacle    ? "obstacle"
+      : fixed > 0 ? fmt::format("{} fixed", counted(static_cast<std::size_t>(fixed), "point"))
+                  : "");
+  const std::string notes = notes_text(facts.file(b), at(bodies.notes(), b));
+  return notes.empty() ? text : text + "  note: " + notes + "\n";
+}
+
+std::string scene_text(const SceneFacts& facts) {
+  const Bodies& bodies = facts.simulation.bodies();
+  const Scene& scene = facts.input.scene;
+  const Units& units = scene.units;
+  std::string text = fmt::format("{}: scene '{}' in {}, {}, {}\n", scene.source, scene.name, units.length,
+                                 units.mass, units.time);
+  text += fmt::format("time step {} {}, duration {} {}\n\n", short_text(scene.settings.time_step), units.time,
+                      short_text(scene.duration), units.time);
+  text += fmt::format("{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}\n", "body", "points", "edges", "triangles", "tets",
+                      "mass [" + units.mass + "]");
+  for (Index b = 0; b < bodies.body_count(); ++b) text += body_line(facts, b);
+  text += "\nall bodies\n" + statistics_text(mesh_statistics(bodies, bodies.points_rest()), units.length);
+  const DetectionCounts& start = facts.simulation.detector().counts();
+  text += fmt::format("cell size       {} {}\n", short_text(start.cell_size), units.length);
+  return text + fmt::format("contacts        {} at the start\n", start.contacts);
+}
+
+int scene_info(const InfoOptions& options) {
+  SceneInput input = read_scene_input(options.path);
+  std::vector<std::uint8_t> obstacles = obstacle_flags(input.loaded);
+  std::vector<std::uint8_t> fixed = input.loaded.fixed;
+  Simulation simulation = make_simulation(input.scene, std::move(input.loaded), 0);
+  const SceneFacts facts{std::move(input), std::move(simulation), std::move(obstacles), std::move(fixed)};
+  print_out(options.json ? format_json(scene_json(facts)) + "\n" : scene_text(facts));
+  return exit_done;
+}
+
+}  // namespace
+
+Subcommand add_info(CLI::App& command) {
+  CLI::App* app = command.add_subcommand("info", "statistics of a mesh or scene");
+  app->footer(examples);
+  auto options = std::make_shared<InfoOptions>();
+  add_path(*app, "FILE", options->path, "mesh or scene");
+  add_json(*app, options->json, "print JSON");
+  return {app, [options] { return is_scene(options->path) ? scene_info(*options) : mesh_info(*options); }};
+}
+
+}  // namespace palpate::app

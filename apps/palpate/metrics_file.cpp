@@ -1,0 +1,90 @@
+#include "metrics_file.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <string_view>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "numbers.hpp"
+
+namespace palpate::app {
+namespace {
+
+constexpr auto longest_wait = std::chrono::milliseconds(500);
+
+/// A field of a CSV line (RFC 4180): in quotes where its text could be taken for more than one field.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + '"';
+}
+
+std::string header(const Units& units) {
+  const auto in = [](const char* name, const std::string& unit) {
+    return fmt::format(",{}", field(fmt::format("{} [{}]", name, unit)));
+  };
+  std::string line = "step" + in("time", units.time);
+  for (const char* phase :
+       {"grid", "contacts", "border_edges", "crossings", "depth", "forces", "solver", "step"}) {
+    line += fmt::format(",wall_{} [s]", phase);
+  }
+  line +=
+      ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,solver_iterations,solver_converged";
+  line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
+  return line + in("largest_speed", speed_unit(units)) + in("deepest", units.length) + "\n";
+}
+
+}  // namespace
+
+MetricsFile::MetricsFile(std::filesystem::path path, const Units& units)
+    : path_(std::move(path)), lines_(header(units)) {
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) {
+    throw Error(path_.string(), "creating", "'" + std::system_category().message(errno) + "'",
+                "a file that can be written");
+  }
+}
+
+MetricsFile::~MetricsFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void MetricsFile::add(const StepMetrics& m, double step_seconds) {
+  lines_ += fmt::format("{},{}", m.step, exact_text(m.time));
+  const DetectionTimes& t = m.detection_seconds;
+  for (const double seconds : {t.grid, t.contacts, t.border_edges, t.crossings, t.depth, m.forces_seconds,
+                               m.solver_seconds, step_seconds}) {
+    lines_ += fmt::format(",{:.3e}", seconds);
+  }
+  const DetectionCounts& c = m.detection;
+  lines_ += fmt::format(",{},{},{},{},{},{},{},{}", c.contacts, c.border_edges, c.crossings, c.candidates,
+                        c.movers, c.depth_fallbacks, m.solver_iterations, m.solver_converged ? 1 : 0);
+  for (const double value : {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.deepest}) {
+    lines_.append(1, ',').append(exact_text(value));
+  }
+  lines_ += '\n';
+  if (std::chrono::steady_clock::now() - flushed_ > longest_wait) flush();
+}
+
+void MetricsFile::flush() {
+  std::string_view left = lines_;
+  while (!left.empty()) {
+    const ssize_t written = ::write(descriptor_, left.data(), left.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) {
+      throw Error(path_.string(), "writing", "'" + std::system_category().message(errno) + "'",
+                  "room for the whole file");
+    }
+    left.remove_prefix(static_cast<std::size_t>(written));
+  }
+  lines_.clear();
+  flushed_ = std::chrono::steady_clock::now();
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "scene/scene.hpp"
+
+/// Numbers, units and text as the command writes them.
+namespace palpate::app {
+
+/// The shortest text that reads back as the same number: for files.
+std::string exact_text(double value);
+
+/// Four significant digits: for people.
+std::string short_text(double value);
+
+/// A count with its noun: "1 tet", "5 tets".
+std::string counted(std::size_t count, std::string_view noun);
+
+nlohmann::ordered_json to_json(const Vec3& v);
+
+/// Text that JSON can hold: bytes that are not UTF-8 are replaced (file names may have any).
+std::string utf8_text(const std::string& text);
+
+/// Names of derived units; "J" and "N" where the scene is in SI.
+std::string energy_unit(const Units& units);
+std::string force_unit(const Units& units);
+std::string speed_unit(const Units& units);
+
+}  // namespace palpate::app

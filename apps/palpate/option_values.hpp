@@ -1,0 +1,48 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "scene/limits.hpp"
+
+/// Values of flags. Each throws BadInput "FLAG: found 'TEXT', expected …"; the whole text must be the value.
+namespace palpate::app {
+
+std::int64_t parse_integer(const std::string& flag, const std::string& text, std::int64_t low,
+                           std::int64_t high);
+double parse_number(const std::string& flag, const std::string& text, const scene_format::Limits& limits);
+/// One of `names`, as its index.
+std::size_t parse_choice(const std::string& flag, const std::string& text,
+                         std::span<const std::string_view> names);
+
+/// Adds `flag` with one value, given to `parse(flag, text)` when the flag is there.
+CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,
+                       const std::string& help,
+                       std::function<void(const std::string&, const std::string&)> parse);
+
+/// Adds the positional `name`, which must be there.
+CLI::Option* add_path(CLI::App& app, const std::string& name, std::filesystem::path& path,
+                      const std::string& help);
+
+/// Adds `--threads N`.
+void add_threads(CLI::App& app, int& threads);
+/// Adds `--json`.
+void add_json(CLI::App& app, bool& json, const std::string& help);
+
+/// Adds `flag` with three integers >= 1, or three numbers > 0.
+void add_triple(CLI::App& app, const std::string& flag, const std::string& type, const std::string& help,
+                std::array<int, 3>& values);
+void add_triple(CLI::App& app, const std::string& flag, const std::string& type, const std::string& help,
+                Vec3& values);
+
+}  // namespace palpate::app

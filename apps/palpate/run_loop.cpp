@@ -1,0 +1,74 @@
+#include "run_loop.hpp"
+
+#include <algorithm>
+
+#include <palpate/error.hpp>
+
+#include "stopwatch.hpp"
+
+namespace palpate::app {
+namespace {
+
+void count(RunOutcome& outcome, const StepMetrics& m) {
+  outcome.steps = m.step;
+  outcome.contacts.add(m.detection.contacts);
+  outcome.border_edges.add(m.detection.border_edges);
+  outcome.crossings.add(m.detection.crossings);
+  outcome.candidates.add(m.detection.candidates);
+  outcome.movers.add(m.detection.movers);
+  outcome.depth_fallbacks.add(m.detection.depth_fallbacks);
+  outcome.solver_iterations += m.solver_iterations;
+  outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
+}
+
+/// One step; false where the simulation failed.
+bool step(Simulation& simulation, RunOutcome& outcome, MetricsFile& metrics) {
+  Stopwatch watch;
+  try {
+    simulation.step();
+  } catch (const Error& error) {
+    outcome.failure = error.what();
+    return false;
+  }
+  const double seconds = watch.lap();
+  outcome.times.add(simulation.metrics(), seconds);
+  count(outcome, simulation.metrics());
+  metrics.add(simulation.metrics(), seconds);
+  return true;
+}
+
+}  // namespace
+
+void Tally::add(std::size_t count) {
+  last = count;
+  largest = std::max(largest, count);
+  total += count;
+}
+
+RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
+                    const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
+                    Progress& progress) {
+  RunOutcome outcome;
+  count(outcome, simulation.metrics());
+  metrics.add(simulation.metrics(), 0.0);
+  frames.add(simulation, true);
+  while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
+    if (interrupt.requested()) {
+      outcome.interrupted = true;
+      break;
+    }
+    if (!step(simulation, outcome, metrics)) break;
+    frames.add(simulation);
+    progress.update(simulation.metrics());
+  }
+  metrics.flush();
+  outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
+  // After a failure the last good state is gone: the frames that are there are all there is.
+  if (outcome.failure.empty()) {
+    frames.add(simulation, true);
+    progress.finish(simulation.metrics());
+  }
+  return outcome;
+}
+
+}  // namespace palpate::app

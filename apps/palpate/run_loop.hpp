@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include <palpate/simulation.hpp>
+
+#include "frame_writer.hpp"
+#include "interrupt.hpp"
+#include "metrics_file.hpp"
+#include "phase_times.hpp"
+#include "progress.hpp"
+
+namespace palpate::app {
+
+/// A count at the last step, at the step where it was largest, and added up over all steps.
+struct Tally {
+  std::size_t last = 0;
+  std::size_t largest = 0;
+  std::size_t total = 0;
+  void add(std::size_t count);
+};
+
+/// What a run did.
+struct RunOutcome {
+  std::int64_t steps = 0;
+  bool at_rest = false;
+  bool interrupted = false;
+  std::string failure;  ///< why the simulation could not go on; empty if it could
+  PhaseTimes times;
+  Tally contacts;
+  Tally border_edges;
+  Tally crossings;
+  Tally candidates;
+  Tally movers;
+  Tally depth_fallbacks;
+  std::int64_t solver_iterations = 0;
+  std::int64_t steps_at_solver_cap = 0;
+};
+
+/// Steps until `most_steps`, until rest (if asked), an interrupt or a failure of the simulation. Writes a row
+/// for each step and the frames that are due, the first and the last state always. Throws Error where they
+/// cannot be written.
+RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
+                    const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
+                    Progress& progress);
+
+}  // namespace palpate::app

@@ -1,0 +1,129 @@
+#include "run_report.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+
+#include <palpate/version.hpp>
+
+#include "body_report.hpp"
+#include "geometry/vector.hpp"
+#include "io/machine.hpp"
+#include "numbers.hpp"
+#include "scene/json_text.hpp"
+#include "sim/response.hpp"
+
+namespace palpate::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json tally_json(const Tally& tally) {
+  return {{"last", tally.last}, {"largest", tally.largest}, {"total", tally.total}};
+}
+
+Json phases_json(const PhaseTimes& times) {
+  Json json = Json::object();
+  for (std::size_t phase = 0; phase < PhaseTimes::names.size(); ++phase) {
+    std::string name(PhaseTimes::names[phase]);
+    std::ranges::replace(name, ' ', '_');
+    json[name] = {{"mean_ms", 1e3 * times.mean(phase)}, {"median_ms", 1e3 * times.median(phase)}};
+  }
+  return json;
+}
+
+/// Smallest and largest contact stiffness over the pairs of bodies that can touch; null where no pair can.
+Json stiffness_json(const RunReport& report) {
+  const Bodies& bodies = report.simulation.bodies();
+  std::vector<Material> materials;
+  for (const SceneBody& body : report.scene.bodies) materials.push_back(body.material.value_or(Material{}));
+  const ContactResponse response(bodies, materials, report.obstacles, report.scene.settings.response, {}, {});
+  double low = std::numeric_limits<double>::infinity();
+  double high = 0.0;
+  for (Index a = 0; a < bodies.body_count(); ++a) {
+    for (Index b = 0; b < a; ++b) {
+      if (at(report.obstacles, a) != 0 && at(report.obstacles, b) != 0) continue;
+      const double stiffness = response.stiffness(a, b);
+      low = std::min(low, stiffness);
+      high = std::max(high, stiffness);
+    }
+  }
+  return high > 0.0 ? Json{{"min", low}, {"max", high}} : Json();
+}
+
+Json bodies_json(const RunReport& report) {
+  const Simulation& sim = report.simulation;
+  Json list = Json::array();
+  for (Index b = 0; b < sim.bodies().body_count(); ++b) {
+    const Body& body = at(sim.bodies().bodies(), b);
+    const auto& file = report.files[static_cast<std::size_t>(b)];
+    Json json{{"name", body.name},
+              {"obstacle", at(report.obstacles, b) != 0},
+              {"mass", at(sim.masses(), b)},
+              {"contact_force", to_json(at(sim.contact_forces(), b))}};
+    json.update(statistics_json(mesh_statistics(sim.bodies(), sim.bodies().points_rest(), b)));
+    json.update(notes_json(file ? &*file : nullptr, at(sim.bodies().notes(), b)));
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+Json results_json(const RunReport& report) {
+  return {{"folder", utf8_text(report.folder.string())},
+          {"series", "frames.pvd"},
+          {"frames", report.frames},
+          {"metrics", "metrics.csv"},
+          {"picture", report.picture ? Json(report.picture->filename().string()) : Json()}};
+}
+
+void add_build_and_machine(Json& json, const RunReport& report) {
+  const io::Machine machine = io::describe_machine();
+  json["version"] = PALPATE_VERSION;
+  json["commit"] = machine.commit;
+  json["compiler"] = machine.compiler;
+  json["build_type"] = machine.build_type;
+  json["machine"] = {{"cpu", machine.cpu}, {"cores", machine.cores}};
+  json["threads"] = report.threads;
+}
+
+void add_outcome(Json& json, const RunReport& report) {
+  const RunOutcome& outcome = report.outcome;
+  const StepMetrics& metrics = report.simulation.metrics();
+  json["steps"] = outcome.steps;
+  json["most_steps"] = report.most_steps;
+  json["simulated_time"] = metrics.time;
+  json["at_rest"] = outcome.at_rest;
+  json["interrupted"] = outcome.interrupted;
+  json["error"] = outcome.failure.empty() ? Json() : Json(utf8_text(outcome.failure));
+  json["state_hash"] = report.simulation.state_hash();
+  json["wall_seconds"] = report.wall_seconds;
+  json["phases"] = phases_json(outcome.times);
+  json["contacts"] = tally_json(outcome.contacts);
+  json["border_edges"] = tally_json(outcome.border_edges);
+  json["crossings"] = tally_json(outcome.crossings);
+  json["candidates"] = tally_json(outcome.candidates);
+  json["movers"] = tally_json(outcome.movers);
+  json["depth_fallbacks"] = tally_json(outcome.depth_fallbacks);
+  json["solver"] = {{"iterations", outcome.solver_iterations}, {"steps_at_cap", outcome.steps_at_solver_cap}};
+  json["kinetic_energy"] = metrics.kinetic_energy;
+  json["elastic_energy"] = metrics.elastic_energy;
+  json["largest_speed"] = metrics.largest_speed;
+  json["deepest"] = metrics.deepest;
+}
+
+}  // namespace
+
+Json report_json(const RunReport& report) {
+  Json json;
+  add_build_and_machine(json, report);
+  json["scene_file"] = utf8_text(report.scene_file.string());
+  add_outcome(json, report);
+  json["resolved"] = {{"cell_size", report.simulation.metrics().detection.cell_size},
+                      {"stiffness", stiffness_json(report)}};
+  json["results"] = results_json(report);
+  json["bodies"] = bodies_json(report);
+  json["scene"] = Json::parse(write_scene(report.scene));
+  return json;
+}
+
+}  // namespace palpate::app

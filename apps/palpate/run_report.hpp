@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "run_loop.hpp"
+#include "scene_input.hpp"
+
+namespace palpate::app {
+
+/// Everything that is told about a run at its end. Borrows what is large.
+struct RunReport {
+  std::filesystem::path scene_file;
+  const Scene& scene;  ///< with the settings that were used
+  const Simulation& simulation;
+  const std::vector<std::optional<MeshRecord>>& files;  ///< (n_bodies)
+  const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
+  const RunOutcome& outcome;
+  std::filesystem::path folder;
+  std::size_t frames = 0;
+  std::optional<std::filesystem::path> picture;
+  std::int64_t most_steps = 0;
+  int threads = 0;
+  double wall_seconds = 0.0;
+};
+
+/// The content of run.json.
+nlohmann::ordered_json report_json(const RunReport& report);
+
+/// The summary that a person reads at the end of a run.
+std::string report_text(const RunReport& report);
+
+}  // namespace palpate::app

@@ -1,0 +1,73 @@
+#include <fmt/format.h>
+
+#include "body_report.hpp"
+#include "geometry/vector.hpp"
+#include "numbers.hpp"
+#include "run_report.hpp"
+
+namespace palpate::app {
+namespace {
+
+std::string ending(const RunReport& report) {
+  if (report.outcome.interrupted) return "interrupted";
+  return report.outcome.at_rest ? "at rest" : "not at rest";
+}
+
+std::string tally_line(const char* name, const Tally& tally) {
+  return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
+}
+
+std::string phases_text(const PhaseTimes& times) {
+  std::string text = fmt::format("{:<14}{:>10}{:>10}\n", "ms per step", "mean", "median");
+  for (std::size_t phase = 0; phase < PhaseTimes::names.size(); ++phase) {
+    text += fmt::format("  {:<12}{:>10.3f}{:>10.3f}\n", PhaseTimes::names[phase], 1e3 * times.mean(phase),
+                        1e3 * times.median(phase));
+  }
+  return text;
+}
+
+/// A line for each body whose file held more, or other, than a clean mesh.
+std::string notes_lines(const RunReport& report) {
+  std::string text;
+  const Bodies& bodies = report.simulation.bodies();
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    const auto& file = report.files[static_cast<std::size_t>(b)];
+    const std::string notes = notes_text(file ? &*file : nullptr, at(bodies.notes(), b));
+    if (!notes.empty()) text += fmt::format("note          {}: {}\n", at(bodies.bodies(), b).name, notes);
+  }
+  return text;
+}
+
+std::string places_text(const RunReport& report) {
+  const std::string folder = report.folder.string();
+  std::string text =
+      fmt::format("results       {}/frames.pvd ({})\n", folder, counted(report.frames, "frame"));
+  text += fmt::format("metrics       {}/metrics.csv\n", folder);
+  text += fmt::format("report        {}/run.json\n", folder);
+  if (report.picture) text += fmt::format("picture       {}\n", report.picture->string());
+  return text;
+}
+
+}  // namespace
+
+std::string report_text(const RunReport& report) {
+  const RunOutcome& outcome = report.outcome;
+  const StepMetrics& metrics = report.simulation.metrics();
+  const Units& units = report.scene.units;
+  std::string text = fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
+                                 counted(static_cast<std::size_t>(outcome.steps), "step"),
+                                 short_text(metrics.time), units.time, ending(report));
+  text += tally_line("contacts", outcome.contacts);
+  text += tally_line("crossings", outcome.crossings);
+  text += fmt::format("deepest       {} {}\n", short_text(metrics.deepest), units.length);
+  text += fmt::format("fastest       {} {}\n", short_text(metrics.largest_speed), speed_unit(units));
+  text += phases_text(outcome.times);
+  text += fmt::format("solver cap    hit in {}\n",
+                      counted(static_cast<std::size_t>(outcome.steps_at_solver_cap), "step"));
+  text += fmt::format("wall time     {} s on {}\n", short_text(report.wall_seconds),
+                      counted(static_cast<std::size_t>(report.threads), "thread"));
+  text += fmt::format("state hash    {}\n", report.simulation.state_hash());
+  return text + notes_lines(report) + places_text(report);
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "scene/load.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// What reading a mesh file met.
+struct MeshRecord {
+  std::string file;
+  std::string format;
+  std::vector<std::pair<std::string, Index>> dropped;  ///< kinds of cells that are no tets, and how many
+  std::vector<Index> reoriented;  ///< tets that had negative volume, 0-based in the file's order of tets
+};
+
+/// A mesh file after check_mesh().
+struct MeshInput {
+  TetMesh mesh;
+  MeshRecord record;
+};
+
+/// A scene with its bodies.
+struct SceneInput {
+  Scene scene;  ///< named: after its file where it has no name
+  LoadedScene loaded;
+  std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), of those from a mesh file
+};
+
+/// Whether `path` means a scene (.json), not a mesh. Throws BadInput where it is neither by its extension.
+bool is_scene(const std::filesystem::path& path);
+
+/// Each throws BadInput: one line that names the file that is wrong.
+MeshInput read_mesh_input(const std::filesystem::path& path);
+SceneInput read_scene_input(const std::filesystem::path& path);
+
+/// The simulation of a scene; takes the bodies out of `loaded`. Throws BadInput where a setting is refused.
+Simulation make_simulation(const Scene& scene, LoadedScene loaded, int threads);
+
+/// Obstacle flags as the library takes them, (n_bodies).
+std::vector<std::uint8_t> obstacle_flags(const LoadedScene& loaded);
+
+}  // namespace palpate::app

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <vector>
+
+namespace palpate::app {
+
+/// A subcommand: its flags, and what it does once they are parsed. `work` returns the exit code; it throws
+/// BadInput where the input is to blame and any other exception where the work failed.
+struct Subcommand {
+  CLI::App* app;
+  std::function<int()> work;
+};
+
+/// Each adds its subcommand to the command.
+Subcommand add_run(CLI::App& command);
+Subcommand add_info(CLI::App& command);
+Subcommand add_detect(CLI::App& command);
+/// `generate` has one subcommand of its own for each kind of thing.
+std::vector<Subcommand> add_generate(CLI::App& command);
+
+}  // namespace palpate::app
