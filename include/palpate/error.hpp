@@ -11,9 +11,8 @@ namespace palpate {
 class Error : public std::runtime_error {
  public:
   /// \param source    the file, or the function or parameter set that was given the bad value
-  /// \param where     line, index or key inside the source ("line 12", "tet 7", "bodies[2].density"); may be empty
-  /// \param found     what was there
-  /// \param expected  what would have been right
+  /// \param where     line, index or key inside the source ("line 12", "tet 7", "bodies[2].density"); may be
+  /// empty \param found     what was there \param expected  what would have been right
   Error(std::string source, std::string where, std::string found, std::string expected);
 
   [[nodiscard]] const std::string& source() const { return source_; }

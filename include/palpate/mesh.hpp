@@ -24,9 +24,9 @@ struct MeshNotes {
 
 /// Checks a mesh and turns tets of negative volume so that det[b-a, c-a, d-a] > 0 for each.
 ///
-/// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of range, a
-/// point repeated in a tet, a NaN or infinite coordinate, a tet of exactly zero volume (exact arithmetic). The mesh
-/// is unchanged if it throws. O(n).
+/// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of
+/// range, a point repeated in a tet, a NaN or infinite coordinate, a tet of exactly zero volume (exact
+/// arithmetic). The mesh is unchanged if it throws. O(n).
 MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
 /// One body's share of the index space of Bodies.
@@ -51,12 +51,12 @@ struct Rows {
 
 /// The tet meshes of many bodies in one index space, with the topology that contact handling needs.
 ///
-/// Everything here is fixed after add(): deformed positions live elsewhere, as an (n_points x 3) array in the same
-/// order. Indices are global (over all bodies); the parts of body b are the ranges of bodies()[b].
+/// Everything here is fixed after add(): deformed positions live elsewhere, as an (n_points x 3) array in the
+/// same order. Indices are global (over all bodies); the parts of body b are the ranges of bodies()[b].
 class Bodies {
  public:
-  /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is refused,
-  /// also where more than two tets share a face. O(n log n).
+  /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is
+  /// refused, also where more than two tets share a face. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
@@ -65,15 +65,19 @@ class Bodies {
   [[nodiscard]] std::span<const MeshNotes> notes() const { return notes_; }
 
   [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points x 3)
-  [[nodiscard]] std::span<const Tet> tets() const { return tets_; }                 ///< (n_tets x 4), positive volume
-  [[nodiscard]] std::span<const Edge> edges() const { return edges_; }  ///< (n_edges x 2), unique, low point first
+  [[nodiscard]] std::span<const Tet> tets() const { return tets_; }  ///< (n_tets x 4), positive volume
+  [[nodiscard]] std::span<const Edge> edges() const {
+    return edges_;
+  }  ///< (n_edges x 2), unique, low point first
   /// (n_triangles x 3): faces that one tet alone has, counter-clockwise seen from outside.
   [[nodiscard]] std::span<const Triangle> triangles() const { return triangles_; }
   /// (n_tets x 4): the tet across the face opposite corner i, or -1 at the surface.
   [[nodiscard]] std::span<const std::array<Index, 4>> tet_neighbors() const { return tet_neighbors_; }
   [[nodiscard]] std::span<const Index> body_of_point() const { return body_of_point_; }  ///< (n_points)
   /// Body of a tet, triangle or edge: that of its first point.
-  [[nodiscard]] Index body_of(const auto& corners) const { return body_of_point_[static_cast<std::size_t>(corners[0])]; }
+  [[nodiscard]] Index body_of(const auto& corners) const {
+    return body_of_point_[static_cast<std::size_t>(corners[0])];
+  }
   [[nodiscard]] const Rows& point_edges() const { return point_edges_; }  ///< edges at each point, ascending
   [[nodiscard]] const Rows& point_tets() const { return point_tets_; }    ///< tets at each point, ascending
   /// The point at the other end of an edge.

@@ -39,10 +39,12 @@ struct DetectionSettings {
 struct ResponseSettings {
   /// Force per depth at each point in contact, N/m; none: from material and element size of the two bodies.
   std::optional<double> stiffness;
-  /// Damping along the direction, as a fraction of the critical damping of the point on its penalty spring; >= 0.
+  /// Damping along the direction, as a fraction of the critical damping of the point on its penalty spring;
+  /// >= 0.
   double damping = 0.3;
-  double friction = 0.0;           ///< Coulomb coefficient, >= 0
-  double friction_speed = 1e-3;    ///< sliding speed (m/s) below which friction is viscous (regularisation), > 0
+  double friction = 0.0;  ///< Coulomb coefficient, >= 0
+  double friction_speed =
+      1e-3;  ///< sliding speed (m/s) below which friction is viscous (regularisation), > 0
 };
 
 /// How the linear system of a step is solved.
@@ -59,8 +61,8 @@ struct RestSettings {
 
 /// Everything of a simulation that is not a body.
 struct SimulationSettings {
-  double time_step = 0.01;          ///< s, > 0
-  Vec3 gravity{0.0, 0.0, -9.81};    ///< m/s^2
+  double time_step = 0.01;        ///< s, > 0
+  Vec3 gravity{0.0, 0.0, -9.81};  ///< m/s^2
   DetectionSettings detection;
   ResponseSettings response;
   SolverSettings solver;

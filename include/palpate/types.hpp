@@ -8,7 +8,8 @@ namespace palpate {
 /// Index of a point, edge, triangle, tet or body: 0-based, 32 bits; -1 says "none".
 using Index = std::int32_t;
 
-/// A position, displacement, velocity or force; an array of n of them has the layout of an (n x 3) float64 array.
+/// A position, displacement, velocity or force; an array of n of them has the layout of an (n x 3) float64
+/// array.
 struct Vec3 {
   double x = 0.0;
   double y = 0.0;

@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <omp.h>
 #include <vector>
 
-#include <omp.h>
-
-/// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of threads, and
-/// every result is written to the place of its item or chunk: the same bits for every thread count.
+/// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of
+/// threads, and every result is written to the place of its item or chunk: the same bits for every thread
+/// count.
 namespace palpate::parallel {
 
 /// How many threads a parallel loop may use. Passed down, never global.
@@ -24,14 +24,18 @@ class Threads {
 };
 
 /// Number of chunks of `grain` items that cover `items`.
-constexpr std::size_t chunk_count(std::size_t items, std::size_t grain) { return (items + grain - 1) / grain; }
+constexpr std::size_t chunk_count(std::size_t items, std::size_t grain) {
+  return (items + grain - 1) / grain;
+}
 
-/// Calls body(begin, end, chunk) for each chunk of `grain` items of [0, items), in any order, on any thread. An
-/// exception in a chunk is rethrown here; of several, that of the lowest chunk.
+/// Calls body(begin, end, chunk) for each chunk of `grain` items of [0, items), in any order, on any thread.
+/// An exception in a chunk is rethrown here; of several, that of the lowest chunk.
 template <class Body>
 void for_chunks(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
   const std::size_t chunks = chunk_count(items, grain);
-  const auto run = [&](std::size_t chunk) { body(chunk * grain, std::min(items, (chunk + 1) * grain), chunk); };
+  const auto run = [&](std::size_t chunk) {
+    body(chunk * grain, std::min(items, (chunk + 1) * grain), chunk);
+  };
   if (threads.count() == 1 || chunks <= 1) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     return;
@@ -64,8 +68,8 @@ void for_each(const Threads& threads, std::size_t items, std::size_t grain, Body
 /// Items of a chunk in a sum: part of the result's definition, so that sums have the same bits everywhere.
 inline constexpr std::size_t sum_grain = 1024;
 
-/// Sum of map(i) over [0, items): chunk sums in item order, added in chunk order. `partial` is scratch that a caller
-/// keeps between calls so that a steady step allocates nothing.
+/// Sum of map(i) over [0, items): chunk sums in item order, added in chunk order. `partial` is scratch that a
+/// caller keeps between calls so that a steady step allocates nothing.
 template <class Map>
 double sum(const Threads& threads, std::size_t items, std::vector<double>& partial, Map&& map) {
   partial.assign(chunk_count(items, sum_grain), 0.0);
@@ -79,8 +83,8 @@ double sum(const Threads& threads, std::size_t items, std::vector<double>& parti
   return total;
 }
 
-/// Lists that chunks fill on their own and that are then joined in chunk order: the order of the items, whatever the
-/// threads did. Keeps its memory between uses.
+/// Lists that chunks fill on their own and that are then joined in chunk order: the order of the items,
+/// whatever the threads did. Keeps its memory between uses.
 template <class T>
 class ChunkedList {
  public:

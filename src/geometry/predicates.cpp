@@ -1,0 +1,173 @@
+#include "geometry/predicates.hpp"
+
+#include <algorithm>
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+namespace mp = boost::multiprecision;
+// 512 bits live inside the number: enough for coordinates of one scene, so the usual exact call allocates
+// nothing.
+using Integer = mp::number<mp::cpp_int_backend<512>, mp::et_off>;
+
+/// A 3x3 determinant in double with a bound on its absolute error.
+struct Filtered {
+  double value;
+  double error;
+};
+
+Filtered orient3d_filtered(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Vec3 u = b - a;
+  const Vec3 v = c - a;
+  const Vec3 w = d - a;
+  const double vxwy = v.x * w.y;
+  const double vywx = v.y * w.x;
+  const double wxuy = w.x * u.y;
+  const double wyux = w.y * u.x;
+  const double uxvy = u.x * v.y;
+  const double uyvx = u.y * v.x;
+  const double value = u.z * (vxwy - vywx) + v.z * (wxuy - wyux) + w.z * (uxvy - uyvx);
+  const double permanent = std::abs(u.z) * (std::abs(vxwy) + std::abs(vywx)) +
+                           std::abs(v.z) * (std::abs(wxuy) + std::abs(wyux)) +
+                           std::abs(w.z) * (std::abs(uxvy) + std::abs(uyvx));
+  constexpr double half_ulp = std::numeric_limits<double>::epsilon() / 2.0;
+  constexpr double relative = (7.0 + 56.0 * half_ulp) * half_ulp;  // Shewchuk's o3derrboundA
+  // A product that underflows is wrong by less than the smallest normal number, then multiplied by a z
+  // difference.
+  constexpr double tiny = std::numeric_limits<double>::min();
+  const double underflow = tiny * (4.0 + std::abs(u.z) + std::abs(v.z) + std::abs(w.z));
+  return {value, relative * permanent + underflow};
+}
+
+/// Mantissa and exponent of a finite double: mantissa * 2^exponent.
+struct Scaled {
+  std::int64_t mantissa;
+  int exponent;
+};
+
+Scaled scaled(double x) {
+  if (x == 0.0) return {0, std::numeric_limits<int>::max()};
+  int exponent = 0;
+  const double fraction = std::frexp(x, &exponent);
+  return {static_cast<std::int64_t>(std::ldexp(fraction, 53)), exponent - 53};
+}
+
+/// det[b - a, c - a, d - a] times a positive power of two, exactly. `exponent` is one for all calls to be
+/// compared.
+Integer exact_determinant(const std::array<Vec3, 4>& corners, int exponent) {
+  const auto integer = [exponent](double x) {
+    const Scaled s = scaled(x);
+    Integer i = s.mantissa;
+    if (s.mantissa != 0) i <<= s.exponent - exponent;
+    return i;
+  };
+  std::array<std::array<Integer, 3>, 4> p;
+  for (std::size_t i = 0; i < 4; ++i) {
+    p[i] = {integer(corners[i].x), integer(corners[i].y), integer(corners[i].z)};
+  }
+  std::array<std::array<Integer, 3>, 3> m;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) m[i][k] = p[i + 1][k] - p[0][k];
+  }
+  const auto& [u, v, w] = m;
+  return u[2] * (v[0] * w[1] - v[1] * w[0]) + v[2] * (w[0] * u[1] - w[1] * u[0]) +
+         w[2] * (u[0] * v[1] - u[1] * v[0]);
+}
+
+/// The smallest exponent of the coordinates: with it all become integers.
+template <std::size_t n>
+int common_exponent(const std::array<Vec3, n>& points) {
+  int exponent = std::numeric_limits<int>::max();
+  for (const Vec3& p : points) {
+    for (const double x : {p.x, p.y, p.z}) exponent = std::min(exponent, scaled(x).exponent);
+  }
+  return exponent;
+}
+
+double determinant(const Vec3& u, const Vec3& v, const Vec3& w) {
+  return dot(u, cross(v, w));
+}
+
+}  // namespace
+
+int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Filtered f = orient3d_filtered(a, b, c, d);
+  if (f.value > f.error) return 1;
+  if (-f.value > f.error) return -1;
+  const std::array<Vec3, 4> corners{a, b, c, d};
+  return exact_determinant(corners, common_exponent(corners)).sign();
+}
+
+bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  // Replacing one corner by p must never turn the tet around. All signs zero means that the tet has no
+  // volume.
+  bool positive = false;
+  bool negative = false;
+  const auto turns = [&](int sign) {
+    positive |= sign > 0;
+    negative |= sign < 0;
+    return positive && negative;
+  };
+  if (turns(orient3d(p, b, c, d)) || turns(orient3d(a, p, c, d)) || turns(orient3d(a, b, p, d)) ||
+      turns(orient3d(a, b, c, p))) {
+    return false;
+  }
+  // The four volumes add up to that of the tet: all of one sign or zero, and one not zero, is inside.
+  return positive || negative;
+}
+
+bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
+  const int side_a = orient3d(t0, t1, t2, a);
+  const int side_b = orient3d(t0, t1, t2, b);
+  if (side_a == side_b) return false;  // both beyond, or (0, 0) in the plane
+  bool positive = false;
+  bool negative = false;
+  for (const int sign : {orient3d(a, b, t0, t1), orient3d(a, b, t1, t2), orient3d(a, b, t2, t0)}) {
+    positive |= sign > 0;
+    negative |= sign < 0;
+  }
+  return !(positive && negative);
+}
+
+double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
+  const Filtered fa = orient3d_filtered(t0, t1, t2, a);
+  const Filtered fb = orient3d_filtered(t0, t1, t2, b);
+  constexpr double accuracy = 1e-9;
+  if (fa.error < accuracy * std::abs(fa.value) && fb.error < accuracy * std::abs(fb.value)) {
+    return std::clamp(fa.value / (fa.value - fb.value), 0.0, 1.0);
+  }
+  const int exponent = common_exponent(std::array<Vec3, 5>{a, b, t0, t1, t2});
+  const Integer da = exact_determinant({t0, t1, t2, a}, exponent);
+  const Integer db = exact_determinant({t0, t1, t2, b}, exponent);
+  const mp::cpp_rational t(mp::cpp_int(da), mp::cpp_int(da - db));
+  return std::clamp(static_cast<double>(t), 0.0, 1.0);
+}
+
+std::array<double, 4> barycentric_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
+                                          const Vec3& d) {
+  // Offsets from p, so that the weights are accurate where p is near a corner or the tet is far from the
+  // origin.
+  const Vec3 pa = a - p;
+  const Vec3 pb = b - p;
+  const Vec3 pc = c - p;
+  const Vec3 pd = d - p;
+  std::array<double, 4> w{determinant(pb, pc, pd), -determinant(pa, pc, pd), determinant(pa, pb, pd),
+                          -determinant(pa, pb, pc)};
+  const double orientation = determinant(b - a, c - a, d - a) < 0.0 ? -1.0 : 1.0;
+  double sum = 0.0;
+  for (double& x : w) sum += x = std::max(0.0, orientation * x);
+  if (!(sum >
+        0.0)) {  // a sliver whose volumes all round to zero: any point of it is as near as rounding can tell
+    return {0.25, 0.25, 0.25, 0.25};
+  }
+  for (double& x : w) x /= sum;
+  return w;
+}
+
+}  // namespace palpate

@@ -1,0 +1,195 @@
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include <palpate/error.hpp>
+#include <palpate/mesh.hpp>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+/// Corners of the face opposite corner i of a tet of positive volume, counter-clockwise seen from outside.
+constexpr std::array<std::array<std::size_t, 3>, 4> face_corners{
+    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+constexpr std::array<std::array<std::size_t, 2>, 6> edge_corners{
+    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+/// The topology of one mesh, with indices local to it.
+struct Topology {
+  std::vector<Edge> edges;
+  std::vector<Triangle> triangles;
+  std::vector<std::array<Index, 4>> tet_neighbors;
+  Rows point_edges;
+  Rows point_tets;
+};
+
+std::vector<Edge> unique_edges(const std::vector<Tet>& tets) {
+  std::vector<Edge> edges;
+  edges.reserve(tets.size() * 6);
+  for (const Tet& tet : tets) {
+    for (const auto& [i, j] : edge_corners)
+      edges.push_back({std::min(tet[i], tet[j]), std::max(tet[i], tet[j])});
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  edges.shrink_to_fit();
+  return edges;
+}
+
+/// For each point the indices of the primitives that have it as a corner, ascending.
+template <class Corners>
+Rows rows_of_points(std::size_t n_points, const std::vector<Corners>& primitives) {
+  Rows rows;
+  rows.begin.assign(n_points + 1, 0);
+  for (const Corners& corners : primitives) {
+    for (const Index corner : corners) ++at(rows.begin, corner + 1);
+  }
+  for (std::size_t i = 0; i < n_points; ++i) rows.begin[i + 1] += rows.begin[i];
+  rows.values.resize(static_cast<std::size_t>(rows.begin.back()));
+  std::vector<Index> next(rows.begin.begin(), rows.begin.end() - 1);
+  for (std::size_t p = 0; p < primitives.size(); ++p) {
+    for (const Index corner : primitives[p]) at(rows.values, at(next, corner)++) = static_cast<Index>(p);
+  }
+  return rows;
+}
+
+/// Pairs the faces of the tets: fills tet_neighbors, and triangles with the faces that have no partner.
+void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topology& topology) {
+  struct Face {
+    Triangle sorted;
+    Index tet;
+    Index opposite;
+    bool operator<(const Face& o) const {
+      return std::tie(sorted, tet, opposite) < std::tie(o.sorted, o.tet, o.opposite);
+    }
+  };
+  std::vector<Face> faces;
+  faces.reserve(tets.size() * 4);
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& [i, j, k] = face_corners[opposite];
+      Triangle sorted{tets[t][i], tets[t][j], tets[t][k]};
+      std::sort(sorted.begin(), sorted.end());
+      faces.push_back({sorted, static_cast<Index>(t), static_cast<Index>(opposite)});
+    }
+  }
+  std::sort(faces.begin(), faces.end());
+  topology.tet_neighbors.assign(tets.size(), {-1, -1, -1, -1});
+  const auto neighbor = [&](const Face& f) -> Index& {
+    return at(at(topology.tet_neighbors, f.tet), f.opposite);
+  };
+  for (std::size_t f = 0; f < faces.size();) {
+    std::size_t next = f + 1;
+    while (next < faces.size() && faces[next].sorted == faces[f].sorted) ++next;
+    if (next - f > 2) {
+      throw Error(source, "tet " + std::to_string(faces[f + 2].tet),
+                  "a face that tets " + std::to_string(faces[f].tet) + " and " +
+                      std::to_string(faces[f + 1].tet) + " share already",
+                  "at most two tets on a face");
+    }
+    if (next - f == 2) {
+      neighbor(faces[f]) = faces[f + 1].tet;
+      neighbor(faces[f + 1]) = faces[f].tet;
+    }
+    f = next;
+  }
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      if (topology.tet_neighbors[t][opposite] >= 0) continue;
+      const auto& [i, j, k] = face_corners[opposite];
+      topology.triangles.push_back({tets[t][i], tets[t][j], tets[t][k]});
+    }
+  }
+}
+
+Topology build_topology(const TetMesh& mesh, const std::string& source) {
+  Topology topology;
+  topology.edges = unique_edges(mesh.tets);
+  pair_faces(mesh.tets, source, topology);
+  topology.point_edges = rows_of_points(mesh.points.size(), topology.edges);
+  topology.point_tets = rows_of_points(mesh.points.size(), mesh.tets);
+  return topology;
+}
+
+Index count_of(const auto& container) {
+  return static_cast<Index>(container.size());
+}
+
+Range append_range(const auto& all, const auto& part) {
+  return {count_of(all), count_of(all) + count_of(part)};
+}
+
+/// Appends primitives with their corners shifted to global point indices.
+template <class Corners>
+void append_shifted(std::vector<Corners>& all, const std::vector<Corners>& part, Index shift) {
+  for (Corners corners : part) {
+    for (Index& corner : corners) corner += corner < 0 ? 0 : shift;
+    all.push_back(corners);
+  }
+}
+
+void append_shifted(Rows& all, const Rows& part, Index shift) {
+  const Index first = all.begin.back();
+  for (std::size_t i = 1; i < part.begin.size(); ++i) all.begin.push_back(first + part.begin[i]);
+  for (const Index value : part.values) all.values.push_back(value + shift);
+}
+
+/// Makes room for `part` behind `all`; at least doubles, so that adding many bodies stays linear.
+void grow(auto& all, const auto& part) {
+  const std::size_t needed = all.size() + part.size();
+  if (needed > all.capacity()) all.reserve(std::max(needed, 2 * all.capacity()));
+}
+
+void grow_rows(Rows& all, const Rows& part) {
+  grow(all.begin, part.begin);
+  grow(all.values, part.values);
+}
+
+void check_room(std::size_t have, std::size_t more, const char* what, const std::string& source) {
+  if (have + more > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw Error(source, "", std::to_string(have + more) + " " + what + " in all bodies",
+                "at most 2147483647");
+  }
+}
+
+}  // namespace
+
+Index Bodies::add(std::string name, TetMesh mesh) {
+  check_room(tets_.size() * 4, mesh.tets.size() * 4, "tet corners", name);
+  check_room(points_rest_.size(), mesh.points.size(), "points", name);
+  const MeshNotes notes = check_mesh(mesh, name);
+  const Topology topology = build_topology(mesh, name);
+
+  // All memory first: nothing below throws, so a refused body leaves no trace.
+  grow(bodies_, std::array<int, 1>{});
+  grow(notes_, std::array<int, 1>{});
+  grow(points_rest_, mesh.points);
+  grow(body_of_point_, mesh.points);
+  grow(tets_, mesh.tets);
+  grow(tet_neighbors_, mesh.tets);
+  grow(edges_, topology.edges);
+  grow(triangles_, topology.triangles);
+  grow_rows(point_edges_, topology.point_edges);
+  grow_rows(point_tets_, topology.point_tets);
+
+  Body body{std::move(name), append_range(points_rest_, mesh.points), append_range(edges_, topology.edges),
+            append_range(triangles_, topology.triangles), append_range(tets_, mesh.tets)};
+  const Index id = body_count();
+  points_rest_.insert(points_rest_.end(), mesh.points.begin(), mesh.points.end());
+  body_of_point_.insert(body_of_point_.end(), mesh.points.size(), id);
+  append_shifted(tets_, mesh.tets, body.points.begin);
+  append_shifted(edges_, topology.edges, body.points.begin);
+  append_shifted(triangles_, topology.triangles, body.points.begin);
+  append_shifted(tet_neighbors_, topology.tet_neighbors, body.tets.begin);
+  append_shifted(point_edges_, topology.point_edges, body.edges.begin);
+  append_shifted(point_tets_, topology.point_tets, body.tets.begin);
+  bodies_.push_back(std::move(body));
+  notes_.push_back(notes);
+  return id;
+}
+
+}  // namespace palpate
