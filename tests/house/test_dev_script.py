@@ -78,14 +78,14 @@ class DevScript(unittest.TestCase):
                 self.assertEqual((result.returncode, result.stdout), (0, ""))
                 self.assertIn("libvtk9-dev (mesh and result files)", result.stderr)
                 self.assertIn(prefix, self.calls())
-                self.assertRegex(self.calls(), r"apt-get .*install --no-install-recommends .*libvtk9-dev")
+                self.assertRegex(self.calls(), r"apt-get .*install --no-install-recommends --no-remove .*libvtk9-dev")
 
     def test_only_what_is_missing_is_installed(self):
         self.nothing_installed(user=0, sudo_status=0)
         self.stand_in("dpkg-query", 'for p in "$@"; do [[ $p == cmake ]] || printf "installed=%s " "$p"; done; exit 1')
         result = self.dev("setup")
         self.assertEqual(result.returncode, 0)
-        self.assertRegex(self.calls(), r"install --no-install-recommends cmake\n")
+        self.assertRegex(self.calls(), r"install --no-install-recommends --no-remove cmake\n")
 
     def test_a_failing_apt_shows_its_log_and_is_1(self):
         self.nothing_installed(user=0, sudo_status=0)
