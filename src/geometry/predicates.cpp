@@ -143,9 +143,10 @@ double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Ve
     return std::clamp(fa.value / (fa.value - fb.value), 0.0, 1.0);
   }
   const int exponent = common_exponent(std::array<Vec3, 5>{a, b, t0, t1, t2});
-  const Integer da = exact_determinant({t0, t1, t2, a}, exponent);
-  const Integer db = exact_determinant({t0, t1, t2, b}, exponent);
-  const mp::cpp_rational t(mp::cpp_int(da), mp::cpp_int(da - db));
+  // The ends are on different sides, or one is in the plane: distances from it, without their signs, add up.
+  const mp::cpp_int to_a(mp::abs(exact_determinant({t0, t1, t2, a}, exponent)));
+  const mp::cpp_int to_b(mp::abs(exact_determinant({t0, t1, t2, b}, exponent)));
+  const mp::cpp_rational t(to_a, to_a + to_b);
   return std::clamp(static_cast<double>(t), 0.0, 1.0);
 }
 

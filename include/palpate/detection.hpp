@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// Contacts: points that lie in a tet of another body (closed tets; of several tets of one body, the lowest
+/// index). Structure of arrays, sorted by (point, body); a point in two other bodies is two contacts.
+struct Contacts {
+  std::vector<Index> point;  ///< (n)
+  std::vector<Index> body;   ///< (n) the penetrated body
+  std::vector<Index> tet;    ///< (n) the penetrated tet
+  std::vector<std::array<double, 4>>
+      weights;                  ///< (n x 4) barycentric weights of the point in the tet, corner order
+  std::vector<double> depth;    ///< (n) penetration depth, >= 0
+  std::vector<Vec3> direction;  ///< (n x 3) unit vector that leads the point out of the penetrated body
+  [[nodiscard]] std::size_t size() const { return point.size(); }
+};
+
+/// An edge with one end in contact with a body and the other end not in contact with it.
+struct BorderEdge {
+  Index contact;     ///< index into Contacts: the end that is in contact, and the penetrated body
+  Index free_point;  ///< the other end
+};
+
+/// A border edge meets a surface triangle of the body that its contact penetrates.
+struct Crossing {
+  Index border_edge;
+  Index triangle;
+  double parameter;  ///< 0 at the point in contact, 1 at the free end
+};
+
+/// What one detection did; counts, not times, are the same on every machine.
+struct DetectionCounts {
+  std::size_t contacts = 0;
+  std::size_t border_edges = 0;
+  std::size_t crossings = 0;
+  std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
+  std::size_t depth_fallbacks = 0;  ///< contacts whose depth is the distance to the nearest surface point
+  std::size_t cells = 0;            ///< cells of the domain
+  double cell_size = 0.0;
+};
+
+/// Seconds of the phases of one detection.
+struct DetectionTimes {
+  double grid = 0.0;
+  double contacts = 0.0;
+  double border_edges = 0.0;
+  double crossings = 0.0;
+  double depth = 0.0;
+};
+
+/// Finds the contacts among bodies, and how deep they are, frame after frame.
+///
+/// The result is that of exact arithmetic on the given positions and has the same bits for every structure,
+/// order, sort and thread count. Keeps its memory from frame to frame.
+class Detector {
+ public:
+  /// \param bodies     must outlive the detector
+  /// \param immovable  per body; pairs of two immovable bodies are not tested. Empty: none is.
+  /// \param threads    number of threads; 0 takes all
+  /// Throws Error where a setting is out of range.
+  Detector(const Bodies& bodies, const DetectionSettings& settings, std::vector<std::uint8_t> immovable = {},
+           int threads = 0);
+  ~Detector();
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+
+  /// Finds all contacts at `positions` (n_points x 3). Expected time O(points + tets + contacts); with
+  /// Structure::brute O(points x tets). Throws Error where a position is not finite.
+  void detect(std::span<const Vec3> positions);
+
+  /// Results of the last detect(); valid until the next.
+  [[nodiscard]] const Contacts& contacts() const;
+  [[nodiscard]] std::span<const BorderEdge> border_edges() const;  ///< sorted by (contact, edge)
+  [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
+  [[nodiscard]] const DetectionCounts& counts() const;
+  [[nodiscard]] const DetectionTimes& times() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include <palpate/detection.hpp>
+
+#include "contact/contact_list.hpp"
+
+namespace palpate {
+
+/// The edges that connect a point in contact with a point that is not in contact with the same body (paper
+/// 3), in order of (contact, edge). O(contacts x edges at a point), parallel.
+void find_border_edges(const parallel::Threads& threads, const Bodies& bodies, const ContactList& contacts,
+                       parallel::ChunkedList<BorderEdge>& scratch, std::vector<BorderEdge>& border_edges);
+
+}  // namespace palpate

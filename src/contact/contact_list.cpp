@@ -1,0 +1,44 @@
+#include "contact/contact_list.hpp"
+
+#include "sort/rows.hpp"
+
+namespace palpate {
+
+void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
+                         std::span<const Vec3> positions, std::span<const PointInTet> found) {
+  const std::size_t n_points = bodies.points_rest().size();
+  // Found tets ascend, so within a point they stay ascending, and with them their bodies.
+  sort_into_rows(
+      found, n_points, [](const PointInTet& f) { return f.point; }, row_begin_, by_point_);
+  contacts_.point.clear();
+  contacts_.body.clear();
+  contacts_.tet.clear();
+  point_begin_.resize(n_points + 1);
+  for (std::size_t p = 0; p < n_points; ++p) {
+    point_begin_[p] = static_cast<Index>(contacts_.size());
+    Index last_body = -1;
+    for (Index f = row_begin_[p]; f < row_begin_[p + 1]; ++f) {
+      const Index tet = at(by_point_, f).tet;
+      const Index body = bodies.body_of(at(bodies.tets(), tet));
+      if (body == last_body) continue;
+      last_body = body;
+      contacts_.point.push_back(static_cast<Index>(p));
+      contacts_.body.push_back(body);
+      contacts_.tet.push_back(tet);
+    }
+  }
+  point_begin_[n_points] = static_cast<Index>(contacts_.size());
+
+  const std::size_t n = contacts_.size();
+  contacts_.weights.resize(n);
+  contacts_.depth.assign(n, 0.0);
+  contacts_.direction.assign(n, Vec3{});
+  parallel::for_each(threads, n, 512, [&](std::size_t c) {
+    const Tet& tet = at(bodies.tets(), contacts_.tet[c]);
+    contacts_.weights[c] =
+        barycentric_weights(at(positions, contacts_.point[c]), at(positions, tet[0]), at(positions, tet[1]),
+                            at(positions, tet[2]), at(positions, tet[3]));
+  });
+}
+
+}  // namespace palpate

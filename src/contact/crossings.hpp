@@ -1,0 +1,99 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include <palpate/detection.hpp>
+
+#include "geometry/box.hpp"
+#include "geometry/predicates.hpp"
+#include "grid/lattice.hpp"
+#include "parallel/parallel.hpp"
+#include "sort/rows.hpp"
+
+namespace palpate {
+
+/// Edge-triangle query (paper 3 and 4): the border edges are put into the structure by the cells they pass,
+/// and the surface triangles of the penetrated bodies look for them in the cells of their boxes.
+class CrossingQuery {
+ public:
+  template <class Structure>
+  void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+            const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& lattice,
+            Structure& edges) {
+    const auto ends_of = [&](Index e) {
+      const BorderEdge& edge = at(border_edges, e);
+      return std::array{at(contacts.point, edge.contact), edge.free_point};
+    };
+    edges.build(threads, lattice, border_edges.size(), [&](Index e, auto&& emit) {
+      const auto [in, out] = ends_of(e);
+      lattice.for_each_cell_of_segment(at(positions, in), at(positions, out), emit);
+    });
+    mark_penetrated(bodies, contacts, border_edges);
+
+    constexpr std::size_t grain = 256;
+    const std::span<const Triangle> triangles = bodies.triangles();
+    candidates_.assign(parallel::chunk_count(triangles.size(), grain), 0);
+    lists_.fill(
+        threads, triangles.size(), grain,
+        [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+          std::vector<Index> near;
+          for (std::size_t t = begin; t < end; ++t) {
+            const Triangle& triangle = triangles[t];
+            const Index body = bodies.body_of(triangle);
+            if (at(penetrated_, body) == 0) continue;
+            const Box box = box_of(positions, triangle);
+            near.clear();
+            edges.for_each(lattice.cells_of(box), [&](Index e) {
+              if (at(contacts.body, at(border_edges, e).contact) == body) near.push_back(e);
+            });
+            // An edge that passes several cells of the triangle is one candidate.
+            std::sort(near.begin(), near.end());
+            near.erase(std::unique(near.begin(), near.end()), near.end());
+            candidates_[begin / grain] += near.size();
+            const Vec3& t0 = at(positions, triangle[0]);
+            const Vec3& t1 = at(positions, triangle[1]);
+            const Vec3& t2 = at(positions, triangle[2]);
+            for (const Index e : near) {
+              const auto ends = ends_of(e);
+              const Vec3& in = at(positions, ends[0]);
+              const Vec3& out = at(positions, ends[1]);
+              if (!box.overlaps(box_of(positions, ends)) || !segment_meets_triangle(in, out, t0, t1, t2))
+                continue;
+              found.push_back({e, static_cast<Index>(t), crossing_parameter(in, out, t0, t1, t2)});
+            }
+          }
+        });
+    lists_.join(found_);
+    sort_into_rows<Crossing>(
+        found_, border_edges.size(), [](const Crossing& c) { return c.border_edge; }, begin_, crossings_);
+  }
+
+  /// Sorted by (border edge, triangle).
+  [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
+  /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
+  [[nodiscard]] std::span<const Index> begin() const { return begin_; }
+  [[nodiscard]] std::size_t candidates() const {
+    std::size_t total = 0;
+    for (const std::size_t c : candidates_) total += c;
+    return total;
+  }
+
+ private:
+  void mark_penetrated(const Bodies& bodies, const Contacts& contacts,
+                       std::span<const BorderEdge> border_edges) {
+    penetrated_.assign(bodies.bodies().size(), 0);
+    for (const BorderEdge& edge : border_edges) at(penetrated_, at(contacts.body, edge.contact)) = 1;
+  }
+
+  parallel::ChunkedList<Crossing> lists_;
+  std::vector<Crossing> found_;
+  std::vector<Crossing> crossings_;
+  std::vector<Index> begin_;
+  std::vector<std::uint8_t> penetrated_;
+  std::vector<std::size_t> candidates_;
+};
+
+}  // namespace palpate

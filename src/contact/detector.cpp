@@ -1,0 +1,217 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include <palpate/detection.hpp>
+#include <palpate/error.hpp>
+
+#include "contact/border_edges.hpp"
+#include "contact/contact_list.hpp"
+#include "contact/crossings.hpp"
+#include "contact/depth.hpp"
+#include "contact/points_in_tets.hpp"
+#include "grid/brute.hpp"
+#include "grid/compact.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate {
+namespace {
+
+using AnyStructure = std::variant<CompactGrid, BruteForce>;
+
+AnyStructure make_structure(Structure structure) {
+  switch (structure) {
+    case Structure::compact:
+      return CompactGrid{};
+    case Structure::brute:
+      return BruteForce{};
+  }
+  throw Error("detection settings", "structure", std::to_string(static_cast<int>(structure)),
+              "a known structure");
+}
+
+/// The average edge length, which the paper recommends (5, "Cell size").
+double mean_edge_length(const Bodies& bodies) {
+  double sum = 0.0;
+  for (const Edge& e : bodies.edges())
+    sum += length(at(bodies.points_rest(), e[1]) - at(bodies.points_rest(), e[0]));
+  return bodies.edges().empty() ? 1.0 : sum / static_cast<double>(bodies.edges().size());
+}
+
+/// The domain grows beyond the bounds by this, so that it lasts for many frames and keeps the cell indices of
+/// points that do not move.
+Box padded(const Box& bounds, double cell_size) {
+  const Vec3 extent = bounds.upper - bounds.lower;
+  const double margin = 2.0 * cell_size;
+  const Vec3 pad{margin + 0.1 * extent.x, margin + 0.1 * extent.y, margin + 0.1 * extent.z};
+  return {bounds.lower - pad, bounds.upper + pad};
+}
+
+/// Whether a domain has become so much larger than the bounds that its cells are wasted.
+bool too_large(const Box& domain, const Box& needed) {
+  const Vec3 d = domain.upper - domain.lower;
+  const Vec3 n = needed.upper - needed.lower;
+  return d.x > 2.0 * n.x || d.y > 2.0 * n.y || d.z > 2.0 * n.z;
+}
+
+}  // namespace
+
+struct Detector::State {
+  State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n)
+      : bodies(b), settings(s), immovable(std::move(i)), threads(n) {
+    if (bodies.body_count() == 0) throw Error("detector", "bodies", "none", "at least one");
+    if (immovable.empty()) immovable.assign(bodies.bodies().size(), 0);
+    if (immovable.size() != bodies.bodies().size()) {
+      throw Error("detection settings", "immovable", std::to_string(immovable.size()) + " flags",
+                  std::to_string(bodies.bodies().size()) + ", one for each body");
+    }
+    cell_size = settings.cell_size.value_or(mean_edge_length(bodies));
+    if (!(cell_size > 0.0) || !std::isfinite(cell_size)) {
+      throw Error("detection settings", "cell_size", std::to_string(cell_size), "a finite number > 0");
+    }
+    in_a_tet.resize(bodies.points_rest().size());
+    for (std::size_t p = 0; p < in_a_tet.size(); ++p) {
+      in_a_tet[p] = bodies.point_tets()[static_cast<Index>(p)].empty() ? 0 : 1;
+    }
+    points = make_structure(settings.structure);
+    edges = make_structure(settings.structure);
+  }
+
+  void update_domain(std::span<const Vec3> positions);
+  void count_movers(std::span<const Vec3> positions);
+  void update_grid(std::span<const Vec3> positions);
+
+  const Bodies& bodies;
+  DetectionSettings settings;
+  std::vector<std::uint8_t> immovable;  ///< per body
+  std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points take no part
+  parallel::Threads threads;
+  double cell_size = 0.0;
+
+  Lattice lattice;
+  bool new_domain = true;
+  std::vector<Box> box_scratch;
+  std::vector<std::uint32_t> cell_of_point;  ///< cell index of each point at the last detection
+  std::vector<double> mover_scratch;
+
+  AnyStructure points;
+  AnyStructure edges;
+  PointsInTets points_in_tets;
+  ContactList contacts;
+  parallel::ChunkedList<BorderEdge> border_scratch;
+  std::vector<BorderEdge> border_edges;
+  CrossingQuery crossings;
+  DepthEstimate depth;
+
+  DetectionCounts counts;
+  DetectionTimes times;
+};
+
+void Detector::State::update_domain(std::span<const Vec3> positions) {
+  const Box bounds = bounds_of(threads, positions, in_a_tet, box_scratch);
+  const Box needed = padded(bounds, cell_size);
+  const Box& domain = lattice.domain();
+  new_domain = lattice.cell_size() == 0.0 || !domain.contains(bounds.lower) ||
+               !domain.contains(bounds.upper) || too_large(domain, needed);
+  // A bounded number of cells for each point keeps C in proportion to the primitives.
+  constexpr double fewest_cells = 65536.0;
+  constexpr double cells_a_point = 8.0;
+  if (new_domain) {
+    lattice = Lattice(needed, cell_size,
+                      std::max(fewest_cells, cells_a_point * static_cast<double>(positions.size())));
+  }
+}
+
+void Detector::State::count_movers(std::span<const Vec3> positions) {
+  cell_of_point.resize(positions.size());
+  const double moved = parallel::sum(threads, positions.size(), mover_scratch, [&](std::size_t p) {
+    if (in_a_tet[p] == 0) return 0.0;
+    const Cell cell = lattice.cell_of(positions[p]);
+    const std::uint32_t index = lattice.linear_index(cell[0], cell[1], cell[2]);
+    const bool same = index == std::exchange(cell_of_point[p], index);
+    return same && !new_domain ? 0.0 : 1.0;
+  });
+  counts.movers = static_cast<std::size_t>(moved);
+}
+
+void Detector::State::update_grid(std::span<const Vec3> positions) {
+  update_domain(positions);
+  count_movers(positions);
+  std::visit(
+      [&](auto& structure) {
+        structure.build(threads, lattice, positions.size(), [&](Index p, auto&& emit) {
+          if (at(in_a_tet, p) == 0) return;
+          const Cell cell = lattice.cell_of(at(positions, p));
+          emit(cell[0], cell[1], cell[2]);
+        });
+      },
+      points);
+}
+
+Detector::Detector(const Bodies& bodies, const DetectionSettings& settings,
+                   std::vector<std::uint8_t> immovable, int threads)
+    : state_(std::make_unique<State>(bodies, settings, std::move(immovable), threads)) {}
+Detector::~Detector() = default;
+Detector::Detector(Detector&&) noexcept = default;
+Detector& Detector::operator=(Detector&&) noexcept = default;
+
+void Detector::detect(std::span<const Vec3> positions) {
+  State& s = *state_;
+  if (positions.size() != s.bodies.points_rest().size()) {
+    throw Error("positions", "", std::to_string(positions.size()) + " points",
+                std::to_string(s.bodies.points_rest().size()) + ", as the bodies have");
+  }
+  Stopwatch watch;
+  s.update_grid(positions);
+  s.times.grid = watch.lap();
+
+  std::visit(
+      [&](auto& structure) {
+        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable}, s.lattice, structure);
+      },
+      s.points);
+  s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
+  s.times.contacts = watch.lap();
+
+  find_border_edges(s.threads, s.bodies, s.contacts, s.border_scratch, s.border_edges);
+  s.times.border_edges = watch.lap();
+
+  std::visit(
+      [&](auto& structure) {
+        s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
+                         structure);
+      },
+      s.edges);
+  s.times.crossings = watch.lap();
+
+  s.counts.depth_fallbacks =
+      s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings);
+  s.times.depth = watch.lap();
+
+  s.counts.contacts = s.contacts.contacts().size();
+  s.counts.border_edges = s.border_edges.size();
+  s.counts.crossings = s.crossings.crossings().size();
+  s.counts.candidates = s.points_in_tets.candidates() + s.crossings.candidates();
+  s.counts.cells = s.lattice.cell_count();
+  s.counts.cell_size = s.lattice.cell_size();
+}
+
+const Contacts& Detector::contacts() const {
+  return state_->contacts.contacts();
+}
+std::span<const BorderEdge> Detector::border_edges() const {
+  return state_->border_edges;
+}
+std::span<const Crossing> Detector::crossings() const {
+  return state_->crossings.crossings();
+}
+const DetectionCounts& Detector::counts() const {
+  return state_->counts;
+}
+const DetectionTimes& Detector::times() const {
+  return state_->times;
+}
+
+}  // namespace palpate

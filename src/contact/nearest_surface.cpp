@@ -1,0 +1,68 @@
+#include "contact/nearest_surface.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double l2 = squared_length(ab);
+  const double t = l2 > 0.0 ? std::clamp(dot(p - a, ab) / l2, 0.0, 1.0) : 0.0;
+  return a + t * ab;
+}
+
+/// Nearest point of a triangle: its foot in the plane if that is inside, else the nearest of the three sides.
+Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
+  const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+  const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
+                      dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
+                      dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;
+  if (inside) return p + (dot(t[0] - p, normal) / squared_length(normal)) * normal;
+  Vec3 best;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 q = nearest_on_segment(p, t[i], t[(i + 1) % 3]);
+    const double distance = squared_length(q - p);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = q;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
+                                   const Vec3& p) {
+  double best_distance = std::numeric_limits<double>::infinity();
+  SurfacePoint best;
+  std::array<Vec3, 3> best_triangle;
+  const Range triangles = at(bodies.bodies(), body).triangles;
+  for (Index t = triangles.begin; t < triangles.end; ++t) {
+    const Triangle& corners = at(bodies.triangles(), t);
+    const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
+                                       at(positions, corners[2])};
+    const Vec3 q = nearest_on_triangle(p, triangle);
+    const double distance = squared_length(q - p);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best.position = q;
+      best_triangle = triangle;
+    }
+  }
+  best.distance = length(best.position - p);
+  best.outward = normalized(best.position - p);
+  if (best.outward == Vec3{}) {
+    best.outward =
+        normalized(cross(best_triangle[1] - best_triangle[0], best_triangle[2] - best_triangle[0]));
+  }
+  return best;
+}
+
+}  // namespace palpate

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/box.hpp"
+#include "geometry/vector.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// Integer coordinates (i, j, k) of a cell.
+using Cell = std::array<std::int32_t, 3>;
+
+/// All cells with lower <= cell <= upper in each coordinate.
+struct CellRange {
+  Cell lower;
+  Cell upper;
+};
+
+/// The domain cut into cubic cells (paper 4.1): s = ceil((e_max - e_min) / d), (i, j, k) of eq. 2.
+class Lattice {
+ public:
+  Lattice() = default;
+  /// A domain that holds `bounds`, with cells of size d >= `cell_size`: d grows, by doubling, until there are
+  /// at most `most_cells` cells and the cell index fits 32 bits. Contacts do not depend on it, only the time
+  /// to find them.
+  Lattice(const Box& bounds, double cell_size, double most_cells);
+
+  /// The cell of a point; one outside the domain gets the nearest cell. Monotone in each coordinate even in
+  /// rounding: a point in a box is in a cell of cells_of(box).
+  [[nodiscard]] Cell cell_of(const Vec3& p) const {
+    return {coordinate(p.x, lower_.x, size_[0]), coordinate(p.y, lower_.y, size_[1]),
+            coordinate(p.z, lower_.z, size_[2])};
+  }
+  [[nodiscard]] CellRange cells_of(const Box& box) const { return {cell_of(box.lower), cell_of(box.upper)}; }
+  /// Cell index, eq. 1: c = i + j s_x + k s_x s_y.
+  [[nodiscard]] std::uint32_t linear_index(std::int32_t i, std::int32_t j, std::int32_t k) const {
+    return static_cast<std::uint32_t>(i) +
+           static_cast<std::uint32_t>(size_[0]) *
+               (static_cast<std::uint32_t>(j) +
+                static_cast<std::uint32_t>(size_[1]) * static_cast<std::uint32_t>(k));
+  }
+  [[nodiscard]] std::uint32_t cell_count() const { return linear_index(0, 0, size_[2]); }
+  [[nodiscard]] const Cell& size() const { return size_; }
+  [[nodiscard]] double cell_size() const { return cell_size_; }
+  [[nodiscard]] const Box& domain() const { return domain_; }
+
+  /// Calls visit(i, j, k) for every cell that the segment (a, b) passes, and few others (within a millionth
+  /// of a cell): the rows of cells in z, then y, are cut out of the segment one after the other. O(cells
+  /// passed).
+  template <class Visit>
+  void for_each_cell_of_segment(const Vec3& a, const Vec3& b, Visit&& visit) const;
+
+ private:
+  [[nodiscard]] double scaled(double x, double lower) const { return (x - lower) * inverse_cell_size_; }
+  [[nodiscard]] static std::int32_t clamped(double x, std::int32_t size) {
+    return static_cast<std::int32_t>(std::clamp(x, 0.0, static_cast<double>(size - 1)));
+  }
+  [[nodiscard]] std::int32_t coordinate(double x, double lower, std::int32_t size) const {
+    return clamped(scaled(x, lower), size);
+  }
+
+  Box domain_;
+  Vec3 lower_;
+  Cell size_{0, 0, 0};
+  double cell_size_ = 0.0;
+  double inverse_cell_size_ = 0.0;
+};
+
+/// Coordinates beyond this are refused: their differences and products would leave the range of doubles.
+inline constexpr double largest_coordinate = 1e100;
+
+/// The box of all positions that `used` marks (n_points). Throws Error naming the first marked point that is
+/// not finite or beyond largest_coordinate. `scratch` keeps memory between calls. O(n), parallel.
+Box bounds_of(const parallel::Threads& threads, std::span<const Vec3> positions,
+              std::span<const std::uint8_t> used, std::vector<Box>& scratch);
+
+template <class Visit>
+void Lattice::for_each_cell_of_segment(const Vec3& a, const Vec3& b, Visit&& visit) const {
+  // In cell units. Rounding moves a position by far less than `slack` (coordinates have at most 21 bits).
+  constexpr double slack = 1e-6;
+  const std::array<double, 3> p{scaled(a.x, lower_.x), scaled(a.y, lower_.y), scaled(a.z, lower_.z)};
+  const std::array<double, 3> q{scaled(b.x, lower_.x), scaled(b.y, lower_.y), scaled(b.z, lower_.z)};
+  struct Part {
+    double begin;  // the part of the segment, as parameters from p to q
+    double end;
+  };
+  const auto cells = [&](std::size_t axis, const Part& part) {
+    const double x0 = p[axis] + part.begin * (q[axis] - p[axis]);
+    const double x1 = p[axis] + part.end * (q[axis] - p[axis]);
+    return std::array{clamped(std::min(x0, x1) - slack, size_[axis]),
+                      clamped(std::max(x0, x1) + slack, size_[axis])};
+  };
+  const auto clip = [&](std::size_t axis, const Part& part, std::int32_t cell) {
+    const double step = q[axis] - p[axis];
+    if (std::abs(step) < 2.0 * slack) return part;  // all of it is in this slab or within slack of it
+    const double t0 = (static_cast<double>(cell) - slack - p[axis]) / step;
+    const double t1 = (static_cast<double>(cell) + 1.0 + slack - p[axis]) / step;
+    return Part{std::max(part.begin, std::min(t0, t1)), std::min(part.end, std::max(t0, t1))};
+  };
+  const Part whole{0.0, 1.0};
+  const auto k_cells = cells(2, whole);
+  for (std::int32_t k = k_cells[0]; k <= k_cells[1]; ++k) {
+    const Part in_k = k_cells[0] == k_cells[1] ? whole : clip(2, whole, k);
+    const auto j_cells = cells(1, in_k);
+    for (std::int32_t j = j_cells[0]; j <= j_cells[1]; ++j) {
+      const Part in_j = j_cells[0] == j_cells[1] ? in_k : clip(1, in_k, j);
+      const auto i_cells = cells(0, in_j);
+      for (std::int32_t i = i_cells[0]; i <= i_cells[1]; ++i) visit(i, j, k);
+    }
+  }
+}
+
+}  // namespace palpate
