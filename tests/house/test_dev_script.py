@@ -50,6 +50,7 @@ class DevScript(unittest.TestCase):
         for arguments, words in [
             (["nonsense"], "there is no command 'nonsense'"),
             (["test", "--preset", "fast"], "there is no preset 'fast'"),
+            (["test", "-R", "mesh", "--preset=slow"], "there is no preset 'slow'"),
             (["test", "--preset"], "--preset needs a name"),
             (["setup", "now"], "'setup' takes no arguments, found 'now'"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
