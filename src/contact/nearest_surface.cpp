@@ -19,7 +19,7 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 /// Nearest point of a triangle: its foot in the plane if that is inside, else the nearest of the three sides.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
-  const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
+  const bool inside = dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
                       dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
                       dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;
   if (inside) return p + (dot(t[0] - p, normal) / squared_length(normal)) * normal;
@@ -41,27 +41,26 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
                                    const Vec3& p) {
   double best_distance = std::numeric_limits<double>::infinity();
-  SurfacePoint best;
-  std::array<Vec3, 3> best_triangle;
+  SurfacePoint best{p, {0.0, 0.0, 1.0}, 0.0};
+  Vec3 best_normal = best.outward;
   const Range triangles = at(bodies.bodies(), body).triangles;
   for (Index t = triangles.begin; t < triangles.end; ++t) {
     const Triangle& corners = at(bodies.triangles(), t);
     const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
                                        at(positions, corners[2])};
+    const Vec3 normal = normalized(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
+    if (normal == Vec3{}) continue;  // without area: its sides belong to its neighbours too
     const Vec3 q = nearest_on_triangle(p, triangle);
     const double distance = squared_length(q - p);
     if (distance < best_distance) {
       best_distance = distance;
       best.position = q;
-      best_triangle = triangle;
+      best_normal = normal;
     }
   }
   best.distance = length(best.position - p);
   best.outward = normalized(best.position - p);
-  if (best.outward == Vec3{}) {
-    best.outward =
-        normalized(cross(best_triangle[1] - best_triangle[0], best_triangle[2] - best_triangle[0]));
-  }
+  if (best.outward == Vec3{}) best.outward = best_normal;
   return best;
 }
 

@@ -90,6 +90,18 @@ int common_exponent(const std::array<Vec3, n>& points) {
   return exponent;
 }
 
+/// numerator / denominator of positive integers of any length (the numerator may be zero), to the last bits
+/// of a double.
+double ratio(const Integer& numerator, const Integer& denominator) {
+  // Numbers too large for a double lose low bits of both: no more than 2^-900 of the denominator.
+  const int excess = std::max(0, static_cast<int>(mp::msb(denominator)) - 900);
+  Integer n = numerator;
+  Integer d = denominator;
+  n >>= excess;
+  d >>= excess;
+  return n.convert_to<double>() / d.convert_to<double>();
+}
+
 double determinant(const Vec3& u, const Vec3& v, const Vec3& w) {
   return dot(u, cross(v, w));
 }
@@ -144,10 +156,9 @@ double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Ve
   }
   const int exponent = common_exponent(std::array<Vec3, 5>{a, b, t0, t1, t2});
   // The ends are on different sides, or one is in the plane: distances from it, without their signs, add up.
-  const mp::cpp_int to_a(mp::abs(exact_determinant({t0, t1, t2, a}, exponent)));
-  const mp::cpp_int to_b(mp::abs(exact_determinant({t0, t1, t2, b}, exponent)));
-  const mp::cpp_rational t(to_a, to_a + to_b);
-  return std::clamp(static_cast<double>(t), 0.0, 1.0);
+  const Integer to_a = mp::abs(exact_determinant({t0, t1, t2, a}, exponent));
+  const Integer to_b = mp::abs(exact_determinant({t0, t1, t2, b}, exponent));
+  return std::clamp(ratio(to_a, to_a + to_b), 0.0, 1.0);
 }
 
 std::array<double, 4> barycentric_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,

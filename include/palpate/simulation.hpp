@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+#include <palpate/settings.hpp>
+
+namespace palpate {
+
+/// What one step did. Counts and energies are the same on every run; times are of this one.
+struct StepMetrics {
+  std::int64_t step = 0;  ///< steps done; 0 is the start
+  double time = 0.0;      ///< s, of the simulation
+  DetectionCounts detection;
+  int solver_iterations = 0;
+  bool solver_converged = true;
+  double kinetic_energy = 0.0;  ///< J
+  double elastic_energy = 0.0;  ///< J
+  double largest_speed = 0.0;   ///< m/s, over all points
+  double deepest = 0.0;         ///< m, largest penetration depth
+  DetectionTimes detection_seconds;
+  double forces_seconds = 0.0;  ///< contact forces
+  double solver_seconds = 0.0;  ///< elastic forces, assembly and linear solve
+};
+
+/// Soft bodies under gravity, with contact: the step of positions -> contacts -> forces -> implicit Euler.
+///
+/// After each step the contacts are those of the positions that it led to. The same input gives the same bits for every
+/// structure, order, sort and thread count.
+class Simulation {
+ public:
+  /// \param bodies        the meshes at their start, at rest
+  /// \param materials     per body; that of an obstacle is not used
+  /// \param fixed_points  per point: 1 does not move (empty: none)
+  /// \param obstacles     per body: 1 does not move at all (empty: none)
+  /// \param threads       number of threads; 0 takes all
+  /// Throws Error on a setting or material out of range.
+  Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+             std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads = 0);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  /// Advances by one time step. Throws Error where the state is no longer finite.
+  const StepMetrics& step();
+
+  [[nodiscard]] const Bodies& bodies() const;
+  [[nodiscard]] const SimulationSettings& settings() const;
+  [[nodiscard]] std::span<const Vec3> positions() const;   ///< (n_points x 3)
+  [[nodiscard]] std::span<const Vec3> velocities() const;  ///< (n_points x 3)
+  [[nodiscard]] const Detector& detector() const;          ///< contacts at positions()
+  [[nodiscard]] const StepMetrics& metrics() const;        ///< of the last step, or of the start
+  /// Whether no point has moved faster than settings().rest.speed for settings().rest.steps steps in a row.
+  [[nodiscard]] bool at_rest() const;
+  /// Force on each body by contacts during the last step, N: (n_bodies x 3). They add up to zero.
+  [[nodiscard]] std::span<const Vec3> contact_forces() const;
+  /// Mass of each body, kg: (n_bodies).
+  [[nodiscard]] std::span<const double> masses() const;
+  /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their bytes).
+  [[nodiscard]] std::string state_hash() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "fem/matrix.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::fem {
+
+/// A force between a point and up to four others through a relative position u = sum_k coefficients[k]
+/// x[points[k]]: a contact has (1, -w0, .., -w3), a grab spring (1).
+///
+/// Over a step of length h the force on u is, linearised at the start of the step, force - (damping + h
+/// stiffness) u', with u' the time derivative of u at the END of the step; point k receives coefficients[k]
+/// times it. No point appears twice.
+struct Coupling {
+  std::array<Index, 5> points{-1, -1, -1, -1, -1};  ///< -1: unused
+  std::array<double, 5> coefficients{};
+  Vec3 force;                  ///< on u at the start of the step, without the damping, N
+  SymmetricMatrix3 stiffness;  ///< -d force / d u, positive semi-definite, N/m
+  SymmetricMatrix3 damping;    ///< -d force / d u', positive semi-definite, N s/m
+};
+
+/// u, or its time derivative, from the points' positions, or velocities (n_points x 3).
+[[nodiscard]] Vec3 relative(const Coupling& coupling, std::span<const Vec3> values);
+
+/// The force on u that acted over a step of length `time_step`, from the velocities at its end (n_points x
+/// 3): what the step itself used, so that sums over couplings balance weight and momentum. N.
+[[nodiscard]] Vec3 end_force(const Coupling& coupling, double time_step,
+                             std::span<const Vec3> velocities_end);
+
+/// The couplings' share of the linear system of a step, never assembled: W = sum_c J_c^T (h D_c + h^2 S_c)
+/// J_c, with J_c the coefficients of coupling c.
+///
+/// Products go in two phases: each coupling computes its own vector, then each point gathers from the
+/// couplings that hold it, ascending. Keeps its memory between steps.
+class CouplingSystem {
+ public:
+  /// Takes the couplings of a step; the span must stay valid until the next call. Points are in [0,
+  /// point_count). O(point_count + n_couplings).
+  void set(std::span<const Coupling> couplings, double time_step, Index point_count);
+
+  /// Phase 1 of W x.
+  void multiply(const parallel::Threads& threads, std::span<const Vec3> x);
+  /// Phase 2 of W x: row `point`, after multiply().
+  [[nodiscard]] Vec3 row_product(Index point) const;
+  /// The block of W on the diagonal at a point.
+  [[nodiscard]] SymmetricMatrix3 diagonal_block(Index point) const;
+  /// Sum of the couplings' forces at the start of the step on a point, N.
+  [[nodiscard]] Vec3 start_force(Index point) const;
+
+ private:
+  struct Entry {
+    Index coupling;
+    double coefficient;
+  };
+  [[nodiscard]] std::span<const Entry> entries(Index point) const;
+
+  std::span<const Coupling> couplings_;
+  std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S per coupling
+  std::vector<Vec3> products_;             ///< phase 1, per coupling
+  std::vector<Index> begin_;               ///< (n_points + 1) into entries_
+  std::vector<Index> next_;
+  std::vector<Entry> entries_;  ///< by point, couplings ascending
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,192 @@
+#include "fem/dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "fem/material_check.hpp"
+#include "fem/number_text.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t point_grain = 256;
+constexpr const char* source_name = "dynamics";
+
+void check_length(const char* name, std::size_t found, std::size_t expected, const char* per) {
+  if (found == expected) return;
+  throw Error(source_name, name, std::to_string(found) + " values",
+              std::to_string(expected) + " values, one per " + per);
+}
+
+/// Masses, once all arguments of the constructor are known to be good.
+std::vector<double> checked_masses(const Bodies& bodies, std::span<const Material> materials,
+                                   std::span<const std::uint8_t> fixed,
+                                   std::span<const std::uint8_t> obstacles) {
+  const auto body_count = static_cast<std::size_t>(bodies.body_count());
+  check_length("materials", materials.size(), body_count, "body");
+  check_length("obstacle_bodies", obstacles.size(), body_count, "body");
+  check_length("fixed_points", fixed.size(), bodies.points_rest().size(), "point");
+  for (std::size_t body = 0; body < body_count; ++body)
+    check_material(materials[body], bodies.bodies()[body].name);
+  return lumped_masses(bodies, materials);
+}
+
+std::vector<std::uint8_t> moving_points(const Bodies& bodies, std::span<const double> masses,
+                                        std::span<const std::uint8_t> fixed,
+                                        std::span<const std::uint8_t> obstacles) {
+  std::vector<std::uint8_t> moving(masses.size());
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    moving[i] = fixed[i] == 0 && masses[i] > 0.0 && at(obstacles, bodies.body_of_point()[i]) == 0;
+  }
+  return moving;
+}
+
+void check_step(double time_step, const Vec3& gravity, double tolerance, int max_iterations) {
+  const auto require = [](bool good, const char* name, double found, const char* expected) {
+    if (!good) throw Error(source_name, name, number_text(found), expected);
+  };
+  require(time_step > 0.0 && std::isfinite(time_step), "time_step", time_step, "a number > 0 (s)");
+  for (const double component : {gravity.x, gravity.y, gravity.z}) {
+    require(std::isfinite(component), "gravity", component, "three finite numbers (m/s^2)");
+  }
+  require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
+  require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
+}
+
+}  // namespace
+
+Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
+                   std::vector<std::uint8_t> fixed_points, std::vector<std::uint8_t> obstacle_bodies,
+                   parallel::Threads threads)
+    : threads_(threads),
+      masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
+      elements_(bodies, materials, obstacle_bodies),
+      matrix_(elements_, static_cast<Index>(masses_.size())),
+      system_(matrix_, couplings_, moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
+      positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
+  const std::size_t points = masses_.size();
+  const auto elements = static_cast<std::size_t>(elements_.size());
+  point_mass_damping_.resize(points);
+  for (std::size_t i = 0; i < points; ++i) {
+    point_mass_damping_[i] = at(materials, bodies.body_of_point()[i]).mass_damping;
+  }
+  element_stiffness_damping_.resize(elements);
+  for (std::size_t e = 0; e < elements; ++e) {
+    element_stiffness_damping_[e] = at(materials, elements_.body_of_element()[e]).stiffness_damping;
+  }
+  partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
+  diagonal_.resize(points);
+  factors_.resize(elements);
+  for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_}) vector->resize(points);
+}
+
+/// A = (1 + h a) M + (h b + h^2) K' + W, with a and b the damping of each body.
+void Dynamics::assemble(double time_step, std::span<const Coupling> couplings) {
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
+  }
+  for (std::size_t e = 0; e < factors_.size(); ++e) {
+    factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
+  }
+  matrix_.assemble(threads_, elements_, diagonal_, factors_);
+  couplings_.set(couplings, time_step, static_cast<Index>(masses_.size()));
+  system_.update_preconditioner(threads_);
+}
+
+/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway.
+void Dynamics::compute_right_side(double time_step, const Vec3& gravity,
+                                  std::span<const Vec3> external_forces) {
+  system_.multiply(threads_, velocities_, right_side_);
+  const auto& elements_of_point = matrix_.elements_of_point();
+  const auto corners = matrix_.corner_of_point();
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    Vec3 force = masses_[i] * gravity;
+    if (!external_forces.empty()) force += external_forces[i];
+    for (Index entry = elements_of_point.begin[i]; entry < elements_of_point.begin[i + 1]; ++entry) {
+      force += elements_.force(at(elements_of_point.values, entry), at(corners, entry));
+    }
+    force += couplings_.start_force(static_cast<Index>(i));
+    right_side_[i] = time_step * force + masses_[i] * velocities_[i] - right_side_[i];
+  });
+}
+
+/// The last step's dv; without one, that of free fall, which then is exact at any tolerance. The solver drops
+/// a guess that is worse than none.
+void Dynamics::guess_solution(double time_step, const Vec3& gravity) {
+  const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;
+  });
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Vec3 fall = system_.free()[i] != 0 ? time_step * gravity : Vec3{};
+    solution_[i] = changed > 0.0 ? velocity_changes_[i] : fall;
+  });
+}
+
+Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
+                                std::span<const Coupling> couplings, double tolerance, int max_iterations) {
+  check_step(time_step, gravity, tolerance, max_iterations);
+  if (!external_forces.empty())
+    check_length("external_forces", external_forces.size(), masses_.size(), "point");
+  elements_.update(threads_, positions_);
+  assemble(time_step, couplings);
+  compute_right_side(time_step, gravity, external_forces);
+  if (!all_finite(right_side_)) {
+    throw Error(source_name, "step", "a force that is not finite", "finite forces, positions and velocities");
+  }
+  guess_solution(time_step, gravity);
+  const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
+  if (!all_finite(solution_)) {
+    throw Error(source_name, "step", "a velocity that is not finite",
+                "numbers within the range of double precision");
+  }
+  std::swap(velocity_changes_, solution_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    velocities_[i] += velocity_changes_[i];
+    positions_[i] += time_step * velocities_[i];
+  });
+  return report;
+}
+
+bool Dynamics::all_finite(std::span<const Vec3> values) {
+  return parallel::sum(threads_, values.size(), partial_,
+                       [&](std::size_t i) { return is_finite(values[i]) ? 0.0 : 1.0; }) == 0.0;
+}
+
+void Dynamics::set_positions(std::span<const Vec3> positions) {
+  check_length("positions", positions.size(), masses_.size(), "point");
+  if (!all_finite(positions))
+    throw Error(source_name, "positions", "a value that is not finite", "finite values");
+  std::copy(positions.begin(), positions.end(), positions_.begin());
+}
+
+void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
+  check_length(name, values.size(), masses_.size(), "point");
+  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
+  for (std::size_t i = 0; i < values.size(); ++i) target[i] = system_.free()[i] != 0 ? values[i] : Vec3{};
+}
+
+void Dynamics::set_velocities(std::span<const Vec3> velocities) {
+  set_moving(velocities, "velocities", velocities_);
+}
+
+void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
+  set_moving(changes, "velocity_changes", velocity_changes_);
+}
+
+double Dynamics::kinetic_energy() {
+  return parallel::sum(threads_, masses_.size(), partial_,
+                       [&](std::size_t i) { return 0.5 * masses_[i] * squared_length(velocities_[i]); });
+}
+
+double Dynamics::elastic_energy() {
+  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
+                       [&](std::size_t e) { return elements_.energy(static_cast<Index>(e), positions_); });
+}
+
+}  // namespace palpate::fem

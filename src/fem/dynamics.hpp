@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+
+#include "fem/block_matrix.hpp"
+#include "fem/conjugate_gradients.hpp"
+#include "fem/coupling.hpp"
+#include "fem/elements.hpp"
+#include "fem/linear_system.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::fem {
+
+/// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
+/// step.
+///
+/// A point moves if it is not fixed, is in no obstacle body and has mass. All others have velocity zero and
+/// keep their position bit for bit. Copies what it needs of the bodies; takes its memory in the constructor
+/// (room for couplings grows with them), so that a steady step allocates nothing. The same bits for every
+/// thread count.
+class Dynamics {
+ public:
+  using Report = SolveReport;
+
+  /// At rest: positions are those of the bodies at rest, velocities zero.
+  ///
+  /// \param materials        per body
+  /// \param fixed_points     per point: 1 where it does not move
+  /// \param obstacle_bodies  per body: 1 where no point moves; no elements are evaluated there
+  /// Throws Error on a material out of range (naming body and key), arrays of another length than the bodies
+  /// have, and a tet too thin for double precision. O(n_tets log).
+  Dynamics(const Bodies& bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+           std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads);
+  Dynamics(const Dynamics&) = delete;
+  Dynamics& operator=(const Dynamics&) = delete;
+
+  /// One implicit Euler step of length h with one linearisation (Baraff & Witkin, "Large steps in cloth
+  /// simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
+  ///   (M + h C + h^2 K' + W) dv = h (f_elastic + f_external + f_couplings - C v - h K' v) - W v,
+  /// with C = mass_damping M + stiffness_damping K' (per body), K' the turned stiffness of Elements at the
+  /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own share.
+  ///
+  /// \param time_step        h > 0, s
+  /// \param gravity          m/s^2, on every mass
+  /// \param external_forces  (n_points x 3), N, or empty
+  /// \param couplings        their points in range; summed in this order
+  /// \param tolerance        relative residual at which the solve stops, >= 0
+  /// \param max_iterations   cap, >= 0; where it is reached the report says so and the iterate is used
+  /// The solve starts from the last step's dv, where that is zero from free fall. Throws Error, with the
+  /// state as it was, on a parameter out of range and where the right side or the solution is not finite.
+  Report step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
+              std::span<const Coupling> couplings, double tolerance, int max_iterations);
+
+  [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
+  [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
+  /// dv of the last step (n_points x 3), m/s: the guess of the next. Part of the state that a resumed run
+  /// needs.
+  [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
+  [[nodiscard]] std::span<const double> point_masses() const {
+    return masses_;
+  }  ///< (n_points), kg, also of obstacles
+  [[nodiscard]] std::span<const std::uint8_t> free_points() const {
+    return system_.free();
+  }  ///< (n_points) 1: moves
+  [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
+
+  /// Set the state (n_points x 3). Positions are taken for every point, also where it does not move;
+  /// velocities and their changes are taken at points that move and stay zero elsewhere. Throw Error on
+  /// another length or a value that is not finite, with the state as it was.
+  void set_positions(std::span<const Vec3> positions);
+  void set_velocities(std::span<const Vec3> velocities);
+  void set_velocity_changes(std::span<const Vec3> changes);
+
+  /// Sum of m v^2 / 2 over all points, J.
+  [[nodiscard]] double kinetic_energy();
+  /// Elastic energy of all elements at the positions as they are now, J. O(n_elements), rotations included.
+  [[nodiscard]] double elastic_energy();
+
+ private:
+  void assemble(double time_step, std::span<const Coupling> couplings);
+  void compute_right_side(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  void guess_solution(double time_step, const Vec3& gravity);
+  void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
+  [[nodiscard]] bool all_finite(std::span<const Vec3> values);
+
+  parallel::Threads threads_;
+  std::vector<double> masses_;
+  Elements elements_;
+  BlockMatrix matrix_;
+  CouplingSystem couplings_;
+  LinearSystem system_;
+  ConjugateGradients solver_;
+  std::vector<double> point_mass_damping_;         ///< (n_points)
+  std::vector<double> element_stiffness_damping_;  ///< (n_elements)
+  std::vector<double> diagonal_;                   ///< (n_points), scratch: mass share of the matrix
+  std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness share of the matrix
+  std::vector<double> partial_;
+  std::vector<Vec3> positions_;
+  std::vector<Vec3> velocities_;
+  std::vector<Vec3> velocity_changes_;
+  std::vector<Vec3> solution_;
+  std::vector<Vec3> right_side_;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,172 @@
+#include "fem/elements.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "fem/rotation.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t element_grain = 256;
+
+/// Edges from corner 0 as columns: D_m of Mueller & Gross 2004.
+Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
+  const Vec3 a = at(points, tet[1]) - at(points, tet[0]);
+  const Vec3 b = at(points, tet[2]) - at(points, tet[0]);
+  const Vec3 c = at(points, tet[3]) - at(points, tet[0]);
+  return {{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}};
+}
+
+Vec3 load(const Columns<12>& columns, std::size_t element, int corner) {
+  const auto k = static_cast<std::size_t>(3 * corner);
+  return {columns[k][element], columns[k + 1][element], columns[k + 2][element]};
+}
+
+void store(Columns<12>& columns, std::size_t element, int corner, const Vec3& value) {
+  const auto k = static_cast<std::size_t>(3 * corner);
+  columns[k][element] = value.x;
+  columns[k + 1][element] = value.y;
+  columns[k + 2][element] = value.z;
+}
+
+}  // namespace
+
+Elements::Elements(const Bodies& bodies, std::span<const Material> materials,
+                   std::span<const std::uint8_t> obstacles)
+    : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    if (at(obstacles, body) != 0) continue;
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) add_element(bodies, tet, body, at(materials, body));
+  }
+  for (auto& column : gradients_) column.resize(corners_.size());
+  for (auto& column : forces_) column.resize(corners_.size());
+}
+
+void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Material& material) {
+  const Tet& corners = at(bodies.tets(), tet);
+  const Matrix3 edges = edge_matrix(points_rest_, corners);
+  const Matrix3 inverse_rest = inverse(edges);
+  const double volume = determinant(edges) / 6.0;
+  bool good = volume > 0.0;
+  for (const double value : inverse_rest.values) good = good && std::isfinite(value);
+  if (!good) {
+    const Body& owner = at(bodies.bodies(), body);
+    throw Error("body " + owner.name, "tet " + std::to_string(tet - owner.tets.begin),
+                "a volume at rest of " + std::to_string(volume),
+                "a volume that is positive and has a finite inverse shape in double precision");
+  }
+  corners_.push_back(corners);
+  tets_.push_back(tet);
+  body_.push_back(body);
+  for (std::size_t k = 0; k < 9; ++k) inverse_rest_[k].push_back(inverse_rest.values[k]);
+  volume_.push_back(volume);
+  const double nu = material.poisson_ratio;
+  mu_.push_back(material.young_modulus / (2.0 * (1.0 + nu)));
+  lambda_.push_back(material.young_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+}
+
+Vec3 Elements::gradient_rest(std::size_t element, int corner) const {
+  const auto row_of = [&](std::size_t k) {
+    return Vec3{inverse_rest_[k][element], inverse_rest_[k + 1][element], inverse_rest_[k + 2][element]};
+  };
+  // The shape functions sum to one.
+  if (corner == 0) return -(row_of(0) + row_of(3) + row_of(6));
+  return row_of(static_cast<std::size_t>(3 * (corner - 1)));
+}
+
+Matrix3 Elements::deformation_gradient(std::size_t element, std::span<const Vec3> positions) const {
+  const Tet& corners = corners_[element];
+  const auto displacement = [&](std::size_t corner) {
+    return at(positions, corners[corner]) - at(points_rest_, corners[corner]);
+  };
+  const Vec3 origin = displacement(0);
+  Matrix3 f = identity();
+  for (int corner = 1; corner < 4; ++corner) {
+    const Vec3 difference = displacement(static_cast<std::size_t>(corner)) - origin;
+    add_outer(f, 1.0, difference, gradient_rest(element, corner));
+  }
+  return f;
+}
+
+void Elements::update_element(std::size_t element, std::span<const Vec3> positions) {
+  const Matrix3 f = deformation_gradient(element, positions);
+  const Matrix3 rotation = nearest_rotation(f);
+  const Matrix3 stretch = f - rotation;
+  // tr(R^T F - I) = tr(R^T (F - R)), without the cancellation of the left side near rest.
+  const double pressure = lambda_[element] * inner(rotation, stretch);
+  const double twice_mu = 2.0 * mu_[element];
+  Vec3 gradient_sum;
+  Vec3 force_sum;
+  for (int corner = 1; corner < 4; ++corner) {
+    const Vec3 rest = gradient_rest(element, corner);
+    const Vec3 gradient = rotation * rest;
+    const Vec3 force = -volume_[element] * (twice_mu * (stretch * rest) + pressure * gradient);
+    gradient_sum += gradient;
+    force_sum += force;
+    store(gradients_, element, corner, gradient);
+    store(forces_, element, corner, force);
+  }
+  store(gradients_, element, 0, -gradient_sum);
+  store(forces_, element, 0, -force_sum);
+}
+
+void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  parallel::for_each(threads, corners_.size(), element_grain,
+                     [&](std::size_t element) { update_element(element, positions); });
+}
+
+Vec3 Elements::force(Index element, int corner) const {
+  return load(forces_, static_cast<std::size_t>(element), corner);
+}
+
+void Elements::add_stiffness(Index element, int i, int j, double factor, Matrix3& block) const {
+  const auto e = static_cast<std::size_t>(element);
+  const Vec3 a = load(gradients_, e, i);
+  const Vec3 b = load(gradients_, e, j);
+  const double mu = factor * volume_[e] * mu_[e];
+  const double lambda = factor * volume_[e] * lambda_[e];
+  const double diagonal = mu * dot(a, b);
+  // One sum per entry, of the same terms in (i, j) and (j, i): what makes the assembled matrix exactly
+  // symmetric.
+  const auto entry = [&](double a_row, double b_column, double b_row, double a_column) {
+    return lambda * (a_row * b_column) + mu * (b_row * a_column);
+  };
+  block(0, 0) += entry(a.x, b.x, b.x, a.x) + diagonal;
+  block(0, 1) += entry(a.x, b.y, b.x, a.y);
+  block(0, 2) += entry(a.x, b.z, b.x, a.z);
+  block(1, 0) += entry(a.y, b.x, b.y, a.x);
+  block(1, 1) += entry(a.y, b.y, b.y, a.y) + diagonal;
+  block(1, 2) += entry(a.y, b.z, b.y, a.z);
+  block(2, 0) += entry(a.z, b.x, b.z, a.x);
+  block(2, 1) += entry(a.z, b.y, b.z, a.y);
+  block(2, 2) += entry(a.z, b.z, b.z, a.z) + diagonal;
+}
+
+double Elements::energy(Index element, std::span<const Vec3> positions) const {
+  const auto e = static_cast<std::size_t>(element);
+  const Matrix3 f = deformation_gradient(e, positions);
+  const Matrix3 rotation = nearest_rotation(f);
+  const Matrix3 stretch = f - rotation;
+  const double trace = inner(rotation, stretch);
+  return volume_[e] * (mu_[e] * inner(stretch, stretch) + 0.5 * lambda_[e] * trace * trace);
+}
+
+std::vector<double> lumped_masses(const Bodies& bodies, std::span<const Material> materials) {
+  std::vector<double> masses(bodies.points_rest().size(), 0.0);
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const Tet& corners = at(bodies.tets(), tet);
+      const double volume = determinant(edge_matrix(bodies.points_rest(), corners)) / 6.0;
+      for (const Index point : corners) at(masses, point) += 0.25 * at(materials, body).density * volume;
+    }
+  }
+  return masses;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string_view>
+
+#include <palpate/material.hpp>
+
+namespace palpate::fem {
+
+/// Throws Error("body NAME", key, found, expected) for the first value of a material that is not finite or
+/// outside the range that material.hpp gives.
+void check_material(const Material& material, std::string_view body_name);
+
+}  // namespace palpate::fem

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <string>
+
+namespace palpate::fem {
+
+/// A number for an error message: the shortest text that reads back as the same value.
+inline std::string number_text(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+}  // namespace palpate::fem

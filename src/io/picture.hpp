@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+#include <palpate/mesh.hpp>
+#include <palpate/types.hpp>
+
+#include "io/picture_image.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::io {
+
+/// Red, green and blue in sRGB, each in [0, 1].
+using Colour = std::array<float, 3>;
+
+/// The colour that a body has unless it is given one: six colours that people with any of the usual colour
+/// blindnesses can tell apart (after Okabe & Ito 2008), in turn. None is close to the red of contact points.
+Colour default_colour(Index body);
+
+/// The red of contact points, which have a white rim.
+inline constexpr Colour contact_colour{0.82F, 0.06F, 0.10F};
+
+/// How a picture is taken.
+struct PictureSettings {
+  int width = 1280;            ///< pixels, >= 16
+  int height = 960;            ///< pixels, >= 16; the lowest eighteenth is the caption's, if any
+  std::optional<Vec3> camera;  ///< none: a three-quarter view from above (z is up) that just holds all bodies
+  std::optional<Vec3> target;  ///< what the given camera looks at; none: the centre of all bodies
+  bool edges = true;           ///< draw the edges of the surface triangles
+  std::string caption;         ///< one line at the bottom, ASCII; smaller where it is too wide
+};
+
+/// What is on a picture. Borrows everything.
+struct PictureSubject {
+  std::span<const Vec3> positions;        ///< (n_points x 3)
+  std::span<const Triangle> triangles;    ///< (n_triangles x 3), counter-clockwise seen from outside
+  std::span<const Index> body_of_point;   ///< (n_points)
+  std::span<const Index> contact_points;  ///< points drawn as dots; repeated ones are drawn once
+  std::span<const Colour> body_colours;   ///< (n_bodies), or empty for default_colour()
+};
+
+/// Takes a picture by casting rays: needs no display and no graphics card.
+///
+/// Nine samples a pixel, a soft shadow, and ambient occlusion from a pattern that depends on the pixel alone,
+/// so that the bytes are the same for every thread count. Contact points are seen through what is in front of
+/// them, the fainter the deeper they lie behind it. Triangles with a position that is not finite are left
+/// out. Throws Error if settings or array lengths do not fit, or if no triangle is left. About O(pixels log
+/// n_triangles).
+///
+/// Not to be called from several threads at once (VTK's fonts are shared).
+Image take_picture(const PictureSubject& subject, const PictureSettings& settings,
+                   const parallel::Threads& threads);
+
+/// Takes a picture of the surfaces of all bodies at `positions` (n_points x 3) and writes it as PNG, whole or
+/// not at all. `contact_points` may be empty, and so may `body_colours` (else n_bodies). Throws as
+/// take_picture() and write_png() do.
+void render_picture(const std::filesystem::path& path, const Bodies& bodies, std::span<const Vec3> positions,
+                    std::span<const Index> contact_points, std::span<const Colour> body_colours,
+                    const PictureSettings& settings, const parallel::Threads& threads);
+
+}  // namespace palpate::io

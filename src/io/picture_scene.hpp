@@ -1,0 +1,50 @@
+#pragma once
+
+#include <embree3/rtcore.h>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include <palpate/types.hpp>
+
+namespace palpate::io {
+
+/// What a ray meets first.
+struct RayHit {
+  double distance = 0.0;
+  Index primitive = 0;
+  double u = 0.0;  ///< weight of a triangle's second corner
+  double v = 0.0;  ///< weight of its third
+};
+
+/// Triangles or spheres that rays are cast against, by Embree. Queries may come from several threads at once.
+class RayScene {
+ public:
+  /// Throws Error if Embree refuses (out of memory).
+  static RayScene of_triangles(std::span<const Vec3> points, std::span<const Triangle> triangles);
+  /// \param centres, radii  (n), of the same length, n > 0
+  static RayScene of_spheres(std::span<const Vec3> centres, std::span<const double> radii);
+
+  /// The first primitive that the ray meets, if any.
+  [[nodiscard]] std::optional<RayHit> first_hit(const Vec3& origin, const Vec3& direction) const;
+  /// Whether anything lies on the ray within `distance`.
+  [[nodiscard]] bool blocked(const Vec3& origin, const Vec3& direction, double distance) const;
+
+ private:
+  template <class Handle, void (*release)(Handle)>
+  struct Release {
+    using pointer = Handle;
+    void operator()(Handle handle) const { release(handle); }
+  };
+  using Device = std::unique_ptr<RTCDevice, Release<RTCDevice, rtcReleaseDevice>>;
+  using Scene = std::unique_ptr<RTCScene, Release<RTCScene, rtcReleaseScene>>;
+
+  RayScene();
+  /// Takes over a geometry whose buffers are filled.
+  void commit(RTCGeometry geometry);
+
+  Device device_;
+  Scene scene_;
+};
+
+}  // namespace palpate::io

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/vector.hpp"
+#include "io/picture.hpp"
+#include "io/picture_camera.hpp"
+#include "io/picture_scene.hpp"
+
+namespace palpate::io {
+
+/// Linear light: red, green, blue.
+using Light = Vec3;
+
+/// sRGB in [0, 1] to linear light, and back to 8 bits (IEC 61966-2-1).
+Light to_light(const Colour& colour);
+std::uint8_t to_byte(double light);
+
+/// Samples a pixel is the mean of: a grid of samples_per_side squared places in it.
+inline constexpr int samples_per_side = 3;
+
+/// Colours the places of an image: surfaces, edges, dots, shadows and background. Everything lies in a sphere
+/// of about radius 1 around the origin, so that offsets and reach of rays have one scale. Borrows nothing.
+class Painter {
+ public:
+  struct Input {
+    std::vector<Vec3> points;             ///< (n_points x 3); only those that triangles use matter
+    std::vector<Triangle> triangles;      ///< (n_triangles x 3), at least one
+    std::vector<Light> triangle_colours;  ///< (n_triangles)
+    std::vector<Vec3> dots;               ///< (n_dots x 3)
+    Camera camera;
+    int height = 0;  ///< of the image without its caption, pixels
+    bool edges = true;
+  };
+  explicit Painter(Input input);
+
+  /// Light of sample 0 .. samples_per_side^2 - 1 of a pixel. Depends on its arguments alone.
+  [[nodiscard]] Light sample(int pixel_x, int pixel_y, int index) const;
+
+ private:
+  struct Ray;
+  struct Pattern;
+  [[nodiscard]] Light background(const Ray& ray, const Pattern& pattern) const;
+  [[nodiscard]] Light surface(const RayHit& hit, const Ray& ray, const Pattern& pattern) const;
+  [[nodiscard]] Light with_dot(const Light& behind, const RayHit& dot, double surface_distance,
+                               const Ray& ray) const;
+  [[nodiscard]] double openness(const Vec3& place, const Vec3& normal, const Pattern& pattern) const;
+  [[nodiscard]] double lit(const Vec3& place, const Pattern& pattern) const;
+  [[nodiscard]] double edge_strength(Index triangle, double x, double y) const;
+
+  Input in_;
+  Vec3 to_light_;
+  double ground_z_ = 0.0;
+  double mean_edge_ = 0.0;
+  double few_dots_ = 0.0;                     ///< towards 1 for few dots, 0 for many: few are drawn stronger
+  double line_width_ = 0.0;                   ///< pixels, on each side of an edge
+  std::vector<std::array<Vec3, 3>> normals_;  ///< (n_triangles x 3): of each corner, smooth but for creases
+  std::vector<ScreenPoint> screen_;           ///< (n_points): where points appear
+  std::vector<double> dot_radii_;             ///< (n_dots)
+  RayScene surfaces_;
+  std::optional<RayScene> dots_;  ///< none without dots
+};
+
+}  // namespace palpate::io

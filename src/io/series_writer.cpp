@@ -1,0 +1,98 @@
+#include "io/series_writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "io/atomic_file.hpp"
+
+namespace palpate::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view frames_folder = "frames";
+
+std::string frame_name(std::size_t frame) {
+  const std::string digits = std::to_string(frame);
+  return "frame_" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ".vtu";
+}
+
+bool is_frame_name(std::string_view name) {
+  constexpr std::string_view head = "frame_";
+  constexpr std::string_view tail = ".vtu";
+  if (name.size() < head.size() + 6 + tail.size() || !name.starts_with(head) || !name.ends_with(tail))
+    return false;
+  name.remove_prefix(head.size());
+  name.remove_suffix(tail.size());
+  return std::ranges::all_of(name, [](char c) { return '0' <= c && c <= '9'; });
+}
+
+/// The shortest text that reads back as the same number.
+std::string to_text(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+std::string collection_text(const std::vector<double>& times) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n"
+      "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
+      "  <Collection>\n";
+  for (std::size_t frame = 0; frame < times.size(); ++frame) {
+    text += "    <DataSet timestep=\"" + to_text(times[frame]) + "\" part=\"0\" file=\"" +
+            std::string(frames_folder) + "/" + frame_name(frame) + "\"/>\n";
+  }
+  return text + "  </Collection>\n</VTKFile>\n";
+}
+
+/// A frame that cannot be removed is no error yet: that shows when a new frame is to take its place.
+void remove_frames(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> frames;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (is_frame_name(entry.path().filename().string())) frames.push_back(entry.path());
+  }
+  for (const fs::path& frame : frames) fs::remove(frame, ignored);
+}
+
+}  // namespace
+
+SeriesWriter::SeriesWriter(fs::path folder, std::string name)
+    : folder_(std::move(folder)), collection_path_(folder_ / (std::move(name) + ".pvd")) {
+  create_folder(folder_ / frames_folder);
+  // First the list, then the frames: at no moment does the collection name a file that is not there.
+  write_atomically(collection_path_, collection_text(times_));
+  remove_frames(folder_ / frames_folder);
+}
+
+fs::path SeriesWriter::frame_path(std::size_t frame) const {
+  return folder_ / frames_folder / frame_name(frame);
+}
+
+void SeriesWriter::add(const Bodies& bodies, const FrameState& state) {
+  write_frame(frame_path(times_.size()), bodies, state);
+  list_frame(state.time);
+}
+
+void SeriesWriter::add(double time, VtuData data) {
+  data.time = time;
+  write_vtu(frame_path(times_.size()), data);
+  list_frame(time);
+}
+
+void SeriesWriter::list_frame(double time) {
+  times_.push_back(time);
+  try {
+    write_atomically(collection_path_, collection_text(times_));
+  } catch (...) {
+    times_.pop_back();
+    throw;
+  }
+}
+
+}  // namespace palpate::io

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/vtu_writer.hpp"
+
+namespace palpate::io {
+
+/// Writes the frames of a run and the ParaView collection that gives each its time:
+///
+///     FOLDER/NAME.pvd
+///     FOLDER/frames/frame_000000.vtu, frame_000001.vtu, ...
+///
+/// The .pvd is replaced, whole, after each frame, so that an interrupted run leaves a series that opens and
+/// lists only complete frames.
+class SeriesWriter {
+ public:
+  /// Creates the folders, an empty collection, and removes the frames (frame_*.vtu, six digits or more) that
+  /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
+  SeriesWriter(std::filesystem::path folder, std::string name);
+
+  /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
+  /// series. O(n_points + n_tets + frames so far).
+  void add(const Bodies& bodies, const FrameState& state);
+  /// The same for any mesh and arrays; `data.time` is set to `time`.
+  void add(double time, VtuData data);
+
+  [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }
+  [[nodiscard]] std::size_t frame_count() const { return times_.size(); }
+  /// FOLDER/frames/frame_NNNNNN.vtu.
+  [[nodiscard]] std::filesystem::path frame_path(std::size_t frame) const;
+
+ private:
+  void list_frame(double time);
+
+  std::filesystem::path folder_;
+  std::filesystem::path collection_path_;
+  std::vector<double> times_;
+};
+
+}  // namespace palpate::io

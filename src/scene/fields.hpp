@@ -1,0 +1,158 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "scene/limits.hpp"
+#include "scene/scene.hpp"
+
+/// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
+/// the writer and the list of keys are visitors of these tables (values.hpp tells what a visitor offers).
+namespace palpate::scene_format {
+
+template <class Visitor>
+void describe(Visitor& v, Units& units) {
+  v.field("length", units.length);
+  v.field("mass", units.mass);
+  v.field("time", units.time);
+}
+
+template <class Visitor>
+void describe(Visitor& v, BoxGenerator& box) {
+  v.required("cells", box.cells, within(1, 1024));
+  v.required("size", box.size, above(0));
+}
+
+template <class Visitor>
+void describe(Visitor& v, BallGenerator& ball) {
+  v.required("radius", ball.radius, above(0));
+  v.required("resolution", ball.resolution, within(1, 256));
+}
+
+template <class Visitor>
+void describe(Visitor& v, Rotation& rotate) {
+  v.optional("quaternion", rotate.quaternion);
+  v.rule(!rotate.quaternion || !(v.given("axis") || v.given("angle")), "quaternion",
+         "it beside 'axis' or 'angle'", "either 'quaternion' or 'axis' and 'angle'");
+  const auto is_zero = [](const auto& numbers) {
+    return std::all_of(numbers.begin(), numbers.end(), [](double x) { return x == 0.0; });
+  };
+  v.rule(!rotate.quaternion || !is_zero(*rotate.quaternion), "quaternion", "zero",
+         "[w, x, y, z], not all zero");
+  if (rotate.quaternion) return;
+  v.field("axis", rotate.axis);
+  v.field("angle", rotate.angle);
+  v.rule(!is_zero(std::array{rotate.axis.x, rotate.axis.y, rotate.axis.z}), "axis", "a zero vector",
+         "a direction");
+}
+
+template <class Visitor>
+void describe(Visitor& v, Material& material) {
+  v.field("young_modulus", material.young_modulus, above(0).in_si());
+  v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
+  v.field("density", material.density, above(0).in_si());
+  v.field("mass_damping", material.mass_damping, at_least(0));
+  v.field("stiffness_damping", material.stiffness_damping, at_least(0));
+}
+
+template <class Visitor>
+void describe(Visitor& v, BoxSelection& box) {
+  v.required("lower", box.lower);
+  v.required("upper", box.upper);
+  const bool ordered = box.lower.x <= box.upper.x && box.lower.y <= box.upper.y && box.lower.z <= box.upper.z;
+  v.rule(ordered, "upper", "a value below 'lower'", "upper >= lower on each axis");
+}
+
+template <class Visitor>
+void describe(Visitor& v, SphereSelection& sphere) {
+  v.required("center", sphere.center);
+  v.required("radius", sphere.radius, at_least(0));
+}
+
+template <class Visitor>
+void describe(Visitor& v, Selection& selection) {
+  v.one_of(selection, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneBody& body) {
+  v.field("name", body.name);
+  v.one_of(body.source, {"mesh", "box", "ball"});
+  v.scale("scale", body.transform.scale, above(0));
+  v.object("rotate", body.transform.rotate);
+  v.field("translate", body.transform.translate);
+  v.optional("material", body.material);
+  v.list("fixed", body.fixed);
+  v.field("obstacle", body.obstacle);
+  v.optional("color", body.color, within(0, 1));
+  v.rule(body.obstacle || body.material, "material", "nothing",
+         "the material of a body that is not an obstacle");
+}
+
+/// The contact block joins how contacts are found and how they push back.
+struct ContactBlock {
+  DetectionSettings& detection;
+  ResponseSettings& response;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ContactBlock& contact) {
+  v.choice("structure", contact.detection.structure, structure_names);
+  v.choice("order", contact.detection.order, order_names);
+  v.choice("sort", contact.detection.sort, sort_names);
+  v.word_or_number("cell_size", contact.detection.cell_size, "mean-edge", above(0));
+  v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
+  v.field("damping", contact.response.damping, at_least(0));
+  v.field("friction", contact.response.friction, at_least(0));
+  v.field("friction_speed", contact.response.friction_speed, above(0).in_si());
+}
+
+template <class Visitor>
+void describe(Visitor& v, SolverSettings& solver) {
+  v.field("tolerance", solver.tolerance, strictly_within(0, 1));
+  v.field("max_iterations", solver.max_iterations, at_least(1));
+}
+
+template <class Visitor>
+void describe(Visitor& v, RestSettings& rest) {
+  v.field("speed", rest.speed, above(0).in_si());
+  v.field("steps", rest.steps, at_least(1));
+}
+
+template <class Visitor>
+void describe(Visitor& v, Camera& camera) {
+  v.optional("position", camera.position);
+  v.optional("target", camera.target);
+}
+
+template <class Visitor>
+void describe(Visitor& v, Picture& picture) {
+  v.field("size", picture.size, within(16, 16384));
+  v.object("camera", picture.camera);
+}
+
+template <class Visitor>
+void describe(Visitor& v, OutputSettings& output) {
+  v.field("every", output.every, at_least(1));
+  v.object("picture", output.picture);
+}
+
+template <class Visitor>
+void describe(Visitor& v, Scene& scene) {
+  v.field("name", scene.name);
+  v.object("units", scene.units);
+  v.set_si(scene.units == Units{});
+  v.field("time_step", scene.settings.time_step, above(0).in_si());
+  v.field("duration", scene.duration, above(0).in_si());
+  v.field("gravity", scene.settings.gravity, any.in_si());
+  ContactBlock contact{scene.settings.detection, scene.settings.response};
+  v.object("contact", contact);
+  v.object("solver", scene.settings.solver);
+  v.object("rest", scene.settings.rest);
+  v.object("output", scene.output);
+  v.list("bodies", scene.bodies);
+  v.rule(!scene.bodies.empty(), "bodies", "no body", "one or more");
+}
+
+}  // namespace palpate::scene_format

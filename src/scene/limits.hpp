@@ -1,0 +1,44 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+namespace palpate::scene_format {
+
+/// What a number of a scene may be (NaN and infinite are never allowed).
+struct Limits {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;   ///< low itself is not allowed
+  bool high_open = false;  ///< high itself is not allowed
+  /// The default means something in SI only: a scene in other units must give the value.
+  bool default_is_si = false;
+
+  [[nodiscard]] constexpr bool allow(double x) const {
+    return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
+  }
+  [[nodiscard]] constexpr Limits in_si() const {
+    Limits limits = *this;
+    limits.default_is_si = true;
+    return limits;
+  }
+};
+
+inline constexpr Limits any{};
+constexpr Limits above(double low) {
+  return {.low = low, .low_open = true};
+}
+constexpr Limits at_least(double low) {
+  return {.low = low};
+}
+constexpr Limits within(double low, double high) {
+  return {.low = low, .high = high};
+}
+constexpr Limits strictly_within(double low, double high) {
+  return {.low = low, .high = high, .low_open = true, .high_open = true};
+}
+
+/// "a number > 0", "an integer in [1, 16384]"; `noun` is "a number" or the like.
+std::string expected_within(const Limits& limits, const std::string& noun);
+
+}  // namespace palpate::scene_format

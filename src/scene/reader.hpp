@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "scene/fields.hpp"
+#include "scene/suggest.hpp"
+#include "scene/values.hpp"
+
+namespace palpate::scene_format {
+
+/// Visitor of fields.hpp that fills an object from JSON. It notes which keys were asked for; finish() then
+/// refuses the others.
+class Reader {
+ public:
+  Reader(Context& context, std::string path, const nlohmann::json& object)
+      : context_(context), path_(std::move(path)), object_(object) {
+    if (!object.is_object()) fail(context, path_, describe_json(object), "an object");
+  }
+
+  /// A value that may be absent, then the default stays.
+  template <class T>
+  void field(std::string_view key, T& value, const Limits& limits = any) {
+    if (const auto* json = find(key)) return decode_any(key_path(path_, key), *json, value, limits);
+    if (limits.default_is_si && !context_.si) {
+      fail(context_, key_path(path_, key), "nothing", "a value, since the default is for SI units only");
+    }
+  }
+  template <class T>
+  void required(std::string_view key, T& value, const Limits& limits = any) {
+    const auto* json = find(key);
+    if (json == nullptr) fail(context_, key_path(path_, key), "nothing", "a value");
+    decode_any(key_path(path_, key), *json, value, limits);
+  }
+  template <class T>
+  void optional(std::string_view key, std::optional<T>& value, const Limits& limits = any) {
+    if (const auto* json = find(key)) decode_any(key_path(path_, key), *json, value.emplace(), limits);
+  }
+  /// One of a table of names, index = value of the enumeration.
+  template <class Enum>
+  void choice(std::string_view key, Enum& value, std::span<const std::string_view> names) {
+    const auto* json = find(key);
+    if (json != nullptr)
+      value = static_cast<Enum>(decode_choice(context_, key_path(path_, key), *json, names));
+  }
+  /// A number, or the word that stands for "none".
+  void word_or_number(std::string_view key, std::optional<double>& value, std::string_view word,
+                      const Limits& limits) {
+    const auto* json = find(key);
+    if (json == nullptr || *json == word) return;
+    if (json->is_string()) {
+      fail(context_, key_path(path_, key), describe_json(*json),
+           "'" + std::string(word) + "' or " + expected_within(limits, "a number"));
+    }
+    decode(context_, key_path(path_, key), *json, value.emplace(), limits);
+  }
+  /// Three numbers, or one for all three.
+  void scale(std::string_view key, Vec3& value, const Limits& limits) {
+    const auto* json = find(key);
+    if (json == nullptr || !json->is_number()) return field(key, value, limits);
+    decode(context_, key_path(path_, key), *json, value.x, limits);
+    value.y = value.z = value.x;
+  }
+  /// An object; where it is absent its own keys decide whether that is right.
+  template <class T>
+  void object(std::string_view key, T& value) {
+    static const auto empty = nlohmann::json::object();
+    const auto* json = find(key);
+    read_object(key_path(path_, key), json == nullptr ? empty : *json, value);
+  }
+  /// An array of objects.
+  template <class T>
+  void list(std::string_view key, std::vector<T>& values) {
+    const auto* json = find(key);
+    if (json == nullptr) return;
+    const std::string path = key_path(path_, key);
+    if (!json->is_array()) fail(context_, path, describe_json(*json), "an array");
+    values.resize(json->size());
+    for (std::size_t i = 0; i < json->size(); ++i) read_object(element_path(path, i), (*json)[i], values[i]);
+  }
+  /// Exactly one of the keys, in the order of the variant's types.
+  template <class... Types>
+  void one_of(std::variant<Types...>& value, const std::array<std::string_view, sizeof...(Types)>& keys) {
+    std::vector<std::string_view> there;
+    std::copy_if(keys.begin(), keys.end(), std::back_inserter(there), [&](auto key) { return given(key); });
+    if (there.size() != 1) refuse_alternatives(there, keys);
+    read_alternative<0>(value, keys, there.front());
+  }
+
+  [[nodiscard]] bool given(std::string_view key) const { return object_.contains(key); }
+  /// A rule between the values of an object.
+  void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) const {
+    if (!holds) fail(context_, key_path(path_, key), found, expected);
+  }
+  void set_si(bool si) { context_.si = si; }
+
+  /// Refuses the keys that nothing asked for.
+  void finish() const {
+    for (const auto& item : object_.items()) {
+      if (std::find(known_.begin(), known_.end(), item.key()) == known_.end()) {
+        fail(context_, key_path(path_, item.key()), "unknown key", expected_name(item.key(), known_));
+      }
+    }
+  }
+
+ private:
+  const nlohmann::json* find(std::string_view key) {
+    known_.push_back(key);
+    const auto item = object_.find(key);
+    return item == object_.end() ? nullptr : &*item;
+  }
+  template <class T>
+  void read_object(std::string path, const nlohmann::json& json, T& value) {
+    Reader reader(context_, std::move(path), json);
+    describe(reader, value);
+    reader.finish();
+  }
+  template <class T>
+  void decode_any(const std::string& path, const nlohmann::json& json, T& value, const Limits& limits) {
+    if constexpr (requires { decode(context_, path, json, value, limits); }) {
+      decode(context_, path, json, value, limits);
+    } else {
+      read_object(path, json, value);
+    }
+  }
+  template <std::size_t I, class Variant, class Keys>
+  void read_alternative(Variant& value, const Keys& keys, std::string_view there) {
+    if constexpr (I < std::variant_size_v<Variant>) {
+      if (keys[I] == there) required(keys[I], value.template emplace<I>());
+      if (keys[I] != there) known_.push_back(keys[I]);
+      read_alternative<I + 1>(value, keys, there);
+    }
+  }
+  /// Names a misspelt alternative rather than the missing one, if there is one.
+  [[noreturn]] void refuse_alternatives(const std::vector<std::string_view>& there,
+                                        std::span<const std::string_view> keys) const;
+
+  Context& context_;
+  std::string path_;
+  const nlohmann::json& object_;
+  std::vector<std::string_view> known_;
+};
+
+}  // namespace palpate::scene_format

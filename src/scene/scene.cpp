@@ -1,0 +1,88 @@
+#include "scene/scene.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "scene/key_lister.hpp"
+#include "scene/reader.hpp"
+#include "scene/writer.hpp"
+
+namespace palpate {
+namespace scene_format {
+
+void Reader::refuse_alternatives(const std::vector<std::string_view>& there,
+                                 std::span<const std::string_view> keys) const {
+  if (there.size() > 1) {
+    fail(context_, key_path(path_, there[1]), "it beside '" + std::string(there[0]) + "'",
+         "only one of the two");
+  }
+  for (const auto& item : object_.items()) {
+    const auto near = nearest_name(item.key(), keys);
+    if (near) fail(context_, key_path(path_, item.key()), "unknown key", "'" + std::string(*near) + "'");
+  }
+  fail(context_, path_, "none of its alternatives", expected_name("", keys));
+}
+
+KeyLister::Keys list_scene_keys() {
+  KeyLister::Keys keys;
+  KeyLister lister("", keys);
+  Scene scene;
+  describe(lister, scene);
+  return keys;
+}
+
+}  // namespace scene_format
+
+namespace {
+
+/// Gives nameless bodies the name "body I" and refuses a name that two bodies have.
+void name_bodies(Scene& scene) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    std::string& name = scene.bodies[i].name;
+    if (name.empty()) name = "body " + std::to_string(i);
+    if (!names.insert(name).second) {
+      throw Error(scene.source, element_path("bodies", i) + ".name", "'" + name + "' again",
+                  "a name of its own");
+    }
+  }
+}
+
+}  // namespace
+
+Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder) {
+  const nlohmann::json json = parse_json(text, source_name);
+  Scene scene;
+  scene.source = std::move(source_name);
+  scene.folder = std::move(base_folder);
+  scene_format::Context context{scene.source};
+  scene_format::Reader reader(context, "", json);
+  describe(reader, scene);
+  reader.finish();
+  name_bodies(scene);
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw Error(file.string(), "", "nothing that can be read", "a scene file");
+  }
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (stream.bad()) throw Error(file.string(), "", "an error while reading", "a scene file");
+  return read_scene_text(text, file.string(), file.parent_path());
+}
+
+std::string write_scene(const Scene& scene) {
+  scene_format::Writer writer("");
+  Scene copy =
+      scene;  // one set of tables serves reading and writing, so they take references that are not const
+  describe(writer, copy);
+  return format_json(writer.take());
+}
+
+}  // namespace palpate

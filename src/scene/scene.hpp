@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/types.hpp>
+
+/// A scene as plain data, and its text form: JSON with comments, described in docs/scene.md and
+/// docs/scene.schema.json.
+namespace palpate {
+
+/// Names of the units that every number of a scene is in; carried to the outputs, never converted.
+struct Units {
+  std::string length = "m";
+  std::string mass = "kg";
+  std::string time = "s";
+  friend bool operator==(const Units&, const Units&) = default;
+};
+
+/// A body from a mesh file; a relative path counts from the folder of the scene file.
+struct MeshFile {
+  std::string path;
+};
+/// A box of cells[0] x cells[1] x cells[2] cells of 5 tets; see make_box().
+struct BoxGenerator {
+  std::array<int, 3> cells{1, 1, 1};
+  Vec3 size{1.0, 1.0, 1.0};
+};
+/// A ball of `resolution` layers; see make_ball().
+struct BallGenerator {
+  double radius = 1.0;
+  int resolution = 4;
+};
+using BodySource = std::variant<MeshFile, BoxGenerator, BallGenerator>;
+
+/// A turn about an axis through the origin, right-handed; the quaternion (w, x, y, z) counts where there is
+/// one.
+struct Rotation {
+  Vec3 axis{0.0, 0.0, 1.0};  ///< any length but zero
+  double angle = 0.0;        ///< degrees
+  std::optional<std::array<double, 4>> quaternion{};
+};
+
+/// Places a body: first scale (per axis, about the origin), then rotate, then translate.
+struct Transform {
+  Vec3 scale{1.0, 1.0, 1.0};  ///< each > 0
+  Rotation rotate;
+  Vec3 translate{};
+};
+
+/// Selects the points in the closed box, in world coordinates of the placed body.
+struct BoxSelection {
+  Vec3 lower;
+  Vec3 upper;
+};
+/// Selects the points in the closed ball, in world coordinates of the placed body.
+struct SphereSelection {
+  Vec3 center;
+  double radius = 0.0;
+};
+/// Selects points by their 0-based index in the body's own mesh.
+struct PointSelection {
+  std::vector<Index> indices;
+};
+using Selection = std::variant<BoxSelection, SphereSelection, PointSelection>;
+
+/// One body of a scene.
+struct SceneBody {
+  std::string name;  ///< unique in the scene
+  BodySource source;
+  Transform transform;
+  std::optional<Material> material;            ///< always there for a body that is not an obstacle
+  std::vector<Selection> fixed;                ///< points that do not move: the union of the selections
+  bool obstacle = false;                       ///< no point of the body moves
+  std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]; none: the picture chooses
+};
+
+/// Where the picture is taken from; what is absent is chosen so that the whole scene is seen.
+struct Camera {
+  std::optional<Vec3> position;
+  std::optional<Vec3> target;
+};
+struct Picture {
+  std::array<int, 2> size{1280, 720};  ///< width and height in pixels
+  Camera camera;
+};
+/// What a run writes.
+struct OutputSettings {
+  int every = 10;  ///< steps from one frame file to the next
+  Picture picture;
+};
+
+/// Everything that `palpate run` needs to know.
+struct Scene {
+  std::string name;
+  Units units;
+  SimulationSettings settings;
+  double duration = 1.0;  ///< simulated time, > 0
+  std::vector<SceneBody> bodies;
+  OutputSettings output;
+  std::string source;            ///< the file (or other origin) that errors name; not part of the text
+  std::filesystem::path folder;  ///< relative mesh paths count from here; not part of the text
+};
+
+/// Reads a scene file. Throws Error: file, line and column for what is not JSON, file and key path
+/// ("bodies[2].material.density") for an unknown, repeated, missing, ill-typed or out-of-range value.
+/// Mesh files are not looked at. O(size of the file).
+Scene read_scene(const std::filesystem::path& file);
+
+/// Reads a scene from text; `source_name` stands for the file in errors, relative paths count from
+/// `base_folder`.
+Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder = {});
+
+/// The text form of a scene, all settings written out (of a body, only what differs from the default).
+/// Reading it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.
+std::string write_scene(const Scene& scene);
+
+}  // namespace palpate

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+/// The known name that `word` was most likely meant to be: nearest by edits (insert, drop, replace, swap
+/// neighbours; case does not count), if no more than a third of the word's letters (at least one) differ. The
+/// first of equals. The result views into `known`. O(|known| |word| |name|).
+std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> known);
+
+/// What an error expects in place of an unknown `word`: the nearest name in quotes, or "one of 'a', 'b'".
+std::string expected_name(std::string_view word, std::span<const std::string_view> known);
+
+}  // namespace palpate

@@ -1,0 +1,119 @@
+#include "scene/values.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <fmt/format.h>
+#include <limits>
+
+#include <palpate/error.hpp>
+
+#include "scene/suggest.hpp"
+
+namespace palpate::scene_format {
+
+using nlohmann::ordered_json;
+
+std::string expected_within(const Limits& limits, const std::string& noun) {
+  const bool has_low = std::isfinite(limits.low);
+  const bool has_high = std::isfinite(limits.high);
+  if (has_low && has_high) {
+    return fmt::format("{} in {}{}, {}{}", noun, limits.low_open ? "(" : "[", limits.low, limits.high,
+                       limits.high_open ? ")" : "]");
+  }
+  if (has_low) return fmt::format("{} {} {}", noun, limits.low_open ? ">" : ">=", limits.low);
+  if (has_high) return fmt::format("{} {} {}", noun, limits.high_open ? "<" : "<=", limits.high);
+  return noun;
+}
+
+void fail(const Context& context, const std::string& path, const std::string& found,
+          const std::string& expected) {
+  throw Error(context.source, path, found, expected);
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, double& value,
+            const Limits& limits) {
+  const bool allowed = json.is_number() && limits.allow(json.get<double>());
+  if (!allowed) fail(context, path, describe_json(json), expected_within(limits, "a number"));
+  value = json.get<double>();
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, int& value,
+            const Limits& limits) {
+  const bool fits = json.is_number_integer() && json.get<double>() <= std::numeric_limits<int>::max() &&
+                    json.get<double>() >= std::numeric_limits<int>::min();
+  if (!fits || !limits.allow(json.get<double>())) {
+    fail(context, path, describe_json(json), expected_within(limits, "an integer"));
+  }
+  value = json.get<int>();
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, bool& value,
+            const Limits&) {
+  if (!json.is_boolean()) fail(context, path, describe_json(json), "true or false");
+  value = json.get<bool>();
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, std::string& value,
+            const Limits&) {
+  if (!json.is_string() || json.get_ref<const std::string&>().empty()) {
+    fail(context, path, describe_json(json), "a text that is not empty");
+  }
+  value = json.get<std::string>();
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, Vec3& value,
+            const Limits& limits) {
+  std::array<double, 3> numbers{};
+  decode(context, path, json, numbers, limits);
+  value = {numbers[0], numbers[1], numbers[2]};
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, MeshFile& value,
+            const Limits& limits) {
+  decode(context, path, json, value.path, limits);
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json,
+            PointSelection& value, const Limits&) {
+  if (!json.is_array() || json.empty()) {
+    fail(context, path, describe_json(json), "an array of one or more point indices");
+  }
+  value.indices.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    decode(context, element_path(path, i), json[i], value.indices[i], at_least(0));
+  }
+}
+
+std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
+                          std::span<const std::string_view> names) {
+  const std::string word = json.is_string() ? json.get<std::string>() : std::string();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == word) return i;
+  }
+  fail(context, path, describe_json(json), expected_name(word, names));
+}
+
+ordered_json encode(const std::string& path, double value) {
+  if (!std::isfinite(value)) throw Error("scene", path, fmt::format("{}", value), "a finite number");
+  return value;
+}
+ordered_json encode(const std::string&, int value) {
+  return value;
+}
+ordered_json encode(const std::string&, bool value) {
+  return value;
+}
+ordered_json encode(const std::string&, const std::string& value) {
+  return value;
+}
+ordered_json encode(const std::string& path, const Vec3& value) {
+  return encode(path, std::array{value.x, value.y, value.z});
+}
+ordered_json encode(const std::string&, const MeshFile& value) {
+  return value.path;
+}
+ordered_json encode(const std::string&, const PointSelection& value) {
+  return value.indices;
+}
+
+}  // namespace palpate::scene_format

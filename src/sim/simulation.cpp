@@ -1,0 +1,186 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "fem/dynamics.hpp"
+#include "geometry/vector.hpp"
+#include "parallel/parallel.hpp"
+#include "sim/response.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate {
+namespace {
+
+void check(bool right, const char* key, double found, const char* expected) {
+  if (!right || !std::isfinite(found))
+    throw Error("simulation settings", key, std::to_string(found), expected);
+}
+
+const SimulationSettings& checked(const SimulationSettings& s) {
+  check(s.time_step > 0.0, "time_step", s.time_step, "a finite number > 0");
+  check(is_finite(s.gravity), "gravity", s.gravity.x + s.gravity.y + s.gravity.z, "three finite numbers");
+  check(s.solver.tolerance > 0.0, "solver.tolerance", s.solver.tolerance, "a finite number > 0");
+  check(s.solver.max_iterations > 0, "solver.max_iterations", s.solver.max_iterations, "at least 1");
+  check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
+  check(s.rest.steps > 0, "rest.steps", s.rest.steps, "at least 1");
+  return s;
+}
+
+/// One flag for each of `count`, all 0 where none are given.
+std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::size_t count,
+                                        const char* name) {
+  if (flags.empty()) flags.assign(count, 0);
+  if (flags.size() != count) {
+    throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
+  }
+  return flags;
+}
+
+}  // namespace
+
+struct Simulation::State {
+  State(Bodies b, std::vector<Material> m, std::vector<std::uint8_t> fixed, std::vector<std::uint8_t> o,
+        const SimulationSettings& s, int n)
+      : bodies(std::move(b)),
+        settings(checked(s)),
+        obstacles(flags_or_none(std::move(o), bodies.bodies().size(), "obstacles")),
+        threads(n),
+        dynamics(bodies, m, flags_or_none(std::move(fixed), bodies.points_rest().size(), "fixed_points"),
+                 obstacles, threads),
+        detector(bodies, settings.detection, obstacles, n),
+        response(bodies, m, obstacles, settings.response, dynamics.point_masses(), dynamics.free_points()),
+        contact_forces(bodies.bodies().size()),
+        masses(bodies.bodies().size(), 0.0) {
+    for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
+      at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
+    }
+    detect();
+    measure();
+  }
+
+  void detect();
+  void measure();
+  void sum_contact_forces();
+
+  Bodies bodies;
+  SimulationSettings settings;
+  std::vector<std::uint8_t> obstacles;
+  parallel::Threads threads;
+  fem::Dynamics dynamics;
+  Detector detector;
+  ContactResponse response;
+  std::vector<fem::Coupling> couplings;
+  std::vector<Vec3> contact_forces;
+  std::vector<double> masses;
+  StepMetrics metrics;
+  int slow_steps = 0;  ///< steps in a row in which nothing moved faster than the rest speed
+};
+
+void Simulation::State::detect() {
+  detector.detect(dynamics.positions());
+  metrics.detection = detector.counts();
+  metrics.detection_seconds = detector.times();
+}
+
+/// Energies and extremes at the end of a step.
+void Simulation::State::measure() {
+  metrics.kinetic_energy = dynamics.kinetic_energy();
+  metrics.elastic_energy = dynamics.elastic_energy();
+  double fastest = 0.0;
+  for (const Vec3& v : dynamics.velocities()) fastest = std::max(fastest, squared_length(v));
+  metrics.largest_speed = std::sqrt(fastest);
+  const std::vector<double>& depth = detector.contacts().depth;
+  metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
+}
+
+void Simulation::State::sum_contact_forces() {
+  std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
+  for (const fem::Coupling& coupling : couplings) {
+    const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
+    at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
+    at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
+  }
+}
+
+Simulation::Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+                       std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads)
+    : state_(std::make_unique<State>(std::move(bodies), std::move(materials), std::move(fixed_points),
+                                     std::move(obstacles), settings, threads)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const StepMetrics& Simulation::step() {
+  State& s = *state_;
+  Stopwatch watch;
+  s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.velocities(), s.couplings);
+  s.metrics.forces_seconds = watch.lap();
+
+  const auto report = s.dynamics.step(s.settings.time_step, s.settings.gravity, {}, s.couplings,
+                                      s.settings.solver.tolerance, s.settings.solver.max_iterations);
+  s.metrics.solver_seconds = watch.lap();
+  s.metrics.solver_iterations = report.iterations;
+  s.metrics.solver_converged = report.converged;
+  s.sum_contact_forces();
+
+  s.detect();
+  ++s.metrics.step;
+  s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
+  s.measure();
+  s.slow_steps = s.metrics.largest_speed <= s.settings.rest.speed ? s.slow_steps + 1 : 0;
+  return s.metrics;
+}
+
+const Bodies& Simulation::bodies() const {
+  return state_->bodies;
+}
+const SimulationSettings& Simulation::settings() const {
+  return state_->settings;
+}
+std::span<const Vec3> Simulation::positions() const {
+  return state_->dynamics.positions();
+}
+std::span<const Vec3> Simulation::velocities() const {
+  return state_->dynamics.velocities();
+}
+const Detector& Simulation::detector() const {
+  return state_->detector;
+}
+const StepMetrics& Simulation::metrics() const {
+  return state_->metrics;
+}
+bool Simulation::at_rest() const {
+  return state_->slow_steps >= state_->settings.rest.steps;
+}
+std::span<const Vec3> Simulation::contact_forces() const {
+  return state_->contact_forces;
+}
+std::span<const double> Simulation::masses() const {
+  return state_->masses;
+}
+
+std::string Simulation::state_hash() const {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  const auto add = [&hash](std::span<const Vec3> values) {
+    for (const Vec3& v : values) {
+      for (const double x : {v.x, v.y, v.z}) {
+        const auto bits = std::bit_cast<std::uint64_t>(x);
+        for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((bits >> (8 * byte)) & 0xFFU)) * 0x100000001b3U;
+      }
+    }
+  };
+  add(positions());
+  add(velocities());
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text(16, '0');
+  for (std::size_t i = 0; i < 16; ++i) text[i] = digits[(hash >> (60 - 4 * i)) & 0xFU];
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,173 @@
+// Oracles: analytic depths of boxes, balls and planes.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include <palpate/detection.hpp>
+
+#include "geometry/vector.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+TEST(Depth, IsExactForFlatOnFlat) {
+  // The lower box is wider: every border edge of the upper one leaves through the flat top.
+  for (const double overlap : {0.25, 0.01, 1e-6}) {
+    Bodies bodies;
+    bodies.add("lower", test::box_mesh({6, 6, 2}, {-3, -3, -2}, {3, 3, 0}));
+    bodies.add("upper", test::box_mesh({3, 3, 2}, {-1.01, -0.97, -overlap}, {1.03, 1.02, 2 - overlap}));
+    Detector detector(bodies, {});
+    detector.detect(bodies.points_rest());
+    const Contacts& contacts = detector.contacts();
+    std::size_t bottom = 0;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      if (at(bodies.body_of_point(), contacts.point[c]) != 1) continue;
+      ++bottom;
+      EXPECT_NEAR(contacts.depth[c], overlap, 1e-15);
+      EXPECT_NEAR(contacts.direction[c].z, 1.0, 1e-15);
+    }
+    EXPECT_EQ(bottom, 16U);
+    EXPECT_EQ(detector.counts().depth_fallbacks, 0U);
+  }
+}
+
+TEST(Depth, PropagatesExactlyThroughLayers) {
+  // Three layers of points of the upper box are inside: their depths are those of the flat surface.
+  Bodies bodies;
+  bodies.add("lower", test::box_mesh({6, 6, 2}, {-30, -29, -40}, {33, 28, 0}));
+  bodies.add("upper", test::box_mesh({3, 3, 8}, {-1.01, -0.97, -2.5}, {1.03, 1.02, 5.5}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  ASSERT_EQ(contacts.size(), 3U * 16U);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_NEAR(contacts.depth[c], -at(bodies.points_rest(), contacts.point[c]).z, 1e-13);
+    EXPECT_NEAR(contacts.direction[c].z, 1.0, 1e-14);
+  }
+}
+
+/// Largest relative error of depth and angle of a ball's points in a half-space, over points deeper than a
+/// tenth.
+double ball_in_plane_error(int cells) {
+  Bodies bodies;
+  bodies.add("plane", test::box_mesh({4, 4, 1}, {-8, -8, -4}, {8, 8, 0}));
+  bodies.add("ball", test::ball_mesh(cells, {0.013, -0.017, 0.6}, 1.0));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  double worst = 0.0;
+  std::size_t checked = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (contacts.body[c] != 0) continue;
+    const double expected = -at(bodies.points_rest(), contacts.point[c]).z;
+    worst = std::max(worst, std::abs(contacts.depth[c] - expected));
+    ++checked;
+  }
+  EXPECT_GT(checked, 3U);
+  return worst;
+}
+
+TEST(Depth, OfABallInAPlaneIsExactBecauseThePlaneIsFlat) {
+  EXPECT_LT(ball_in_plane_error(8), 1e-14);
+}
+
+/// A flat-bottomed box pressed into a ball: the surface is curved, so the estimate has an error that must
+/// fall with h.
+double box_in_ball_error(int cells) {
+  Bodies bodies;
+  bodies.add("ball", test::ball_mesh(cells, {0, 0, 0}, 1.0));
+  bodies.add("box", test::box_mesh({cells, cells, 2 * cells}, {-0.21, -0.19, 0.9}, {0.2, 0.22, 2.9}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  double worst = 0.0;
+  std::size_t checked = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (contacts.body[c] != 0) continue;
+    const Vec3& p = at(bodies.points_rest(), contacts.point[c]);
+    worst = std::max(worst, std::abs(contacts.depth[c] - (1.0 - length(p))));
+    ++checked;
+  }
+  EXPECT_GT(checked, 3U);
+  return worst;
+}
+
+TEST(Depth, ConvergesWithRefinementOnACurvedSurface) {
+  const double coarse = box_in_ball_error(4);
+  const double middle = box_in_ball_error(8);
+  const double fine = box_in_ball_error(16);
+  EXPECT_LT(middle, 0.6 * coarse);
+  EXPECT_LT(fine, 0.6 * middle);
+  EXPECT_LT(fine, 0.01) << "a tenth of the overlap";
+}
+
+TEST(Depth, OfASwallowedBodyIsTheDistanceToTheSurface) {
+  Bodies bodies;
+  bodies.add("big", test::box_mesh({4, 4, 4}, {-2, -2, -2}, {2, 2, 2}));
+  bodies.add("small", test::box_mesh({1, 1, 1}, {1.1, -0.1, -0.1}, {1.3, 0.1, 0.1}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  ASSERT_EQ(contacts.size(), 8U);
+  EXPECT_EQ(detector.counts().depth_fallbacks, 8U);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_NEAR(contacts.depth[c], 2.0 - at(bodies.points_rest(), contacts.point[c]).x, 1e-14);
+    EXPECT_NEAR(contacts.direction[c].x, 1.0, 1e-14);
+  }
+}
+
+TEST(Depth, OfADeepPointIsFinite) {
+  // A long needle of many layers: its tip is far from any border edge.
+  Bodies bodies;
+  bodies.add("big", test::box_mesh({2, 2, 2}, {-21, -22, -40}, {20, 19, 0}));
+  bodies.add("needle", test::box_mesh({1, 1, 40}, {-0.1, -0.12, -19.5}, {0.11, 0.1, 20.5}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  ASSERT_EQ(contacts.size(), 4U * 20U);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_NEAR(contacts.depth[c], -at(bodies.points_rest(), contacts.point[c]).z, 1e-12);
+  }
+}
+
+TEST(Depth, OfAPointExactlyOnTheSurfaceIsZero) {
+  Bodies bodies;
+  bodies.add("lower", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
+  bodies.add("upper", test::box_mesh({2, 2, 1}, {-1, -1, 0}, {1, 1, 1}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  std::size_t upper = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_EQ(contacts.depth[c], 0.0);
+    if (contacts.body[c] != 0)
+      continue;  // points of the lower box lie on corners of the upper: no one normal
+    ++upper;
+    EXPECT_NEAR(contacts.direction[c].z, 1.0, 1e-14);
+  }
+  EXPECT_EQ(upper, 9U);
+}
+
+TEST(BorderEdges, OfClosedBodiesAllCross) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    test::Random random(seed);
+    Bodies bodies;
+    // Grid-aligned boxes every other time: edges in faces, points on faces, edges and corners.
+    const bool aligned = seed % 2 == 0;
+    const Vec3 shift = aligned ? random.grid_point(-4, 4, 0.25) : random.point(-1, 1);
+    bodies.add("box", test::box_mesh({3, 3, 3}, {-1, -1, -1}, {1, 1, 1}));
+    if (aligned)
+      bodies.add("other", test::box_mesh({2, 2, 2}, shift, shift + Vec3{1, 1, 1}));
+    else
+      bodies.add("ball", test::ball_mesh(4, shift, 0.8));
+    Detector detector(bodies, {});
+    detector.detect(bodies.points_rest());
+    std::vector<int> crossed(detector.border_edges().size(), 0);
+    for (const Crossing& c : detector.crossings()) at(crossed, c.border_edge) = 1;
+    EXPECT_EQ(std::count(crossed.begin(), crossed.end(), 0), 0) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace palpate

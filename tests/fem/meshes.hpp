@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <functional>
+#include <random>
+#include <span>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+
+#include "fem/dynamics.hpp"
+#include "fem/matrix.hpp"
+
+/// Small meshes and conversions for the tests of the dynamics, independent of the generators that ship.
+namespace palpate::fem::test {
+
+/// A box of cells from the origin to `size`, 5 tets a cell with alternating parity.
+TetMesh box_mesh(const std::array<int, 3>& cells, const Vec3& size);
+/// The same with the inner points moved by up to `share` of a cell.
+TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, double share);
+/// One tet with corners at the origin and at distance `size` along the axes.
+TetMesh unit_tet_mesh(double size = 1.0);
+
+/// A single body called "body".
+Bodies single_body(const TetMesh& mesh);
+/// One byte a point: 1 where the rest position fulfils `where`.
+std::vector<std::uint8_t> select(const Bodies& bodies, const std::function<bool(const Vec3&)>& where);
+/// Whether a point of a box from the origin to `size` is on its surface.
+bool on_surface(const Vec3& p, const Vec3& size);
+
+/// Positions at rest mapped one by one.
+std::vector<Vec3> mapped(const Bodies& bodies, const std::function<Vec3(const Vec3&)>& map);
+/// Positions at rest plus uniform noise of up to `amplitude` an axis.
+std::vector<Vec3> noisy(const Bodies& bodies, double amplitude, unsigned seed);
+std::vector<Vec3> random_vectors(std::size_t count, double amplitude, unsigned seed);
+
+Vec3 random_vector(std::mt19937_64& random, double amplitude);
+/// A uniformly distributed rotation, made by Eigen.
+Matrix3 random_rotation(std::mt19937_64& random);
+
+Eigen::Matrix3d to_eigen(const Matrix3& a);
+Eigen::Matrix3d to_eigen(const SymmetricMatrix3& a);
+Eigen::Vector3d to_eigen(const Vec3& a);
+Eigen::VectorXd to_eigen(std::span<const Vec3> a);
+Matrix3 from_eigen(const Eigen::Matrix3d& a);
+
+/// Largest length in an array.
+double largest(std::span<const Vec3> values);
+/// Largest distance between two arrays, point by point.
+double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b);
+Vec3 total(std::span<const Vec3> values);
+
+/// Elastic forces per point as of elements.update(), added up by scattering.
+std::vector<Vec3> point_forces(const Elements& elements, std::size_t point_count);
+
+/// A dynamics of one body, nothing fixed, one thread unless said.
+struct Scene {
+  Material material;
+  std::vector<std::uint8_t> fixed;  ///< empty: nothing
+  int threads = 1;
+  [[nodiscard]] Dynamics dynamics(const Bodies& bodies) const;
+};
+
+/// Steps of huge length with the velocities cleared in between: Newton's method for the static equilibrium.
+void settle(Dynamics& dynamics, std::span<const Vec3> forces, int steps, double tolerance = 1e-12,
+            int max_iterations = 20000);
+
+}  // namespace palpate::fem::test

@@ -1,0 +1,237 @@
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include <palpate/error.hpp>
+
+#include "fem/elements.hpp"
+#include "fem/meshes.hpp"
+
+namespace palpate::fem::test {
+namespace {
+
+constexpr Material soft{2e4, 0.35, 1000.0, 0.0, 0.0};
+const parallel::Threads one_thread(1);
+
+Elements elements_of(const Bodies& bodies, const Material& material = soft) {
+  const auto count = static_cast<std::size_t>(bodies.body_count());
+  return Elements(bodies, std::vector<Material>(count, material), std::vector<std::uint8_t>(count, 0));
+}
+
+std::vector<Bodies> several_meshes() {
+  std::vector<Bodies> meshes;
+  meshes.push_back(single_body(unit_tet_mesh()));
+  meshes.push_back(single_body(box_mesh({3, 2, 1}, {0.3, 0.2, 0.1})));
+  meshes.push_back(single_body(irregular_box_mesh({4, 4, 4}, {1.0, 2.0, 0.5}, 0.2)));
+  return meshes;
+}
+
+double total_energy(const Elements& elements, std::span<const Vec3> positions) {
+  double sum = 0.0;
+  for (Index e = 0; e < elements.size(); ++e) sum += elements.energy(e, positions);
+  return sum;
+}
+
+/// All stiffness blocks scattered into one matrix.
+Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count) {
+  const auto n = 3 * static_cast<Eigen::Index>(point_count);
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
+  for (Index e = 0; e < elements.size(); ++e) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        Matrix3 block;
+        elements.add_stiffness(e, i, j, 1.0, block);
+        const Tet& corners = at(elements.corners(), e);
+        k.block<3, 3>(3 * at(corners, i), 3 * at(corners, j)) += to_eigen(block);
+      }
+    }
+  }
+  return k;
+}
+
+TEST(Elements, HaveExactlyNoForceAtRest) {
+  for (const Bodies& bodies : several_meshes()) {
+    Elements elements = elements_of(bodies);
+    elements.update(one_thread, bodies.points_rest());
+    EXPECT_EQ(largest(point_forces(elements, bodies.points_rest().size())), 0.0);
+    EXPECT_EQ(total_energy(elements, bodies.points_rest()), 0.0);
+  }
+}
+
+TEST(Elements, HaveNoForceUnderRigidMotion) {
+  std::mt19937_64 random(5);
+  for (const Bodies& bodies : several_meshes()) {
+    Elements elements = elements_of(bodies);
+    for (int trial = 0; trial < 20; ++trial) {
+      const Matrix3 r = random_rotation(random);
+      const Vec3 t = random_vector(random, 10.0);
+      const auto moved = mapped(bodies, [&](const Vec3& p) { return r * p + t; });
+      elements.update(one_thread, moved);
+      // Scale: the force of a strain of 1 is about E times an area of at most 4 m^2.
+      EXPECT_LT(largest(point_forces(elements, moved.size())), 1e-12 * soft.young_modulus * 4.0);
+      EXPECT_LT(total_energy(elements, moved), 1e-24 * soft.young_modulus);
+    }
+  }
+}
+
+TEST(Elements, MatchHookesLawForSmallStrain) {
+  // Energy of a uniform small strain: V (mu eps:eps + lambda/2 tr^2 eps), with E and nu turned into stiffness
+  // by hand.
+  const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, {1.0, 1.0, 1.0}, 0.2));
+  const Elements elements = elements_of(bodies, {3e4, 0.25, 1000.0, 0.0, 0.0});
+  constexpr double strain = 1e-6;
+  // Uniaxial strain: modulus E (1 - nu) / ((1 + nu)(1 - 2 nu)) = 36000.
+  const auto pulled = mapped(bodies, [&](const Vec3& p) { return Vec3{p.x * (1.0 + strain), p.y, p.z}; });
+  EXPECT_NEAR(total_energy(elements, pulled) / (0.5 * 36000.0 * strain * strain), 1.0, 1e-6);
+  // Simple shear: modulus E / (2 (1 + nu)) = 12000.
+  const auto sheared = mapped(bodies, [&](const Vec3& p) { return Vec3{p.x + strain * p.y, p.y, p.z}; });
+  EXPECT_NEAR(total_energy(elements, sheared) / (0.5 * 12000.0 * strain * strain), 1.0, 1e-5);
+}
+
+/// Central differences of the energy, along every coordinate.
+void expect_force_is_derivative(const Bodies& bodies, std::vector<Vec3> positions) {
+  Elements elements = elements_of(bodies);
+  elements.update(one_thread, positions);
+  const auto forces = point_forces(elements, positions.size());
+  constexpr double step = 1e-6;
+  const double scale = largest(forces);
+  ASSERT_GT(scale, 0.0);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      const double center = positions[i].*axis;
+      positions[i].*axis = center + step;
+      const double above = total_energy(elements, positions);
+      positions[i].*axis = center - step;
+      const double below = total_energy(elements, positions);
+      positions[i].*axis = center;
+      EXPECT_NEAR(forces[i].*axis, -(above - below) / (2.0 * step), 1e-7 * scale) << "point " << i;
+    }
+  }
+}
+
+TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergy) {
+  std::mt19937_64 random(6);
+  const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {1.0, 1.0, 1.0}, 0.2));
+  for (int trial = 0; trial < 10; ++trial) {
+    const Matrix3 r = random_rotation(random);
+    expect_force_is_derivative(bodies, mapped(bodies, [&](const Vec3& p) {
+                                 return r * (p + random_vector(random, 0.1)) + Vec3{3.0, -2.0, 1.0};
+                               }));
+  }
+}
+
+TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergyWhereInverted) {
+  const Bodies bodies = single_body(unit_tet_mesh());
+  for (const double height : {0.3, 0.01, 0.0, -0.2, -0.6}) {
+    auto positions = mapped(bodies, [&](const Vec3& p) {
+      return Vec3{p.x + 0.3 * p.y, 1.1 * p.y, height * p.z};
+    });
+    expect_force_is_derivative(bodies, positions);
+  }
+}
+
+TEST(Elements, ForcesSumToZeroInForceAndTorque) {
+  const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, {1.0, 1.0, 1.0}, 0.2));
+  Elements elements = elements_of(bodies);
+  const auto positions = noisy(bodies, 0.3, 7);  // some elements are inverted
+  elements.update(one_thread, positions);
+  const auto forces = point_forces(elements, positions.size());
+  Vec3 torque;
+  for (std::size_t i = 0; i < forces.size(); ++i) torque += cross(positions[i], forces[i]);
+  EXPECT_LT(length(total(forces)), 1e-12 * largest(forces));
+  EXPECT_LT(length(torque), 1e-11 * largest(forces));
+}
+
+TEST(Elements, StiffnessIsExactlySymmetricAndPositiveWithTranslationsAsNullSpace) {
+  const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {1.0, 1.0, 1.0}, 0.2));
+  Elements elements = elements_of(bodies);
+  const auto positions = noisy(bodies, 0.1, 8);
+  elements.update(one_thread, positions);
+  const Eigen::MatrixXd k = dense_stiffness(elements, positions.size());
+  EXPECT_EQ((k - k.transpose()).cwiseAbs().maxCoeff(), 0.0);
+  const double scale = k.cwiseAbs().maxCoeff();
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXd translation = Eigen::VectorXd::Zero(k.rows());
+    for (Eigen::Index i = axis; i < k.rows(); i += 3) translation[i] = 1.0;
+    EXPECT_LT((k * translation).cwiseAbs().maxCoeff(), 1e-13 * scale);
+  }
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues();
+  EXPECT_GT(values[0], -1e-12 * scale);
+  EXPECT_GT(values[6], 1e-4 * scale) << "more than six rigid modes";
+}
+
+/// At a turned rest configuration the neglected derivative of R has no part: K' is the whole derivative.
+TEST(Elements, StiffnessIsMinusTheDerivativeOfTheForceAtRest) {
+  std::mt19937_64 random(9);
+  const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {1.0, 1.0, 1.0}, 0.2));
+  Elements elements = elements_of(bodies);
+  const Matrix3 r = random_rotation(random);
+  auto positions = mapped(bodies, [&](const Vec3& p) { return r * p; });
+  elements.update(one_thread, positions);
+  const Eigen::MatrixXd k = dense_stiffness(elements, positions.size());
+  constexpr double step = 1e-6;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Vec3 center = positions[i];
+    const auto forces_at = [&](const Vec3& p) {
+      positions[i] = p;
+      elements.update(one_thread, positions);
+      return to_eigen(point_forces(elements, positions.size()));
+    };
+    const Eigen::VectorXd slope =
+        (forces_at(center + Vec3{0.0, step, 0.0}) - forces_at(center - Vec3{0.0, step, 0.0})) / (2.0 * step);
+    positions[i] = center;
+    const Eigen::VectorXd column = k.col(3 * static_cast<Eigen::Index>(i) + 1);
+    EXPECT_LT((slope + column).cwiseAbs().maxCoeff(), 1e-6 * k.cwiseAbs().maxCoeff()) << "point " << i;
+  }
+}
+
+TEST(Elements, LeaveOutObstaclesAndKeepTheOrderOfTheOthers) {
+  Bodies bodies;
+  bodies.add("first", unit_tet_mesh());
+  bodies.add("plate", box_mesh({1, 1, 1}, {1.0, 1.0, 1.0}));
+  bodies.add("last", unit_tet_mesh(2.0));
+  const std::vector<Material> materials(3, soft);
+  const Elements elements(bodies, materials, std::vector<std::uint8_t>{0, 1, 0});
+  ASSERT_EQ(elements.size(), 2);
+  EXPECT_EQ(elements.tet_of_element()[1], 6);
+  EXPECT_EQ(elements.body_of_element()[1], 2);
+  EXPECT_NEAR(elements.volumes_rest()[0], 1.0 / 6.0, 1e-15);
+  EXPECT_NEAR(elements.volumes_rest()[1], 8.0 / 6.0, 1e-14);
+}
+
+TEST(LumpedMasses, AddUpToDensityTimesVolume) {
+  Bodies bodies;
+  bodies.add("box", irregular_box_mesh({3, 3, 3}, {1.0, 2.0, 0.5}, 0.2));
+  TetMesh lonely = unit_tet_mesh();
+  lonely.points.push_back({5.0, 5.0, 5.0});
+  bodies.add("lonely", lonely);
+  std::vector<Material> materials(2, soft);
+  materials[1].density = 600.0;
+  const auto masses = lumped_masses(bodies, materials);
+  double box = 0.0;
+  for (Index i = 0; i < bodies.bodies()[0].points.end; ++i) box += at(masses, i);
+  EXPECT_NEAR(box, 1000.0, 1e-9);
+  const Index first = bodies.bodies()[1].points.begin;
+  for (Index i = first; i < first + 4; ++i) EXPECT_NEAR(at(masses, i), 25.0, 1e-12);
+  EXPECT_EQ(masses.back(), 0.0);
+}
+
+TEST(Elements, RefuseATetThatDoublePrecisionCannotHold) {
+  TetMesh mesh = box_mesh({1, 1, 1}, {1.0, 1.0, 1.0});
+  // Exactly positive volume, far below the smallest double.
+  const auto first = static_cast<Index>(mesh.points.size());
+  for (const Vec3& p : unit_tet_mesh(1e-120).points) mesh.points.push_back(p);
+  mesh.tets.push_back({first, first + 1, first + 2, first + 3});
+  const Bodies bodies = single_body(mesh);
+  try {
+    elements_of(bodies);
+    FAIL() << "was accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.source(), "body body");
+    EXPECT_EQ(error.where(), "tet 5");
+  }
+}
+
+}  // namespace
+}  // namespace palpate::fem::test

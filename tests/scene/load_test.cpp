@@ -1,0 +1,128 @@
+#include "scene/load.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <string>
+
+#include "geometry/vector.hpp"
+#include "scene/error_check.hpp"
+
+namespace palpate {
+namespace {
+
+void expect_near(const Vec3& a, const Vec3& b) {
+  EXPECT_LT(length(a - b), 1e-14) << a.x << " " << a.y << " " << a.z;
+}
+
+Scene scene_of(const std::string& body) {
+  return read_scene_text(R"({"bodies": [{"material": {}, )" + body + "}]}", "s.json", "/base");
+}
+
+Index fixed_count(const std::string& body) {
+  const auto fixed = load_bodies(scene_of(body), {}).fixed;
+  return std::accumulate(fixed.begin(), fixed.end(), Index{0});
+}
+
+std::string load_problem(const std::string& body) {
+  return message_of([&] { load_bodies(scene_of(body), {}); });
+}
+
+const std::string box = R"("box": {"cells": [2, 2, 2], "size": [2, 2, 2]})";
+
+TEST(Transformed, ScalesThenRotatesThenTranslates) {
+  const Transform transform{.scale = {2, 3, 4}, .rotate = {{0, 0, 5}, 90, {}}, .translate = {10, 20, 30}};
+  expect_near(transformed(transform, {1, 1, 1}), {10 - 3, 20 + 2, 30 + 4});
+}
+
+TEST(Transformed, TurnsRightHandedAboutAnyAxis) {
+  expect_near(transformed({.rotate = {{1, 0, 0}, 90, {}}}, {0, 1, 0}), {0, 0, 1});
+  expect_near(transformed({.rotate = {{1, 1, 1}, 120, {}}}, {1, 2, 3}), {3, 1, 2});
+  expect_near(transformed({.rotate = {{0, 1, 0}, -90, {}}}, {0, 0, 1}), {-1, 0, 0});
+}
+
+TEST(Transformed, TakesAQuaternionOfAnyLengthForTheSameTurn) {
+  const double half = 0.5 * 0.7;
+  const Vec3 axis = normalized({1, -2, 3});
+  const double s = 5.0 * std::sin(half);
+  const Rotation quaternion{.quaternion = {{5.0 * std::cos(half), s * axis.x, s * axis.y, s * axis.z}}};
+  const Rotation axis_angle{{2, -4, 6}, 0.7 * 180.0 / std::acos(-1.0), {}};
+  for (const Vec3& p : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{-0.3, 0.2, 0.9}}) {
+    expect_near(transformed({.rotate = quaternion}, p), transformed({.rotate = axis_angle}, p));
+  }
+}
+
+TEST(Transformed, LeavesPointsBitForBitWithoutATurn) {
+  const Vec3 p{0.1, -1.0 / 3.0, 1e-17};
+  EXPECT_EQ(transformed({}, p), p);
+}
+
+TEST(LoadBodies, PlacesBodiesInOrderWithTheirMaterials) {
+  const Scene scene = read_scene_text(R"({"bodies": [
+      {"name": "floor", "obstacle": true, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}},
+      {"name": "ball", "material": {"density": 7}, "ball": {"radius": 1, "resolution": 1}, "translate": [0, 0, 5]}]})",
+                                      "s.json");
+  const auto loaded = load_bodies(scene, {});
+  ASSERT_EQ(loaded.bodies.body_count(), 2);
+  EXPECT_EQ(loaded.bodies.bodies()[0].name, "floor");
+  EXPECT_EQ(loaded.bodies.bodies()[1].name, "ball");
+  EXPECT_EQ(loaded.obstacle, (std::vector<bool>{true, false}));
+  EXPECT_EQ(loaded.materials[1].density, 7.0);
+  EXPECT_EQ(loaded.materials[1].young_modulus, Material{}.young_modulus);
+  std::vector<std::uint8_t> expected(8 + 13, 0);
+  std::fill_n(expected.begin(), 8, std::uint8_t{1});
+  EXPECT_EQ(loaded.fixed, expected);
+  EXPECT_EQ(loaded.bodies.points_rest()[8], (Vec3{0, 0, 5}));
+}
+
+TEST(LoadBodies, ReadsMeshesRelativeToTheScene) {
+  std::vector<std::string> asked;
+  const MeshReader reader = [&](const std::filesystem::path& path) {
+    asked.push_back(path.string());
+    return TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+  };
+  const auto loaded = load_bodies(scene_of(R"("mesh": "data/a.vtu", "scale": 2)"), reader);
+  load_bodies(scene_of(R"("mesh": "/abs/b.vtu")"), reader);
+  EXPECT_EQ(asked, (std::vector<std::string>{"/base/data/a.vtu", "/abs/b.vtu"}));
+  EXPECT_EQ(loaded.bodies.points_rest()[1], (Vec3{2, 0, 0}));
+}
+
+TEST(LoadBodies, SelectsInWorldCoordinatesWithTheBoundary) {
+  EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"box": {"lower": [-1, -1, 1], "upper": [1, 1, 1]}}])"), 9);
+  EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"sphere": {"center": [0, 0, 0], "radius": 1}}])"), 7);
+  EXPECT_EQ(fixed_count(box + R"(, "translate": [5, 0, 0],
+                               "fixed": [{"box": {"lower": [5.5, -9, -9], "upper": [9, 9, 9]}}])"),
+            9);
+  EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"points": [0, 26]}])"), 2);
+}
+
+TEST(LoadBodies, AddsSelectionsUp) {
+  const auto fixed = load_bodies(scene_of(box + R"(, "fixed": [
+      {"points": [3, 1]}, {"sphere": {"center": [-1, -1, -1], "radius": 0.1}}, {"points": [3]}])"),
+                                 {})
+                         .fixed;
+  std::vector<std::uint8_t> expected(27, 0);
+  expected[0] = expected[1] = expected[3] = 1;
+  EXPECT_EQ(fixed, expected);
+}
+
+TEST(LoadBodies, RefusesSelectionsOfNothing) {
+  EXPECT_EQ(
+      load_problem(box + R"(, "fixed": [{"points": [1]}, {"sphere": {"center": [9, 0, 0], "radius": 1}}])"),
+      "s.json: bodies[0].fixed[1]: found no point of 'body 0', expected one or more points selected");
+  EXPECT_EQ(load_problem(box + R"(, "fixed": [{"points": [1, 27]}])"),
+            "s.json: bodies[0].fixed[0].points[1]: found 27, expected a point index in [0, 26]");
+}
+
+TEST(LoadBodies, PassesMeshErrorsOn) {
+  const MeshReader broken = [](const std::filesystem::path& path) -> TetMesh {
+    throw Error(path.string(), "line 3", "nothing", "a point");
+  };
+  EXPECT_EQ(message_of([&] { load_bodies(scene_of(R"("mesh": "a.vtu")"), broken); }),
+            "/base/a.vtu: line 3: found nothing, expected a point");
+  const std::string huge = R"("box": {"cells": [1, 1, 1], "size": [1e300, 1, 1]}, "scale": 1e300)";
+  EXPECT_TRUE(load_problem(huge).starts_with("body 0: point 0: found")) << load_problem(huge);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,237 @@
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene/error_check.hpp"
+#include "scene/generators.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate {
+namespace {
+
+const std::string ball = R"("ball": {"radius": 1, "resolution": 2})";
+const std::string soft_ball = R"({"material": {}, )" + ball + "}";
+
+Scene read(const std::string& text) {
+  return read_scene_text(text, "s.json");
+}
+/// A scene of one ball with more keys at the top level.
+std::string with(const std::string& keys) {
+  return "{" + keys + R"(, "bodies": [)" + soft_ball + "]}";
+}
+/// A scene of one soft ball with more keys of the body.
+std::string with_body(const std::string& keys) {
+  return R"({"bodies": [{"material": {}, )" + keys + "}]}";
+}
+std::string problem(const std::string& text) {
+  return message_of([&] { read(text); });
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(ReadScene, FillsDefaults) {
+  const Scene scene = read(R"({"bodies": [)" + soft_ball + "]}");
+  EXPECT_EQ(scene.settings.time_step, 0.01);
+  EXPECT_EQ(scene.settings.gravity, (Vec3{0, 0, -9.81}));
+  EXPECT_EQ(scene.settings.detection.cell_size, std::nullopt);
+  EXPECT_EQ(scene.settings.response.stiffness, std::nullopt);
+  EXPECT_EQ(scene.units, Units{});
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  EXPECT_EQ(scene.bodies[0].name, "body 0");
+  EXPECT_EQ(scene.bodies[0].material.value().poisson_ratio, 0.4);
+  EXPECT_FALSE(scene.bodies[0].obstacle);
+}
+
+TEST(ReadScene, TakesTheCompleteExampleOfTheDocumentation) {
+  const std::string docs = text_of(PALPATE_SOURCE_DIR "/docs/scene.md");
+  const auto begin = docs.find("```json\n{\n") + 8;
+  const Scene scene = read(docs.substr(begin, docs.find("```", begin) - begin));
+  EXPECT_EQ(scene.name, "example");
+  EXPECT_EQ(scene.settings.time_step, 0.005);
+  EXPECT_EQ(scene.duration, 2.0);
+  EXPECT_EQ(scene.settings.response.friction, 0.3);
+  EXPECT_EQ(scene.output.picture.camera.position.value(), (Vec3{0.4, -0.5, 0.3}));
+  ASSERT_EQ(scene.bodies.size(), 3U);
+  EXPECT_TRUE(scene.bodies[0].obstacle);
+  EXPECT_EQ(scene.bodies[0].color.value()[2], 0.65);
+  EXPECT_EQ(std::get<BoxGenerator>(scene.bodies[1].source).cells[0], 10);
+  EXPECT_EQ(scene.bodies[1].material.value().stiffness_damping, 0.002);
+  ASSERT_EQ(scene.bodies[1].fixed.size(), 3U);
+  EXPECT_EQ(std::get<BoxSelection>(scene.bodies[1].fixed[0]).lower.x, -0.101);
+  EXPECT_EQ(std::get<SphereSelection>(scene.bodies[1].fixed[1]).radius, 0.015);
+  EXPECT_EQ(std::get<PointSelection>(scene.bodies[1].fixed[2]).indices, (std::vector<Index>{0, 1}));
+  EXPECT_EQ(std::get<BallGenerator>(scene.bodies[2].source).resolution, 5);
+  EXPECT_EQ(scene.bodies[2].transform.scale, (Vec3{1, 1, 1.2}));
+  EXPECT_EQ(scene.bodies[2].transform.rotate.angle, 30.0);
+}
+
+TEST(ReadScene, TakesWordsOrNumbers) {
+  const Scene scene = read(with(R"("contact": {"cell_size": 0.25, "stiffness": 40, "structure": "brute"})"));
+  EXPECT_EQ(scene.settings.detection.cell_size, 0.25);
+  EXPECT_EQ(scene.settings.response.stiffness, 40.0);
+  EXPECT_EQ(scene.settings.detection.structure, Structure::brute);
+  EXPECT_EQ(read(with(R"("contact": {"cell_size": "mean-edge"})")).settings.detection.cell_size,
+            std::nullopt);
+}
+
+TEST(ReadScene, NamesTheKeyOfEachError) {
+  const std::string shape = R"("box": {"cells": [1, 1, 1], "size": [1, 1, 1]})";
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {with(R"("time_step": 0)"), "time_step: found 0, expected a number > 0"},
+      {with(R"("time_step": -0.1)"), "time_step: found -0.1, expected a number > 0"},
+      {with(R"("time_step": "fast")"), "time_step: found \"fast\", expected a number"},
+      {with(R"("time_step": null)"), "time_step: found null, expected a number"},
+      {with(R"("duration": 1e999)"),
+       "line 1, column 14: found 1e999, expected a number that a double can hold"},
+      {with(R"("gravity": [0, 1])"), "gravity: found an array of 2, expected an array of 3 numbers"},
+      {with(R"("gravity": [0, 1, true])"), "gravity[2]: found true, expected a number"},
+      {with(R"("time_stpe": 1)"), "time_stpe: found unknown key, expected 'time_step'"},
+      {with(R"("contact": {"structure": "compct"})"),
+       "contact.structure: found \"compct\", expected 'compact'"},
+      {with(R"("contact": {"structure": "octree"})"),
+       "contact.structure: found \"octree\", expected one of 'compact', 'brute'"},
+      {with(R"("contact": {"order": 1})"), "contact.order: found 1, expected 'linear'"},
+      {with(R"("contact": {"sort": "radiks"})"), "contact.sort: found \"radiks\", expected 'radix'"},
+      {with(R"("contact": {"cell_size": "mean"})"),
+       "contact.cell_size: found \"mean\", expected 'mean-edge' or a number > 0"},
+      {with(R"("contact": {"stiffness": -1})"), "contact.stiffness: found -1, expected a number > 0"},
+      {with(R"("contact": {"friction": -1})"), "contact.friction: found -1, expected a number >= 0"},
+      {with(R"("contact": [])"), "contact: found an array of 0, expected an object"},
+      {with(R"("solver": {"max_iterations": 2.5})"),
+       "solver.max_iterations: found 2.5, expected an integer >= 1"},
+      {with(R"("solver": {"max_iterations": 99999999999})"),
+       "solver.max_iterations: found 99999999999, expected an integer >= 1"},
+      {with(R"("rest": {"zzzzzz": 1})"), "rest.zzzzzz: found unknown key, expected one of 'speed', 'steps'"},
+      {with(R"("output": {"picture": {"size": [0, 100]}})"),
+       "output.picture.size[0]: found 0, expected an integer in [16, 16384]"},
+      {with_body(ball + R"(, "material": {})"), "bodies[0].material: found the key twice in one object"},
+      {R"({"bodies": [{"material": {"young_modulos": 1}, )" + ball + "}]}",
+       "bodies[0].material.young_modulos: found unknown key, expected 'young_modulus'"},
+      {R"({"bodies": [)" + soft_ball + R"(, {"material": {"density": -1}, )" + ball + "}]}",
+       "bodies[1].material.density: found -1, expected a number > 0"},
+      {R"({"bodies": [{"material": {"poisson_ratio": 0.5}, )" + ball + "}]}",
+       "bodies[0].material.poisson_ratio: found 0.5, expected a number in (-1, 0.5)"},
+      {"{\"bodies\": [{" + ball + "}]}",
+       "bodies[0].material: found nothing, expected the material of a body that is not an obstacle"},
+      {with_body(R"("name": "a")"),
+       "bodies[0]: found none of its alternatives, expected one of 'mesh', 'box', 'ball'"},
+      {with_body(R"("bal": {})"), "bodies[0].bal: found unknown key, expected 'ball'"},
+      {with_body(ball + ", " + shape), "bodies[0].ball: found it beside 'box', expected only one of the two"},
+      {with_body(R"("ball": {"radius": 1})"), "bodies[0].ball.resolution: found nothing, expected a value"},
+      {with_body(R"("mesh": "")"), "bodies[0].mesh: found \"\", expected a text that is not empty"},
+      {with_body(R"("box": {"cells": [1, 0, 1], "size": [1, 1, 1]})"),
+       "bodies[0].box.cells[1]: found 0, expected an integer in [1, 1024]"},
+      {with_body(ball + R"(, "scale": 0)"), "bodies[0].scale: found 0, expected a number > 0"},
+      {with_body(ball + R"(, "scale": [1, -1, 1])"), "bodies[0].scale[1]: found -1, expected a number > 0"},
+      {with_body(ball + R"(, "rotate": {"axis": [0, 0, 0]})"),
+       "bodies[0].rotate.axis: found a zero vector, expected a direction"},
+      {with_body(ball + R"(, "rotate": {"quaternion": [0, 0, 0, 0]})"),
+       "bodies[0].rotate.quaternion: found zero"},
+      {with_body(ball + R"(, "rotate": {"quaternion": [1, 0, 0, 0], "angle": 5})"),
+       "bodies[0].rotate.quaternion: found it beside 'axis' or 'angle'"},
+      {with_body(ball + R"(, "color": [0, 0, 1.5])"),
+       "bodies[0].color[2]: found 1.5, expected a number in [0, 1]"},
+      {with_body(ball + R"(, "obstacle": 1)"), "bodies[0].obstacle: found 1, expected true or false"},
+      {with_body(ball + R"(, "fixed": {})"), "bodies[0].fixed: found an object, expected an array"},
+      {with_body(ball + R"(, "fixed": [{"point": [1]}])"),
+       "bodies[0].fixed[0].point: found unknown key, expected 'points'"},
+      {with_body(ball + R"(, "fixed": [{"points": []}])"),
+       "bodies[0].fixed[0].points: found an array of 0, expected an array of one or more point indices"},
+      {with_body(ball + R"(, "fixed": [{"points": [-1]}])"),
+       "bodies[0].fixed[0].points[0]: found -1, expected an integer >= 0"},
+      {with_body(ball + R"(, "fixed": [{"box": {"lower": [0, 0, 0], "upper": [1, -1, 1]}}])"),
+       "bodies[0].fixed[0].box.upper: found a value below 'lower', expected upper >= lower on each axis"},
+      {R"({"bodies": []})", "bodies: found no body, expected one or more"},
+      {"{}", "bodies: found no body, expected one or more"},
+      {"[]", "found an array of 0, expected an object"},
+      {R"({"bodies": [{"name": "a", "material": {}, )" + ball + R"(}, {"name": "a", "material": {}, )" +
+           ball + "}]}",
+       "bodies[1].name: found 'a' again, expected a name of its own"},
+      {R"({"units": {"length": "mm"}, "bodies": [)" + soft_ball + "]}",
+       "time_step: found nothing, expected a value, since the default is for SI units only"},
+  };
+  for (const auto& [text, expected] : cases) {
+    const std::string found = problem(text);
+    EXPECT_TRUE(found.starts_with("s.json: " + expected)) << text << "\n  " << found << "\n  " << expected;
+    EXPECT_EQ(found.find('\n'), std::string::npos) << found;
+  }
+}
+
+TEST(ReadScene, KeepsOtherUnitsWhenAllNumbersAreGiven) {
+  const Scene scene = read(R"({"units": {"length": "mm", "mass": "g"}, "time_step": 0.01, "duration": 1,
+      "gravity": [0, 0, -9810], "contact": {"friction_speed": 1}, "rest": {"speed": 1},
+      "bodies": [{"obstacle": true, "ball": {"radius": 1, "resolution": 1}}]})");
+  EXPECT_EQ(scene.units, (Units{"mm", "g", "s"}));
+  EXPECT_EQ(scene.settings.gravity.z, -9810.0);
+}
+
+TEST(ReadScene, ReadsFilesAndRemembersTheirFolder) {
+  const Scene scene = read_scene(PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json");
+  EXPECT_EQ(scene.folder, std::filesystem::path(PALPATE_SOURCE_DIR "/scenes"));
+  EXPECT_EQ(scene.source, PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json");
+  EXPECT_EQ(message_of([] { read_scene("/no/such.json"); }),
+            "/no/such.json: found nothing that can be read, expected a scene file");
+  EXPECT_EQ(message_of([] { read_scene("/tmp"); }),
+            "/tmp: found nothing that can be read, expected a scene file");
+}
+
+TEST(WriteScene, GivesTheSameSceneBack) {
+  Scene scene = make_stacking_scene({.count = 2});
+  scene.settings.time_step = 1.0 / 3.0;
+  scene.settings.detection.cell_size = 0.1 + 0.2;
+  scene.settings.detection.structure = Structure::brute;
+  scene.output.picture.camera.target = Vec3{1e-300, -0.0, 5e20};
+  SceneBody& body = scene.bodies[1];
+  body.source = MeshFile{"some \"odd\" name \xC3\xA9.vtu"};
+  body.transform.scale = {1, 2, 1.0 / 7.0};
+  body.transform.rotate.quaternion = {{0.5, 0.1, 0.2, 1.0 / 3.0}};
+  body.color = {{0, 0.5, 1}};
+  body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}}};
+  const std::string text = write_scene(scene);
+  const Scene again = read(text);
+  EXPECT_EQ(write_scene(again), text);
+  EXPECT_EQ(again.settings.time_step, 1.0 / 3.0);
+  EXPECT_EQ(again.settings.detection.cell_size, 0.1 + 0.2);
+  EXPECT_EQ(again.settings.detection.structure, Structure::brute);
+  EXPECT_EQ(again.output.picture.camera.target, scene.output.picture.camera.target);
+  EXPECT_EQ(std::get<MeshFile>(again.bodies[1].source).path, "some \"odd\" name \xC3\xA9.vtu");
+  EXPECT_EQ(again.bodies[1].transform.scale, body.transform.scale);
+  EXPECT_EQ(again.bodies[1].transform.rotate.quaternion, body.transform.rotate.quaternion);
+  EXPECT_EQ(again.bodies[1].transform.translate, body.transform.translate);
+  EXPECT_EQ(again.bodies[1].color, body.color);
+  ASSERT_EQ(again.bodies[1].fixed.size(), 3U);
+  EXPECT_EQ(std::get<BoxSelection>(again.bodies[1].fixed[0]).upper, (Vec3{1, 2, 3}));
+  EXPECT_EQ(std::get<PointSelection>(again.bodies[1].fixed[2]).indices, (std::vector<Index>{4, 2}));
+  EXPECT_TRUE(again.bodies[0].obstacle);
+}
+
+TEST(WriteScene, RefusesNumbersThatJsonCannotHold) {
+  Scene scene = make_stacking_scene({.count = 2});
+  scene.bodies[1].material->density = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(message_of([&] { write_scene(scene); }),
+            "scene: bodies[1].material.density: found nan, expected a finite number");
+}
+
+TEST(Scenes, StackingFileIsWhatTheGeneratorMakes) {
+  EXPECT_EQ(text_of(PALPATE_SOURCE_DIR "/scenes/stacking.json"), write_scene(make_stacking_scene()));
+}
+
+TEST(Scenes, AllFilesCanBeRead) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(PALPATE_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    EXPECT_EQ(message_of([&] { read_scene(entry.path()); }), "no error");
+    ++count;
+  }
+  EXPECT_GE(count, 2);
+}
+
+}  // namespace
+}  // namespace palpate
