@@ -23,6 +23,7 @@ struct StepMetrics {
   double kinetic_energy = 0.0;  ///< J
   double elastic_energy = 0.0;  ///< J
   double largest_speed = 0.0;   ///< m/s, over all points
+  double fastest_body = 0.0;    ///< m/s, largest root mean square speed (by mass) of a body
   double deepest = 0.0;         ///< m, largest penetration depth
   DetectionTimes detection_seconds;
   double forces_seconds = 0.0;  ///< contact forces
@@ -56,7 +57,7 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3> velocities() const;  ///< (n_points x 3)
   [[nodiscard]] const Detector& detector() const;          ///< contacts at positions()
   [[nodiscard]] const StepMetrics& metrics() const;        ///< of the last step, or of the start
-  /// Whether no point has moved faster than settings().rest.speed for settings().rest.steps steps in a row.
+  /// Whether metrics().fastest_body has been at most settings().rest.speed for settings().rest.steps steps in a row.
   [[nodiscard]] bool at_rest() const;
   /// Force on each body by contacts during the last step, N: (n_bodies x 3). They add up to zero.
   [[nodiscard]] std::span<const Vec3> contact_forces() const;

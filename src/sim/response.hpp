@@ -48,8 +48,8 @@ class ContactResponse {
   [[nodiscard]] double side_share(const Bodies& bodies, std::span<const Vec3> positions,
                                   const Contacts& contacts, std::size_t c) const;
 
-  std::vector<double> rim_width_;        ///< (n_bodies) m
   std::vector<double> body_compliance_;  ///< (n_bodies) m/N; 0 for obstacles
+  std::vector<double> rim_width_;        ///< (n_bodies) m
   std::span<const double> masses_;
   std::span<const std::uint8_t> moves_;
 };

@@ -56,7 +56,8 @@ struct Simulation::State {
         detector(bodies, settings.detection, obstacles, n),
         response(bodies, m, obstacles, settings.response, dynamics.point_masses(), dynamics.free_points()),
         contact_forces(bodies.bodies().size()),
-        masses(bodies.bodies().size(), 0.0) {
+        masses(bodies.bodies().size(), 0.0),
+        squared_speeds(bodies.bodies().size(), 0.0) {
     for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
       at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
     }
@@ -78,8 +79,9 @@ struct Simulation::State {
   std::vector<fem::Coupling> couplings;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
+  std::vector<double> squared_speeds;  ///< per body: sum of m v^2
   StepMetrics metrics;
-  int slow_steps = 0;  ///< steps in a row in which nothing moved faster than the rest speed
+  int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
 void Simulation::State::detect() {
@@ -93,8 +95,17 @@ void Simulation::State::measure() {
   metrics.kinetic_energy = dynamics.kinetic_energy();
   metrics.elastic_energy = dynamics.elastic_energy();
   double fastest = 0.0;
-  for (const Vec3& v : dynamics.velocities()) fastest = std::max(fastest, squared_length(v));
+  std::fill(squared_speeds.begin(), squared_speeds.end(), 0.0);
+  for (std::size_t p = 0; p < dynamics.velocities().size(); ++p) {
+    const double v2 = squared_length(dynamics.velocities()[p]);
+    fastest = std::max(fastest, v2);
+    at(squared_speeds, bodies.body_of_point()[p]) += dynamics.point_masses()[p] * v2;
+  }
   metrics.largest_speed = std::sqrt(fastest);
+  metrics.fastest_body = 0.0;
+  for (std::size_t b = 0; b < masses.size(); ++b) {
+    metrics.fastest_body = std::max(metrics.fastest_body, std::sqrt(squared_speeds[b] / masses[b]));
+  }
   const std::vector<double>& depth = detector.contacts().depth;
   metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
@@ -134,7 +145,7 @@ const StepMetrics& Simulation::step() {
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  s.slow_steps = s.metrics.largest_speed <= s.settings.rest.speed ? s.slow_steps + 1 : 0;
+  s.slow_steps = s.metrics.fastest_body <= s.settings.rest.speed ? s.slow_steps + 1 : 0;
   return s.metrics;
 }
 
