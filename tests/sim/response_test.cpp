@@ -1,0 +1,143 @@
+// Oracles: Newton's third law for forces and torques; the forces of one contact by hand.
+#include "sim/response.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "geometry/vector.hpp"
+#include "support/meshes.hpp"
+#include "support/random.hpp"
+
+namespace palpate {
+namespace {
+
+struct Pressed {
+  Pressed() {
+    bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));
+    bodies.add("upper", test::ball_mesh(4, {0.02, 0.01, 0.08}, 0.1));
+    materials = {Material{.young_modulus = 1e4}, Material{.young_modulus = 3e4}};
+    masses.assign(bodies.points_rest().size(), 0.01);
+    moves.assign(bodies.points_rest().size(), 1);
+  }
+  std::vector<fem::Coupling> couplings(const ResponseSettings& settings, std::span<const Vec3> velocities) {
+    Detector detector(bodies, {}, {}, 1);
+    detector.detect(bodies.points_rest());
+    contacts = detector.contacts();
+    const ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses,
+                                   moves);
+    std::vector<fem::Coupling> result;
+    response.compute(parallel::Threads(2), bodies, contacts, bodies.points_rest(), velocities, result);
+    return result;
+  }
+  Bodies bodies;
+  std::vector<Material> materials;
+  std::vector<double> masses;
+  std::vector<std::uint8_t> moves;
+  Contacts contacts;
+};
+
+TEST(ContactResponse, ForcesAndTorquesAddUpToZero) {
+  Pressed pressed;
+  test::Random random(3);
+  std::vector<Vec3> velocities(pressed.bodies.points_rest().size());
+  for (Vec3& v : velocities) v = random.point(-1, 1);
+  ResponseSettings settings;
+  settings.friction = 0.6;
+  const auto couplings = pressed.couplings(settings, velocities);
+  ASSERT_GT(couplings.size(), 5U);
+  Vec3 force;
+  Vec3 torque;
+  double size = 0.0;
+  for (const fem::Coupling& c : couplings) {
+    const Vec3 f = fem::end_force(c, 0.01, velocities);  // with damping and friction
+    size += length(f);
+    for (std::size_t i = 0; i < 5; ++i) {
+      force += c.coefficients[i] * f;
+      torque += c.coefficients[i] * cross(at(pressed.bodies.points_rest(), c.points[i]), f);
+    }
+  }
+  EXPECT_GT(size, 1e-3);
+  EXPECT_LE(length(force), 1e-14 * size);
+  EXPECT_LE(length(torque), 1e-14 * size);
+}
+
+TEST(ContactResponse, StiffnessIsOfTwoSpringsInSeries) {
+  Pressed pressed;
+  const auto edge = [&](Index b) {
+    return mesh_statistics(pressed.bodies, pressed.bodies.points_rest(), b).edge_length.mean;
+  };
+  const ResponseSettings settings;
+  const double lower = 10.0 * 1e4 * edge(0);
+  const double upper = 10.0 * 3e4 * edge(1);
+  const ContactResponse both(pressed.bodies, pressed.materials, std::vector<std::uint8_t>{0, 0}, settings,
+                             pressed.masses, pressed.moves);
+  EXPECT_NEAR(both.stiffness(0, 1), lower * upper / (lower + upper), 1e-9 * lower);
+  EXPECT_EQ(both.stiffness(0, 1), both.stiffness(1, 0));
+  const ContactResponse on_rock(pressed.bodies, pressed.materials, std::vector<std::uint8_t>{1, 0}, settings,
+                                pressed.masses, pressed.moves);
+  EXPECT_NEAR(on_rock.stiffness(0, 1), upper, 1e-9 * upper);
+}
+
+TEST(ContactResponse, PushesAlongTheDirectionAndFrictionOpposesSliding) {
+  Pressed pressed;
+  ResponseSettings settings;
+  settings.stiffness = 100.0;
+  settings.damping = 0.0;
+  settings.friction = 0.5;
+  std::vector<Vec3> velocities(pressed.bodies.points_rest().size());
+  const Range ball = pressed.bodies.bodies()[1].points;
+  for (Index p = ball.begin; p < ball.end; ++p) at(velocities, p) = {0.2, 0.0, 0.0};
+  const auto couplings = pressed.couplings(settings, velocities);
+  for (std::size_t c = 0; c < couplings.size(); ++c) {
+    if (pressed.contacts.body[c] != 0) continue;
+    const Vec3& r = pressed.contacts.direction[c];
+    const double normal_force = 100.0 * pressed.contacts.depth[c];
+    EXPECT_NEAR(length(couplings[c].force - normal_force * r), 0.0, 1e-12)
+        << "far from the rim: all of k d r";
+    // The ball slides at 0.2 m/s, far above the speed of regularisation: Coulomb's force, against the motion.
+    const Vec3 friction = fem::end_force(couplings[c], 0.0, velocities) - couplings[c].force;
+    EXPECT_NEAR(length(friction), 0.5 * normal_force, 1e-9 * normal_force);
+    EXPECT_LT(friction.x, 0.0);
+  }
+}
+
+TEST(ContactResponse, FadesOutOverARim) {
+  // One point slides out over the side of a box: the force falls to zero without a jump.
+  double last = -1.0;
+  double largest_jump = 0.0;
+  double first = 0.0;
+  const int steps = 400;
+  for (int i = 0; i <= steps; ++i) {
+    Bodies bodies;
+    bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));
+    const double x = 0.2 + 0.12 * i / steps;
+    bodies.add("spike",
+               {{{x, 0.01, -0.01}, {x + 0.01, 0, 0.5}, {x, 0.02, 0.5}, {x - 0.01, 0, 0.5}}, {{0, 1, 2, 3}}});
+    const std::vector<Material> materials(2);
+    const std::vector<double> masses(bodies.points_rest().size(), 1.0);
+    const std::vector<std::uint8_t> moves(bodies.points_rest().size(), 1);
+    Detector detector(bodies, {}, {}, 1);
+    detector.detect(bodies.points_rest());
+    ResponseSettings settings;
+    settings.stiffness = 100.0;
+    const ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses,
+                                   moves);
+    std::vector<fem::Coupling> couplings;
+    response.compute(parallel::Threads(1), bodies, detector.contacts(), bodies.points_rest(),
+                     std::vector<Vec3>(masses.size()), couplings);
+    double force = 0.0;
+    for (const fem::Coupling& c : couplings)
+      force += c.points[0] == bodies.bodies()[1].points.begin ? c.force.z : 0.0;
+    if (i == 0) first = force;
+    if (i > 0) largest_jump = std::max(largest_jump, std::abs(force - last));
+    last = force;
+  }
+  EXPECT_NEAR(first, 1.0, 1e-9) << "100 N/m times 0.01 m";
+  EXPECT_EQ(last, 0.0);
+  // Without fading it would fall from 1 to 0 at once. What is left: an edge that starts to cross the side turns the
+  // direction towards it.
+  EXPECT_LT(largest_jump, 0.04);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,167 @@
+// Oracles: Newton (weight, momentum, free fall), statics of a pressed column, and equality of runs that must
+// not differ.
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "scene/generators.hpp"
+#include "scene/load.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+TetMesh no_file(const std::filesystem::path& path) {
+  throw Error(path.string(), "", "a mesh file", "none");
+}
+
+Simulation simulate(const Scene& scene, int threads, Structure structure = Structure::compact) {
+  LoadedScene loaded = load_bodies(scene, no_file);
+  SimulationSettings settings = scene.settings;
+  settings.detection.structure = structure;
+  return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
+                    {loaded.obstacle.begin(), loaded.obstacle.end()}, settings, threads);
+}
+
+/// A small stack: six membranes of 4x4x1 cells.
+Scene small_stack() {
+  StackingOptions options;
+  options.count = 6;
+  options.cells = {4, 4, 1};
+  options.size = {0.08, 0.08, 0.01};
+  return make_stacking_scene(options);
+}
+
+double weight(const Simulation& simulation) {
+  double mass = 0.0;
+  for (std::size_t b = 1; b < simulation.masses().size(); ++b) mass += simulation.masses()[b];
+  return 9.81 * mass;
+}
+
+std::string hash_after(int steps, int threads, Structure structure = Structure::compact) {
+  Simulation simulation = simulate(small_stack(), threads, structure);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  EXPECT_GT(simulation.metrics().detection.contacts, 100U);
+  return simulation.state_hash();
+}
+
+TEST(Simulation, HasTheSameBitsForEveryThreadCountAndStructure) {
+  const std::string one = hash_after(120, 1);
+  for (const int threads : {2, 3, 7}) EXPECT_EQ(hash_after(120, threads), one) << threads << " threads";
+  EXPECT_EQ(hash_after(120, 2, Structure::brute), one);
+}
+
+TEST(Simulation, ContactForcesAddUpToZeroAtEveryStep) {
+  Simulation simulation = simulate(small_stack(), 2);
+  double largest = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    simulation.step();
+    Vec3 sum;
+    double size = 0.0;
+    for (const Vec3& f : simulation.contact_forces()) {
+      sum += f;
+      size += length(f);
+    }
+    ASSERT_LE(length(sum), 1e-13 * size + 1e-300) << "step " << i;
+    largest = std::max(largest, size);
+  }
+  EXPECT_GT(largest, weight(simulation)) << "there were forces";
+}
+
+TEST(Simulation, StackComesToRestAndTheFixedMembraneCarriesItsWeight) {
+  Simulation simulation = simulate(small_stack(), 2);
+  while (!simulation.at_rest() && simulation.metrics().step < 1500) simulation.step();
+  ASSERT_TRUE(simulation.at_rest()) << "fastest body " << simulation.metrics().fastest_body;
+  const Vec3 force = simulation.contact_forces()[0];
+  EXPECT_NEAR(-force.z, weight(simulation), 0.01 * weight(simulation));
+  EXPECT_NEAR(force.x, 0.0, 0.01 * weight(simulation));
+  EXPECT_NEAR(force.y, 0.0, 0.01 * weight(simulation));
+  // Nothing fell off or through: the membranes lie on each other in their order.
+  double last = -1.0;
+  for (const Body& body : simulation.bodies().bodies()) {
+    double height = 0.0;
+    for (Index p = body.points.begin; p < body.points.end; ++p) height += at(simulation.positions(), p).z;
+    height /= body.points.size();
+    EXPECT_GT(height, last + 0.007) << body.name;
+    last = height;
+  }
+}
+
+TEST(Simulation, ABodyAloneFallsFreely) {
+  Bodies bodies;
+  bodies.add("ball", test::ball_mesh(4, {0, 0, 0}, 0.05));
+  const std::vector<Vec3> start(bodies.points_rest().begin(), bodies.points_rest().end());
+  SimulationSettings settings;
+  settings.time_step = 0.01;
+  Simulation simulation(std::move(bodies), {Material{}}, {}, {}, settings, 1);
+  for (int n = 1; n <= 50; ++n) {
+    simulation.step();
+    const double fallen = 9.81 * 1e-4 * n * (n + 1) / 2.0;  // implicit Euler's own sum
+    for (std::size_t p = 0; p < start.size(); ++p) {
+      ASSERT_NEAR(simulation.positions()[p].z, start[p].z - fallen, 1e-12) << "step " << n;
+    }
+  }
+  EXPECT_EQ(simulation.metrics().detection.contacts, 0U);
+  EXPECT_FALSE(simulation.at_rest());
+}
+
+TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
+  // A block on a wide plate with a given stiffness: each bottom point carries its share, depth = force /
+  // stiffness.
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0}));
+  bodies.add("block", test::box_mesh({4, 4, 4}, {-0.05, -0.05, 1e-4}, {0.05, 0.05, 0.1001}));
+  SimulationSettings settings;
+  settings.response.stiffness = 500.0;
+  settings.rest.speed = 1e-6;
+  Simulation simulation(std::move(bodies), {Material{}, Material{.young_modulus = 1e6, .mass_damping = 5.0}},
+                        {}, {1, 0}, settings, 1);
+  while (!simulation.at_rest() && simulation.metrics().step < 2000) simulation.step();
+  ASSERT_TRUE(simulation.at_rest());
+  const Contacts& contacts = simulation.detector().contacts();
+  double depth = 0.0;
+  for (const double d : contacts.depth) depth += d;
+  EXPECT_EQ(contacts.size(), 25U);
+  EXPECT_NEAR(500.0 * depth, 9.81, 0.001 * 9.81) << "1 kg";
+}
+
+TEST(Simulation, RefusesBadSettings) {
+  const auto make = [](const SimulationSettings& settings, std::vector<std::uint8_t> fixed = {}) {
+    Bodies bodies;
+    bodies.add("box", test::box_mesh({1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
+    return Simulation(std::move(bodies), {Material{}}, std::move(fixed), {}, settings, 1);
+  };
+  const auto message = [&](const SimulationSettings& settings,
+                           std::vector<std::uint8_t> fixed = {}) -> std::string {
+    try {
+      make(settings, std::move(fixed));
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message({}), "accepted");
+  SimulationSettings settings;
+  settings.time_step = 0.0;
+  EXPECT_EQ(message(settings),
+            "simulation settings: time_step: found 0.000000, expected a finite number > 0");
+  settings = {};
+  settings.response.friction = -0.5;
+  EXPECT_EQ(message(settings), "contact settings: friction: found -0.500000, expected a finite number >= 0");
+  settings = {};
+  settings.response.stiffness = 0.0;
+  EXPECT_EQ(message(settings), "contact settings: stiffness: found 0.000000, expected a finite number > 0");
+  settings = {};
+  settings.solver.max_iterations = 0;
+  EXPECT_EQ(message(settings),
+            "simulation settings: solver.max_iterations: found 0.000000, expected at least 1");
+  EXPECT_EQ(message({}, {1, 1}), "simulation: fixed_points: found 2 flags, expected 8");
+}
+
+}  // namespace
+}  // namespace palpate
