@@ -77,6 +77,7 @@ TEST_F(Detect, DoesNotDependOnStructureThreadsOrCellSize) {
   EXPECT_GT(lines_of(contacts).size(), 100U);
   EXPECT_EQ(output_of({"detect", "stack.json", "--structure", "brute"}), contacts);
   EXPECT_EQ(output_of({"detect", "stack.json", "--threads", "3", "--cell-size", "0.007"}), contacts);
+  EXPECT_EQ(output_of({"detect", "stack.json", "--cell-size", "1e-300"}), contacts);
   EXPECT_EQ(output_of({"detect", "stack.json", "--out", "contacts.csv"}), "");
   EXPECT_EQ(read("contacts.csv"), contacts);
 }
@@ -85,7 +86,6 @@ TEST_F(Detect, SaysWhatIsWrong) {
   expect_error(2, {"detect", "missing.json"}, {"missing.json"});
   expect_error(1, {"detect", "scene.json", "--out", "no/such/file.csv"}, {"no/such/file.csv"});
   expect_error(2, {"detect", "tet.mesh"}, {"tet.mesh", "a mesh file", "a scene file"});
-  expect_error(2, {"detect", "scene.json", "--cell-size", "1e-300"}, {"cell"});
 }
 
 }  // namespace

@@ -44,6 +44,21 @@ TEST_F(RunErrors, FoldersThatCannotBeWritten) {
   EXPECT_EQ(read("file"), "not a folder");
 }
 
+TEST_F(RunErrors, APictureThatCannotBeTakenLosesNothingElse) {
+  std::string text = falling_box();
+  text.replace(text.find("[160, 120]"), 10,
+               R"([160, 120], "camera": {"position": [1, 1, 1], "target": [1, 1, 1]})");
+  write("scene.json", text);
+  const Finished done = palpate({"run", "scene.json", "--out", "out", "--quiet"});
+  EXPECT_EQ(done.exit_code, 1);
+  EXPECT_TRUE(done.err.starts_with("palpate: error: picture: camera")) << done.err;
+  const Json report = Json::parse(read("out/run.json"));
+  EXPECT_EQ(report["steps"], 10);
+  EXPECT_TRUE(report["results"]["picture"].is_null());
+  EXPECT_TRUE(report["error"].get<std::string>().starts_with("picture: camera"));
+  EXPECT_FALSE(exists("out/picture.png"));
+}
+
 TEST_F(RunErrors, ASimulationThatBlowsUpKeepsWhatItDid) {
   write("scene.json", falling_box(R"(, "gravity": [0, 0, -1e308])"));
   const Finished done = palpate({"run", "scene.json", "--out", "out", "--steps", "2000", "--quiet"});

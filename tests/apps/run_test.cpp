@@ -189,7 +189,7 @@ TEST_F(Run, NamesOfScenesBecomeSafeFolders) {
   text.replace(text.find("falling box"), 11, "../../a b/c");
   write("scene.json", text);
   output_of({"run", "scene.json", "--steps", "1", "--no-picture"});
-  EXPECT_EQ(names_in(folder_ / "results"), (std::vector<std::string>{"--.-a-b-c"}));
+  EXPECT_EQ(names_in(folder_ / "results"), (std::vector<std::string>{"-.-..-a-b-c"}));
   text.replace(text.find("\"name\": \"../../a b/c\","), 22, "");
   write("plain.json", text);
   output_of({"run", "plain.json", "--steps", "1", "--no-picture"});

@@ -67,6 +67,7 @@ TEST_F(Usage, BadValuesSayWhatIsExpected) {
   refuse("--steps", "-1", "an integer >= 0");
   refuse("--steps", "3.5", "an integer >= 0");
   refuse("--steps", "99999999999999999999", "an integer >= 0");
+  refuse("--out", "", "a value");
   refuse("--every", "0", "an integer >= 1");
   refuse("--threads", "-2", "an integer in [0, 1024]");
   refuse("--threads", "two", "an integer in [0, 1024]");
