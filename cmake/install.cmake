@@ -10,3 +10,9 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/palpate-config.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/palpate-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/palpate-config.cmake ${PROJECT_BINARY_DIR}/palpate-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
+
+# The command, where the tools are built.
+if(TARGET palpate_command)
+  install(TARGETS palpate_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -50,7 +50,7 @@ struct ResponseSettings {
 /// How the linear system of a step is solved.
 struct SolverSettings {
   double tolerance = 1e-4;   ///< relative residual at which the conjugate gradients stop, > 0
-  int max_iterations = 200;  ///< cap; reaching it is counted in the metrics
+  int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
 };
 
 /// When run --until-rest stops: no point has moved faster than `speed` for `steps` steps in a row.

@@ -31,8 +31,8 @@ struct StepMetrics {
 
 /// Soft bodies under gravity, with contact: the step of positions -> contacts -> forces -> implicit Euler.
 ///
-/// After each step the contacts are those of the positions that it led to. The same input gives the same bits for every
-/// structure, order, sort and thread count.
+/// After each step the contacts are those of the positions that it led to. The same input gives the same bits
+/// for every structure, order, sort and thread count.
 class Simulation {
  public:
   /// \param bodies        the meshes at their start, at rest
@@ -62,7 +62,8 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3> contact_forces() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
-  /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their bytes).
+  /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
+  /// bytes).
   [[nodiscard]] std::string state_hash() const;
 
  private:

@@ -36,6 +36,8 @@ class DepthEstimate {
                  ContactList& contacts);
   void take_nearest_surface(const Bodies& bodies, std::span<const Vec3> positions, Contacts& contacts,
                             std::size_t c);
+  static constexpr double steepest_ = 8.0;  ///< bound of depth per distance to the surface
+
   void next_level(const Bodies& bodies, const ContactList& contacts, Index level);
 
   static constexpr Index unreached = -1;

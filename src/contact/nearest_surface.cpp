@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
 
 namespace palpate {
 namespace {
@@ -19,7 +22,7 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 /// Nearest point of a triangle: its foot in the plane if that is inside, else the nearest of the three sides.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
-  const bool inside = dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
+  const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
                       dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
                       dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;
   if (inside) return p + (dot(t[0] - p, normal) / squared_length(normal)) * normal;
@@ -61,6 +64,40 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
   best.distance = length(best.position - p);
   best.outward = normalized(best.position - p);
   if (best.outward == Vec3{}) best.outward = best_normal;
+  return best;
+}
+
+SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                               const Vec3& p, const Vec3& direction, double radius) {
+  constexpr double along = 0.5;
+  constexpr double against = -0.3;
+  std::array<Index, 64> reached{tet};
+  std::size_t count = 1;
+  SurfacePoint best{p, {}, radius};
+  for (std::size_t next = 0; next < count; ++next) {
+    const Tet& corners = at(bodies.tets(), reached[next]);
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& [i, j, k] = outward_face[opposite];
+      const std::array<Vec3, 3> face{at(positions, corners[i]), at(positions, corners[j]),
+                                     at(positions, corners[k])};
+      const Vec3 normal = normalized(cross(face[1] - face[0], face[2] - face[0]));
+      if (std::abs(dot(face[0] - p, normal)) >= best.distance)
+        continue;  // so is its plane; quicker than the face
+      const Vec3 q = nearest_on_triangle(p, face);
+      const double distance = length(q - p);
+      if (distance >= best.distance) continue;
+      const Index neighbor = at(bodies.tet_neighbors(), reached[next])[opposite];
+      if (neighbor < 0) {
+        const double cosine = dot(normal, direction);
+        if (normal == Vec3{} || cosine > along || cosine < against) continue;
+        const Vec3 outward = normalized(q - p);
+        best = {q, outward == Vec3{} ? normal : outward, distance};
+      } else if (const auto seen = std::span(reached).first(count);
+                 count < reached.size() && std::find(seen.begin(), seen.end(), neighbor) == seen.end()) {
+        reached[count++] = neighbor;
+      }
+    }
+  }
   return best;
 }
 

@@ -18,4 +18,13 @@ struct SurfacePoint {
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
                                    const Vec3& p);
 
+/// The nearest side exit of p, a point in `tet`: the nearest point within `radius` on a surface triangle
+/// whose normal is neither along `direction` (cosine over 0.5) nor against it (under -0.3). None: `distance`
+/// is `radius`.
+///
+/// Walks from tet to tet through the faces that are nearer than `radius`, so a small radius costs a few tets;
+/// ends after 64 tets with what it has found.
+SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                               const Vec3& p, const Vec3& direction, double radius);
+
 }  // namespace palpate

@@ -44,6 +44,11 @@ constexpr std::array<GmshCellType, 33> cell_types{{{1, "line", 2},
                                                    {92, "hexahedron64", 64},
                                                    {93, "hexahedron125", 125}}};
 
+/// high - low; unsigned, because the difference of two int64 may not be one.
+std::uint64_t distance(std::int64_t low, std::int64_t high) {
+  return static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
+}
+
 }  // namespace
 
 const GmshCellType* gmsh_cell_type(std::int64_t number) {
@@ -63,14 +68,17 @@ void GmshNodeNumbers::finish(const std::string& source) {
   if (twice != numbers_.end()) {
     throw Error(source, fmt::format("node {}", twice->first), "this number twice", "each node number once");
   }
+  constexpr std::size_t longest_table = 8;  // entries a node: past that the search costs less than the memory
+  if (numbers_.empty()) return;
+  const std::uint64_t last = distance(numbers_.front().first, numbers_.back().first);
+  if (last / longest_table >= numbers_.size()) return;
+  table_.assign(last + 1, -1);
+  for (const auto& [number, index] : numbers_) table_[distance(numbers_.front().first, number)] = index;
 }
 
 Index GmshNodeNumbers::find(std::int64_t number) const {
   if (numbers_.empty() || number < numbers_.front().first || number > numbers_.back().first) return -1;
-  // Within [first, last], and those are finite 64-bit numbers: unsigned, because the difference may exceed
-  // int64.
-  const auto offset = static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(numbers_.front().first);
-  if (offset < numbers_.size() && numbers_[offset].first == number) return numbers_[offset].second;
+  if (!table_.empty()) return table_[distance(numbers_.front().first, number)];
   const auto found = std::lower_bound(numbers_.begin(), numbers_.end(), std::pair{number, Index{0}});
   return found != numbers_.end() && found->first == number ? found->second : -1;
 }

@@ -29,11 +29,14 @@ class GmshNodeNumbers {
   /// Call once after the last add(). Throws Error (source, "node N") if two points have one number. O(n log
   /// n), O(n) for ascending numbers.
   void finish(const std::string& source);
-  /// Index of the point of that number, -1 if there is none. O(1) for numbers without gaps, else O(log n).
+  /// Index of the point of that number, -1 if there is none. O(1), or O(log n) where
+  /// the gaps are many times as long as the numbers are many.
   [[nodiscard]] Index find(std::int64_t number) const;
 
  private:
   std::vector<std::pair<std::int64_t, Index>> numbers_;  ///< (number, index), ascending after finish()
+  std::vector<Index>
+      table_;  ///< index by number less the lowest; empty where the gaps would make it too long
 };
 
 }  // namespace palpate::io

@@ -19,10 +19,14 @@ MeshFile read_medit(const std::filesystem::path& path);
 /// and has no gaps.
 MeshFile read_tetgen(const std::filesystem::path& path);
 
-/// VTK legacy unstructured grid, ASCII or binary, file versions up to 5.1.
+/// VTK legacy unstructured grid, ASCII or binary, file versions up to 5.1 (VTK file formats, "Simple legacy
+/// formats"). What follows the cells (point and cell data) is not looked at. An ASCII file must end with a
+/// line end: the format has no end mark.
 MeshFile read_vtk_legacy(const std::filesystem::path& path);
 
-/// VTK XML unstructured grid, any encoding and compression that VTK 9 reads; pieces are joined.
+/// VTK XML unstructured grid (VTK file formats, "XML file formats"): ASCII, binary, appended raw or base64;
+/// plain, zlib, LZ4 or LZMA; both byte orders and header types. Pieces are joined; points that they share are
+/// not merged.
 MeshFile read_vtu(const std::filesystem::path& path);
 
 }  // namespace palpate::io

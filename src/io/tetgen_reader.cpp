@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -82,17 +83,20 @@ void read_elements(TextScanner& scanner, Index first_point, MeshFile& file) {
   if (!scanner.at_end()) end_record(scanner, "the end of the file behind the last tet");
 }
 
+/// The .node and the .ele file, given either; the other's extension is in upper case if this one's is.
+std::pair<std::filesystem::path, std::filesystem::path> pair_of(const std::filesystem::path& path) {
+  const char letter = path.extension().string().at(1);
+  const bool upper = letter == 'N' || letter == 'E';
+  const bool is_node = letter == 'N' || letter == 'n';
+  std::filesystem::path other = path;
+  other.replace_extension(is_node ? (upper ? ".ELE" : ".ele") : (upper ? ".NODE" : ".node"));
+  return is_node ? std::pair{path, other} : std::pair{other, path};
+}
+
 }  // namespace
 
 MeshFile read_tetgen(const std::filesystem::path& path) {
-  std::filesystem::path node_path = path;
-  std::filesystem::path ele_path = path;
-  const bool given_elements = path.extension().string().size() == std::string_view(".ele").size();
-  if (given_elements) {
-    node_path.replace_extension(".node");
-  } else {
-    ele_path.replace_extension(".ele");
-  }
+  const auto [node_path, ele_path] = pair_of(path);
   const std::string node_text = read_file(node_path, "the TetGen points of " + path.string());
   const std::string ele_text = read_file(ele_path, "the TetGen tets of " + path.string());
   require_line_end(node_path.string(), node_text);

@@ -8,13 +8,11 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
 
 namespace palpate {
 namespace {
 
-/// Corners of the face opposite corner i of a tet of positive volume, counter-clockwise seen from outside.
-constexpr std::array<std::array<std::size_t, 3>, 4> face_corners{
-    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 constexpr std::array<std::array<std::size_t, 2>, 6> edge_corners{
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
@@ -71,7 +69,7 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
   faces.reserve(tets.size() * 4);
   for (std::size_t t = 0; t < tets.size(); ++t) {
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
-      const auto& [i, j, k] = face_corners[opposite];
+      const auto& [i, j, k] = outward_face[opposite];
       Triangle sorted{tets[t][i], tets[t][j], tets[t][k]};
       std::sort(sorted.begin(), sorted.end());
       faces.push_back({sorted, static_cast<Index>(t), static_cast<Index>(opposite)});
@@ -100,7 +98,7 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
   for (std::size_t t = 0; t < tets.size(); ++t) {
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       if (topology.tet_neighbors[t][opposite] >= 0) continue;
-      const auto& [i, j, k] = face_corners[opposite];
+      const auto& [i, j, k] = outward_face[opposite];
       topology.triangles.push_back({tets[t][i], tets[t][j], tets[t][k]});
     }
   }

@@ -30,10 +30,10 @@ TetMesh make_ball(double radius, int resolution);
 struct StackingOptions {
   int count = 20;                       ///< membranes, >= 1; the lowest one is an obstacle
   std::array<int, 3> cells{10, 10, 1};  ///< cells of a membrane
-  Vec3 size{0.1, 0.1, 0.01};            ///< m
-  double gap = 0.002;                   ///< m, height between membranes at the start, >= 0
+  Vec3 size{0.2, 0.2, 0.01};            ///< m
+  double gap = 0.001;                   ///< m, height between membranes at the start, >= 0
   double max_shift = 0.003;             ///< m, bound of the random shift along x and y
-  double max_turn = 5.0;                ///< degrees, bound of the random turn about z
+  double max_turn = 2.0;                ///< degrees, bound of the random turn about z
   std::uint32_t seed = 1;               ///< of the shifts and turns
 };
 

@@ -6,6 +6,7 @@
 
 #include <palpate/error.hpp>
 
+#include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate {
@@ -24,16 +25,21 @@ fem::SymmetricMatrix3 outer_product(double s, const Vec3& r) {
 ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material> materials,
                                  std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
-    : settings_(settings), body_compliance_(bodies.bodies().size(), 0.0), masses_(masses), moves_(moves) {
+    : settings_(settings),
+      body_compliance_(bodies.bodies().size(), 0.0),
+      rim_width_(bodies.bodies().size(), 0.0),
+      masses_(masses),
+      moves_(moves) {
   if (settings.stiffness)
     check(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
   check(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
   check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
   check(settings.friction_speed > 0.0, "friction_speed", settings.friction_speed, "a finite number > 0");
   for (Index b = 0; b < bodies.body_count(); ++b) {
-    if (at(obstacles, b) != 0) continue;
     const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
-    at(body_compliance_, b) = 1.0 / (2.0 * at(materials, b).young_modulus * h);
+    at(rim_width_, b) = 0.25 * h;
+    if (at(obstacles, b) != 0) continue;
+    at(body_compliance_, b) = 1.0 / (10.0 * at(materials, b).young_modulus * h);
   }
 }
 
@@ -50,16 +56,25 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
   return inverse > 0.0 ? 1.0 / inverse : 0.0;
 }
 
+double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> positions,
+                                   const Contacts& contacts, std::size_t c) const {
+  const double width = at(rim_width_, contacts.body[c]);
+  const SurfacePoint side = nearest_side_exit(bodies, positions, contacts.tet[c],
+                                              at(positions, contacts.point[c]), contacts.direction[c], width);
+  return side.distance / width;
+}
+
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
-                              const Contacts& contacts, std::span<const Vec3> velocities,
-                              std::vector<fem::Coupling>& couplings) const {
+                              const Contacts& contacts, std::span<const Vec3> positions,
+                              std::span<const Vec3> velocities, std::vector<fem::Coupling>& couplings) const {
   couplings.resize(contacts.size());
   parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
     const Index point = contacts.point[c];
     const Tet& tet = at(bodies.tets(), contacts.tet[c]);
     const std::array<double, 4>& w = contacts.weights[c];
     const Vec3& r = contacts.direction[c];
-    const double k = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
+    const double share = side_share(bodies, positions, contacts, c);
+    const double k = share * stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
     const double normal_force = k * contacts.depth[c];
 
     fem::Coupling coupling;

@@ -119,7 +119,8 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 const StepMetrics& Simulation::step() {
   State& s = *state_;
   Stopwatch watch;
-  s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.velocities(), s.couplings);
+  s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.positions(),
+                     s.dynamics.velocities(), s.couplings);
   s.metrics.forces_seconds = watch.lap();
 
   const auto report = s.dynamics.step(s.settings.time_step, s.settings.gravity, {}, s.couplings,
@@ -165,6 +166,8 @@ std::span<const double> Simulation::masses() const {
   return state_->masses;
 }
 
-std::string Simulation::state_hash() const { return palpate::state_hash(positions(), velocities()); }
+std::string Simulation::state_hash() const {
+  return palpate::state_hash(positions(), velocities());
+}
 
 }  // namespace palpate

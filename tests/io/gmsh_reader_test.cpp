@@ -57,6 +57,18 @@ TEST(GmshReader, RefusesNodeNumbersThatAreNotDefined) {
                          ": found node number 9, expected the number of a node that the file defines");
 }
 
+TEST(GmshReader, ReadsNodeNumbersFarApart) {
+  const Folder folder;
+  std::string text = gmsh_41;
+  for (std::size_t at = text.find("42"); at != std::string::npos; at = text.find("42", at + 19)) {
+    text.replace(at, 2, "9223372036854775807");
+  }
+  expect_sample(read_mesh(folder.write("a.msh", text)), "Gmsh 4.1 ASCII");
+  EXPECT_EQ(error_with(text, "3 3 7 9223372036854775807 8", "3 3 7 9223372036854775806 8"),
+            "a.msh: line 29: found node number 9223372036854775806, expected the number of a node that the "
+            "file defines");
+}
+
 TEST(GmshReader, RefusesANodeNumberTwice) {
   EXPECT_EQ(error_with(gmsh_2, "42 0 0 1", "7 0 0 1"),
             "a.msh: node 7: found this number twice, expected each node number once");

@@ -47,6 +47,14 @@ TEST(TetgenReader, FindsTheOtherFileOfANumberedName) {
   expect_pair(plain_node, plain_ele, "liver.1");
 }
 
+TEST(TetgenReader, FindsTheOtherFileInUpperCase) {
+  const Folder folder;
+  const auto node = folder.write("A.NODE", plain_node);
+  const auto ele = folder.write("A.ELE", plain_ele);
+  EXPECT_TRUE(same_mesh(read_mesh(node).mesh, sample_mesh()));
+  EXPECT_TRUE(same_mesh(read_mesh(ele).mesh, sample_mesh()));
+}
+
 TEST(TetgenReader, RefusesHalfOfThePair) {
   const Folder folder;
   EXPECT_EQ(error_of(folder.write("a.node", tetgen_node)),

@@ -1,0 +1,68 @@
+"""Rules for src/ and include/: nothing there prints or ends the process, folders depend one way, threads have one home."""
+
+import os
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(os.environ["PALPATE_SOURCE_DIR"])
+# In the order data flows; a folder may include only itself and those before it. What is not listed is not library.
+LIBRARY_FOLDERS = ["parallel", "simd", "geometry", "mesh", "sort", "grid", "contact", "fem", "sim"]
+PRINTS_OR_ENDS = re.compile(
+    r"\b(?:std\s*::\s*)?(cout|cerr|clog)\b"
+    r"|\b(print|println|printf|fprintf|vprintf|vfprintf|puts|fputs|putchar|perror|exit|_exit|_Exit|quick_exit|abort"
+    r"|terminate)\s*\("
+    r"|#\s*include\s*<(iostream|print|spdlog/[^>]*)>"
+)
+
+
+def without_comments_and_strings(text):
+    """Blanks comments and literals, keeping line numbers."""
+    token = re.compile(r'R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*?\*/', re.DOTALL)
+    # A quote between digits is a separator, not the start of a literal.
+    text = re.sub(r"(?<=[0-9a-fA-F])'(?=[0-9a-fA-F])", "", text)
+    return token.sub(lambda match: '""' + "\n" * match.group(0).count("\n"), text)
+
+
+def offences(text, pattern):
+    lines = without_comments_and_strings(text).splitlines()
+    return [f"{number}: {line.strip()}" for number, line in enumerate(lines, 1) if pattern.search(line)]
+
+
+def sources(*folders):
+    files = [file for folder in folders for file in sorted((ROOT / folder).rglob("*.[hc]pp"))]
+    assert files, f"no sources in {folders}"
+    return files
+
+
+class Sources(unittest.TestCase):
+    def test_the_search_sees_what_it_must(self):
+        for bad in ["std::cout << 1;", "cerr << x;", "printf(\"a\");", "std::exit(1);", "abort ();", "#include <iostream>",
+                    "fmt::print(\"{}\", 1);", "/* fine */ std::terminate();"]:
+            self.assertTrue(offences(bad, PRINTS_OR_ENDS), bad)
+        for good in ["// std::cout << 1;", "auto s = \"exit(1)\";", "std::snprintf(b, 9, \"%d\", 1);", "border_exit(x);",
+                     "/* abort()\n abort() */", "const int n = 1'000'000; // printf()", "on_exit_face(t);"]:
+            self.assertFalse(offences(good, PRINTS_OR_ENDS), good)
+
+    def test_nothing_in_the_library_prints_or_ends_the_process(self):
+        for file in sources("src", "include"):
+            with self.subTest(file=str(file.relative_to(ROOT))):
+                self.assertEqual(offences(file.read_text(), PRINTS_OR_ENDS), [])
+
+    def test_folders_depend_one_way(self):
+        for place, folder in enumerate(LIBRARY_FOLDERS):
+            for file in sorted((ROOT / "src" / folder).rglob("*.[hc]pp")):
+                used = re.findall(r'^#include "([a-z_]+)/', file.read_text(), re.MULTILINE)
+                with self.subTest(file=str(file.relative_to(ROOT))):
+                    self.assertLessEqual(set(used), set(LIBRARY_FOLDERS[: place + 1]))
+
+    def test_threads_live_in_parallel_only(self):
+        threads = re.compile(r"#\s*pragma\s+omp|#\s*include\s*<(omp\.h|execution|tbb/[^>]*)>|std::(j?thread|async)\b(?!::)")
+        for file in sources("src", "include"):
+            if file.parent != ROOT / "src" / "parallel":
+                with self.subTest(file=str(file.relative_to(ROOT))):
+                    self.assertEqual(offences(file.read_text(), threads), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
