@@ -96,17 +96,21 @@ Json scene_json(const SceneFacts& facts) {
   return json;
 }
 
+/// "obstacle", "12 points fixed" or nothing.
+std::string remark(const SceneFacts& facts, Index b) {
+  if (at(facts.obstacles, b) != 0) return "  obstacle";
+  const Index fixed = facts.fixed_points(b);
+  return fixed > 0 ? fmt::format("  {} fixed", counted(static_cast<std::size_t>(fixed), "point")) : "";
+}
+
 std::string body_line(const SceneFacts& facts, Index b) {
   const Bodies& bodies = facts.simulation.bodies();
   const Body& body = at(bodies.bodies(), b);
   const bool obstacle = at(facts.obstacles, b) != 0;
-  const Index fixed = facts.fixed_points(b);
-  std::string text = fmt::format(
-      "{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}  {}\n", body.name, body.points.size(), body.edges.size(),
-      body.triangles.size(), body.tets.size(), obstacle ? "" : short_text(at(facts.simulation.masses(), b)),
-      obstacle    ? "obstacle"
-      : fixed > 0 ? fmt::format("{} fixed", counted(static_cast<std::size_t>(fixed), "point"))
-                  : "");
+  const std::string text =
+      fmt::format("{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}{}\n", body.name, body.points.size(), body.edges.size(),
+                  body.triangles.size(), body.tets.size(),
+                  obstacle ? "-" : short_text(at(facts.simulation.masses(), b)), remark(facts, b));
   const std::string notes = notes_text(facts.file(b), at(bodies.notes(), b));
   return notes.empty() ? text : text + "  note: " + notes + "\n";
 }

@@ -59,7 +59,10 @@ std::size_t parse_choice(const std::string& flag, const std::string& text,
 CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,
                        const std::string& help,
                        std::function<void(const std::string&, const std::string&)> parse) {
-  const auto given = [flag, parse = std::move(parse)](const std::string& text) { parse(flag, text); };
+  const auto given = [flag, parse = std::move(parse)](const std::string& text) {
+    if (text.empty()) throw BadInput(flag, "", "''", "a value");
+    parse(flag, text);
+  };
   return app.add_option_function<std::string>(flag, given, help)->type_name(type)->take_last();
 }
 

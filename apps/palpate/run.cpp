@@ -146,7 +146,12 @@ int run(const RunOptions& options) {
   std::optional<fs::path> picture;
   if (!options.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     picture = folder / "picture.png";
-    take_picture(*picture, scene, simulation, outcome, options.threads);
+    try {
+      take_picture(*picture, scene, simulation, outcome, options.threads);
+    } catch (const Error& error) {  // the run itself is done, and its report must not be lost
+      outcome.failure = error.what();
+      picture.reset();
+    }
   }
   const RunReport report{.scene_file = options.scene,
                          .scene = scene,

@@ -53,15 +53,12 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
   metrics.add(simulation.metrics(), 0.0);
   frames.add(simulation, true);
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
-    if (interrupt.requested()) {
-      outcome.interrupted = true;
-      break;
-    }
-    if (!step(simulation, outcome, metrics)) break;
+    if (interrupt.requested() || !step(simulation, outcome, metrics)) break;
     frames.add(simulation);
     progress.update(simulation.metrics());
   }
   metrics.flush();
+  outcome.interrupted = interrupt.requested();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
   // After a failure the last good state is gone: the frames that are there are all there is.
   if (outcome.failure.empty()) {

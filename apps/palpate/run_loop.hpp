@@ -27,7 +27,8 @@ struct RunOutcome {
   std::int64_t steps = 0;
   bool at_rest = false;
   bool interrupted = false;
-  std::string failure;  ///< why the simulation could not go on; empty if it could
+  std::string
+      failure;  ///< why the simulation could not go on, or no picture was taken; empty if all went well
   PhaseTimes times;
   Tally contacts;
   Tally border_edges;

@@ -1,0 +1,69 @@
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+class Generate : public CommandTest {};
+
+TEST_F(Generate, BoxHasFiveTetsACell) {
+  output_of({"generate", "box", "--cells", "4", "3", "2", "--size", "0.4", "0.3", "0.1"});
+  const Json info = json_of({"info", "box.vtu", "--json"});
+  EXPECT_EQ(info["points"], 5 * 4 * 3);
+  EXPECT_EQ(info["tets"], 5 * 4 * 3 * 2);
+  EXPECT_NEAR(info["volume"], 0.4 * 0.3 * 0.1, 1e-15);
+  EXPECT_EQ(info["lower"], Json::parse("[-0.2, -0.15, -0.05]"));
+  EXPECT_EQ(info["upper"], Json::parse("[0.2, 0.15, 0.05]"));
+  EXPECT_EQ(info["edge_length"]["min"].get<double>(), 0.05);
+}
+
+TEST_F(Generate, BallFillsItsSphere) {
+  output_of({"generate", "ball", "--radius", "2", "--resolution", "9", "--out", "b.vtu"});
+  const Json info = json_of({"info", "b.vtu", "--json"});
+  EXPECT_EQ(info["tets"], 20 * 9 * 9 * 9);
+  EXPECT_NEAR(info["upper"][2], 2.0, 1e-12);
+  const double sphere = 4.0 / 3.0 * 3.14159265358979 * 8.0;
+  EXPECT_GT(info["volume"], 0.97 * sphere);
+  EXPECT_LT(info["volume"], sphere);
+}
+
+TEST_F(Generate, StackingIsAsAsked) {
+  output_of({"generate", "stacking", "--count", "3", "--cells", "4", "5", "1", "--size", "0.2", "0.25",
+             "0.02", "--gap", "0.01", "--seed", "7", "--out", "three.json"});
+  const Json scene = Json::parse(read("three.json"));
+  ASSERT_EQ(scene["bodies"].size(), 3U);
+  EXPECT_EQ(scene["bodies"][1]["box"]["cells"], Json::parse("[4, 5, 1]"));
+  EXPECT_EQ(scene["bodies"][1]["box"]["size"], Json::parse("[0.2, 0.25, 0.02]"));
+  EXPECT_EQ(scene["bodies"][0]["obstacle"], true);
+  EXPECT_NEAR(scene["bodies"][2]["translate"][2], 0.01 + 2 * 0.03, 1e-15);
+  output_of({"generate", "stacking", "--count", "3", "--seed", "8", "--out", "other.json"});
+  EXPECT_NE(Json::parse(read("other.json"))["bodies"][1]["rotate"], scene["bodies"][1]["rotate"]);
+}
+
+TEST_F(Generate, StackingByDefaultIsThePapersTableOne) {
+  output_of({"generate", "stacking"});
+  const Json total = json_of({"info", "stacking.json", "--json"})["total"];
+  EXPECT_EQ(total["points"], 4840);
+  EXPECT_EQ(total["edges"], 19620);
+  EXPECT_EQ(total["triangles"], 9600);
+  EXPECT_EQ(total["tets"], 10000);
+}
+
+TEST_F(Generate, OnlyANamedFileIsReplaced) {
+  output_of({"generate", "box"});
+  const std::string before = read("box.vtu");
+  expect_error(2, {"generate", "box", "--cells", "2", "2", "2"}, {"box.vtu", "already", "--out"});
+  EXPECT_EQ(read("box.vtu"), before);
+  output_of({"generate", "box", "--cells", "2", "2", "2", "--out", "box.vtu"});
+  EXPECT_EQ(json_of({"info", "box.vtu", "--json"})["tets"], 40);
+}
+
+TEST_F(Generate, RefusesWhatItCannotWrite) {
+  expect_error(2, {"generate", "box", "--out", "box.msh"}, {"--out", "'box.msh'", ".vtu"});
+  expect_error(2, {"generate", "stacking", "--out", "s.vtu"}, {"--out", ".json"});
+  expect_error(1, {"generate", "ball", "--out", "no/such/ball.vtu"}, {"no/such/ball.vtu", "folder"});
+  expect_error(2, {"generate", "ball", "--resolution", "2000000000"}, {"resolution"});
+  EXPECT_TRUE(names_in(folder_.path()).empty());
+}
+
+}  // namespace
+}  // namespace palpate::test

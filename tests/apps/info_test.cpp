@@ -1,0 +1,117 @@
+#include <cmath>
+
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+class Info : public CommandTest {};
+
+/// Corner of a cube: edges 1 and sqrt 2, dihedral angles 90 and acos(1/sqrt 3), volume 1/6.
+const std::vector<std::string> corner{"0 0 0", "1 0 0", "0 1 0", "0 0 1"};
+const std::vector<std::string> inverted_corner{"0 0 0", "0 1 0", "1 0 0", "0 0 1"};
+
+TEST_F(Info, StatisticsOfOneTet) {
+  write("tet.mesh", one_tet(corner));
+  const Json info = json_of({"info", "tet.mesh", "--json"});
+  EXPECT_EQ(info["kind"], "mesh");
+  EXPECT_EQ(info["file"], "tet.mesh");
+  EXPECT_EQ(info["points"], 4);
+  EXPECT_EQ(info["edges"], 6);
+  EXPECT_EQ(info["triangles"], 4);
+  EXPECT_EQ(info["tets"], 1);
+  EXPECT_NEAR(info["volume"], 1.0 / 6.0, 1e-15);
+  EXPECT_NEAR(info["edge_length"]["min"], 1.0, 1e-15);
+  EXPECT_NEAR(info["edge_length"]["mean"], (1.0 + std::sqrt(2.0)) / 2.0, 1e-15);
+  EXPECT_NEAR(info["edge_length"]["max"], std::sqrt(2.0), 1e-15);
+  EXPECT_NEAR(info["dihedral_angle"]["max"], 90.0, 1e-12);
+  EXPECT_NEAR(info["dihedral_angle"]["min"], std::acos(1.0 / std::sqrt(3.0)) * 180.0 / M_PI, 1e-12);
+  EXPECT_EQ(info["lower"], Json::parse("[0, 0, 0]"));
+  EXPECT_EQ(info["upper"], Json::parse("[1, 1, 1]"));
+  EXPECT_TRUE(info["reoriented_tets"].empty());
+  EXPECT_TRUE(info["dropped"].empty());
+  EXPECT_EQ(info["unreferenced_points"], 0);
+}
+
+TEST_F(Info, TextSaysTheSame) {
+  write("tet.mesh", one_tet(corner));
+  const std::string text = output_of({"info", "tet.mesh"});
+  for (const char* part : {"tet.mesh: Medit", "points          4", "edges           6", "triangles       4",
+                           "tets            1", "min 1, mean 1.207, max 1.414", "volume          0.166667"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in:\n" << text;
+  }
+  EXPECT_EQ(text.find("note"), std::string::npos);
+}
+
+TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {
+  write("odd.mesh",
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n6\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n9 9 "
+        "9 0\n"
+        "Triangles\n1\n1 2 3 0\nTetrahedra\n2\n1 2 3 4 0\n2 3 4 5 0\nEnd\n");
+  const Json info = json_of({"info", "odd.mesh", "--json"});
+  // det of (e2 - e1, e3 - e1, (1,1,1) - e1) is +2 for the second tet as written, so that the first two are
+  // right; swapped corners make it wrong.
+  EXPECT_TRUE(info["reoriented_tets"].empty());
+  EXPECT_EQ(info["dropped"], Json::parse(R"({"triangle": 1})"));
+  EXPECT_EQ(info["unreferenced_points"], 1);
+  EXPECT_EQ(info["points"], 6);
+  EXPECT_EQ(info["upper"], Json::parse("[1, 1, 1]"));
+  EXPECT_NE(output_of({"info", "odd.mesh"}).find("cells left out: 1 triangle; 1 point in no tet"),
+            std::string::npos);
+
+  write("inverted.mesh", one_tet(inverted_corner));
+  EXPECT_EQ(json_of({"info", "inverted.mesh", "--json"})["reoriented_tets"], Json::parse("[0]"));
+  EXPECT_NE(output_of({"info", "inverted.mesh"}).find("1 inverted tet re-oriented: 0"), std::string::npos);
+}
+
+TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
+  write("tet.mesh", one_tet(inverted_corner));
+  write("scene.json", R"({"units": {"length": "mm"}, "time_step": 0.02, "duration": 3, "gravity": [0, 0, 0],
+    "contact": {"friction_speed": 1}, "rest": {"speed": 1}, "bodies": [
+    {"name": "cube", "box": {"cells": [1, 1, 1], "size": [2, 2, 2]}, "obstacle": true},
+    {"name": "tet", "mesh": "tet.mesh", "scale": 3, "translate": [0.5, 0.5, 0.5], "fixed": [{"points": [1, 2]}],
+     "material": {"young_modulus": 10, "density": 2}}]})");
+  const Json info = json_of({"info", "scene.json", "--json"});
+  EXPECT_EQ(info["kind"], "scene");
+  EXPECT_EQ(info["name"], "scene");
+  EXPECT_EQ(info["units"]["length"], "mm");
+  EXPECT_EQ(info["time_step"], 0.02);
+  EXPECT_EQ(info["duration"], 3.0);
+  EXPECT_EQ(info["contacts_at_start"], 2) << "the tet's corner in the cube, the cube's corner in the tet";
+  ASSERT_EQ(info["bodies"].size(), 2U);
+  EXPECT_EQ(info["bodies"][0]["obstacle"], true);
+  EXPECT_EQ(info["bodies"][1]["obstacle"], false);
+  EXPECT_EQ(info["bodies"][1]["fixed_points"], 2);
+  EXPECT_NEAR(info["bodies"][1]["mass"], 2.0 * 27.0 / 6.0, 1e-12);
+  EXPECT_EQ(info["bodies"][1]["reoriented_tets"], Json::parse("[0]"));
+  EXPECT_EQ(info["total"]["points"], 12);
+  EXPECT_EQ(info["total"]["tets"], 6);
+
+  const std::string text = output_of({"info", "scene.json"});
+  for (const char* part : {"in mm, kg, s", "time step 0.02 s, duration 3 s", "obstacle", "2 points fixed",
+                           "1 inverted tet re-oriented", "contacts        2 at the start"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in:\n" << text;
+  }
+}
+
+TEST_F(Info, RefusesWhatIsNoFileOfEitherKind) {
+  expect_error(2, {"info", "missing.msh"}, {"missing.msh"});
+  expect_error(2, {"info", "missing.json"}, {"missing.json"});
+  expect_error(2, {"info", "noextension"}, {"noextension", "no extension", "'.vtu'", "'.json'"});
+  expect_error(2, {"info", "mesh.vtx"}, {"mesh.vtx", ".vtx", "'.vtu'"});
+  std::filesystem::create_directory(folder_ / "folder.vtu");
+  std::filesystem::create_directory(folder_ / "folder.json");
+  expect_error(2, {"info", "folder.vtu"}, {"folder.vtu"});
+  expect_error(2, {"info", "folder.json"}, {"folder.json"});
+}
+
+TEST_F(Info, SaysWhenItsOutputCannotBeWritten) {
+  write("tet.mesh", one_tet(corner));
+  const Finished finished = Process({"info", "tet.mesh"}, folder_.path(), "/dev/full").wait();
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_TRUE(finished.err.starts_with("palpate: error: stdout: writing: found 'No space left on device'"))
+      << finished.err;
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,98 @@
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+class Interrupt : public CommandTest {
+ protected:
+  void SetUp() override { write("scene.json", falling_box()); }
+
+  /// Waits until `reached`, or fails after a minute.
+  static void wait_until(const std::function<bool()>& reached) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (!reached()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  void wait_for_rows(std::size_t rows) const {
+    wait_until([&] { return exists("out/metrics.csv") && lines_of(read("out/metrics.csv")).size() > rows; });
+  }
+  /// Every row is whole and of the step after the last; returns the last step.
+  std::size_t check_rows() const {
+    const std::string text = read("out/metrics.csv");
+    EXPECT_TRUE(text.ends_with('\n'));
+    const auto lines = lines_of(text);
+    for (std::size_t row = 1; row < lines.size(); ++row) {
+      EXPECT_EQ(fields_of(lines[row]).size(), fields_of(lines[0]).size()) << lines[row];
+      EXPECT_EQ(fields_of(lines[row])[0], std::to_string(row - 1));
+    }
+    return lines.size() - 2;
+  }
+
+  const std::vector<std::string> endless_{"run",       "scene.json", "--steps", "100000000", "--every",
+                                          "100000000", "--threads",  "1",       "--out",     "out"};
+};
+
+TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Process run(endless_, folder_.path());
+    wait_for_rows(2);
+    run.send(signal);
+    const Finished done = run.wait();
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_NE(done.err.find("palpate: error: interrupted after step "), std::string::npos) << done.err;
+    const Json report = Json::parse(read("out/run.json"));
+    EXPECT_EQ(report["interrupted"], true);
+    EXPECT_EQ(report["steps"], check_rows());
+    EXPECT_EQ(report["results"]["frames"], 2) << "the first and the last state";
+    EXPECT_TRUE(report["results"]["picture"].is_null());
+    EXPECT_EQ(names_in(folder_ / "out/frames").size(), 2U) << "no half-written file is left";
+    EXPECT_EQ(names_in(folder_ / "out").size(), 4U);
+    EXPECT_NE(done.out.find("interrupted"), std::string::npos) << done.out;
+    std::filesystem::remove_all(folder_ / "out");
+  }
+}
+
+TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
+  Process run(endless_, folder_.path());
+  wait_for_rows(2);
+  run.send(SIGINT);
+  run.wait();
+  const Json report = Json::parse(read("out/run.json"));
+  const Json whole = json_of({"run", "scene.json", "--steps", std::to_string(report["steps"].get<int>()),
+                              "--json", "--no-picture", "--threads", "1"});
+  EXPECT_EQ(whole["state_hash"], report["state_hash"]);
+}
+
+TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
+  // Steps of seconds, so that the first signal cannot be answered before the second comes.
+  write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
+    {"ball": {"radius": 1, "resolution": 11}, "material": {}},
+    {"ball": {"radius": 1, "resolution": 11}, "translate": [1, 0, 0], "material": {}}]})");
+  Process run(endless_, folder_.path());
+  wait_until([&] { return exists("out/metrics.csv"); });
+  run.send(SIGINT);
+  // The system may hand over two signals together, before the first is handled: then the next one counts.
+  while (run.running()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    run.send(SIGTERM);
+  }
+  EXPECT_EQ(run.wait().signal, SIGTERM);
+}
+
+TEST_F(Interrupt, KilledRunsKeepWholeRows) {
+  Process run(endless_, folder_.path());
+  wait_for_rows(2);
+  run.send(SIGKILL);
+  EXPECT_EQ(run.wait().signal, SIGKILL);
+  EXPECT_GE(check_rows(), 1U);
+  EXPECT_FALSE(exists("out/run.json"));
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <csignal>
+#include <filesystem>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace palpate::test {
+
+/// How a process ended and what it wrote.
+struct Finished {
+  int exit_code = -1;  ///< -1 where a signal ended it
+  int signal = 0;      ///< the signal that ended it
+  std::string out;
+  std::string err;
+};
+
+/// The palpate command, started in a folder, its output going to files beside that folder's name.
+class Process {
+ public:
+  /// \param folder  becomes its current folder
+  /// \param device  takes stdout in place of a file ("/dev/full"); its text is then not kept
+  Process(std::vector<std::string> arguments, const std::filesystem::path& folder,
+          const std::filesystem::path& device = {});
+  /// Kills it if it still runs.
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send(int signal) const;
+  [[nodiscard]] bool running();
+  /// Waits for its end; fails the test and kills it after two minutes.
+  Finished wait();
+
+ private:
+  std::filesystem::path out_;
+  std::filesystem::path err_;
+  pid_t pid_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+};
+
+/// Runs the command to its end.
+Finished palpate(std::vector<std::string> arguments, const std::filesystem::path& folder);
+
+/// Runs the command with stderr (and stdout) on a terminal of so many columns; returns what the terminal got.
+std::string palpate_on_terminal(std::vector<std::string> arguments, const std::filesystem::path& folder,
+                                int columns);
+
+}  // namespace palpate::test
