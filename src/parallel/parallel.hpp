@@ -4,24 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <omp.h>
+#include <mutex>
 #include <vector>
+
+#include "parallel/threads.hpp"
 
 /// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of
 /// threads, and every result is written to the place of its item or chunk: the same bits for every thread
 /// count.
 namespace palpate::parallel {
-
-/// How many threads a parallel loop may use. Passed down, never global.
-class Threads {
- public:
-  /// \param count  number of threads; 0 takes all that the machine offers
-  explicit Threads(int count = 0) : count_(count > 0 ? count : omp_get_max_threads()) {}
-  [[nodiscard]] int count() const { return count_; }
-
- private:
-  int count_;
-};
 
 /// Number of chunks of `grain` items that cover `items`.
 constexpr std::size_t chunk_count(std::size_t items, std::size_t grain) {
@@ -42,18 +33,18 @@ void for_chunks(const Threads& threads, std::size_t items, std::size_t grain, Bo
   }
   std::exception_ptr failure;
   std::size_t failed_chunk = chunks;
-#pragma omp parallel for num_threads(threads.count()) schedule(dynamic, 1) default(shared)
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+  std::mutex failure_mutex;
+  threads.run(chunks, [&](std::size_t chunk) {
     try {
       run(chunk);
     } catch (...) {
-#pragma omp critical(palpate_for_chunks)
+      const std::lock_guard lock(failure_mutex);
       if (chunk < failed_chunk) {
         failed_chunk = chunk;
         failure = std::current_exception();
       }
     }
-  }
+  });
   if (failure) std::rethrow_exception(failure);
 }
 
