@@ -108,6 +108,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;
   json["largest_speed"] = metrics.largest_speed;
+  json["fastest_body"] = metrics.fastest_body;
   json["deepest"] = metrics.deepest;
 }
 
