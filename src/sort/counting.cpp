@@ -70,13 +70,24 @@ void CountingSort::operator()(const parallel::Threads& threads, std::span<const 
 void index_cells(const parallel::Threads& threads, std::span<const std::uint64_t> words,
                  std::uint32_t key_count, std::vector<std::uint32_t>& cell_begin) {
   cell_begin.resize(std::size_t{key_count} + 1);
-  // Word i starts every cell from that of its predecessor (exclusive) to its own: each is written once.
-  const std::size_t n = words.size();
-  parallel::for_each(threads, n + 1, std::size_t{1} << 14, [&](std::size_t i) {
-    const std::size_t first = i == 0 ? 0 : std::size_t{word_key(words[i - 1])} + 1;
-    const std::size_t last = i == n ? key_count : std::size_t{word_key(words[i])};
-    for (std::size_t cell = first; cell <= last; ++cell) cell_begin[cell] = static_cast<std::uint32_t>(i);
-  });
+  const auto begin_of = [&](std::size_t cell) {
+    return static_cast<std::size_t>(std::lower_bound(words.begin(), words.end(), std::uint64_t{cell} << 32) -
+                                    words.begin());
+  };
+  // Without a branch on whether a word begins a cell, which nothing predicts: each word writes where the next
+  // cell begins, the last of a cell wins, and empty cells take over from those before them.
+  parallel::for_chunks(
+      threads, cell_begin.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, std::size_t) {
+        const std::size_t first = begin_of(begin);
+        const std::size_t last = begin_of(end - 1);  // words of the last cell begin cells of the next chunk
+        std::uint32_t* const cells = cell_begin.data();
+        std::fill(cells + begin, cells + end, 0U);
+        cells[begin] = static_cast<std::uint32_t>(first);
+        for (std::size_t i = first; i < last; ++i)
+          cells[word_key(words[i]) + 1] = static_cast<std::uint32_t>(i + 1);
+        for (std::size_t cell = begin + 1; cell < end; ++cell)
+          cells[cell] = std::max(cells[cell], cells[cell - 1]);
+      });
 }
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "simd/merge_events.hpp"
+#include "sort/counting.hpp"
 #include "sort/word.hpp"
 
 namespace palpate {
@@ -14,6 +15,9 @@ namespace {
 constexpr std::size_t grain = std::size_t{1} << 15;
 /// Events from which the histograms of a radix sort pay.
 constexpr std::size_t few_events = 256;
+
+/// Words and cells that can be indexed anew in the time that one event takes to shift what follows it.
+constexpr std::size_t words_for_an_event = 32;
 
 constexpr std::uint64_t unmarked(std::uint64_t event) {
   return event & ~simd::removal;
@@ -101,7 +105,11 @@ void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& change
         std::span(merged_).subspan(from.first_merged, to.first_merged - from.first_merged));
   });
   std::swap(words, merged_);
-  if (cell_begin != nullptr) shift_cells(threads, words, *cell_begin);
+  if (cell_begin == nullptr) return;
+  if (events_.size() * words_for_an_event < words.size() + key_count)
+    shift_cells(threads, words, *cell_begin);
+  else
+    index_cells(threads, words, key_count, *cell_begin);
 }
 
 }  // namespace palpate
