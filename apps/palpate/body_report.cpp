@@ -74,6 +74,7 @@ std::string notes_text(const MeshRecord* file, const MeshNotes& notes) {
   std::vector<std::string> parts;
   if (file != nullptr && !file->dropped.empty()) {
     std::vector<std::string> kinds;
+    kinds.reserve(file->dropped.size());
     for (const auto& [kind, count] : file->dropped) kinds.push_back(fmt::format("{} {}", count, kind));
     parts.push_back(fmt::format("cells left out: {}", fmt::join(kinds, ", ")));
   }

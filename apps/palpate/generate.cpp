@@ -51,7 +51,7 @@ struct Output {
       throw BadInput(default_name.string(), "", "a file of that name already",
                      "--out FILE, which may replace it");
     }
-    const fs::path result = named.value_or(default_name);
+    fs::path result = named.value_or(default_name);
     if (result.extension() != default_name.extension()) {
       throw BadInput("--out", "", "'" + result.string() + "'",
                      "a name that ends in " + default_name.extension().string());

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <csignal>
-#include <signal.h>
 
 namespace palpate::app {
 namespace {

@@ -1,6 +1,7 @@
 #include "progress.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fmt/format.h>
 #include <string_view>
@@ -25,7 +26,7 @@ std::size_t terminal_width() {
 }
 
 std::string duration_text(double seconds) {
-  const auto whole = static_cast<std::int64_t>(seconds + 0.5);
+  const auto whole = std::llround(seconds);
   if (whole < 60) return fmt::format("{} s", whole);
   if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
   return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);

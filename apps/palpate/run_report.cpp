@@ -36,6 +36,7 @@ Json phases_json(const PhaseTimes& times) {
 Json stiffness_json(const RunReport& report) {
   const Bodies& bodies = report.simulation.bodies();
   std::vector<Material> materials;
+  materials.reserve(report.scene.bodies.size());
   for (const SceneBody& body : report.scene.bodies) materials.push_back(body.material.value_or(Material{}));
   const ContactResponse response(bodies, materials, report.obstacles, report.scene.settings.response, {}, {});
   double low = std::numeric_limits<double>::infinity();
@@ -108,6 +109,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;
   json["largest_speed"] = metrics.largest_speed;
+  json["fastest_body"] = metrics.fastest_body;
   json["deepest"] = metrics.deepest;
 }
 

@@ -60,7 +60,9 @@ std::string report_text(const RunReport& report) {
   text += tally_line("contacts", outcome.contacts);
   text += tally_line("crossings", outcome.crossings);
   text += fmt::format("deepest       {} {}\n", short_text(metrics.deepest), units.length);
-  text += fmt::format("fastest       {} {}\n", short_text(metrics.largest_speed), speed_unit(units));
+  text += fmt::format("fastest       {} {} (point), {} {} (body, root mean square)\n",
+                      short_text(metrics.largest_speed), speed_unit(units), short_text(metrics.fastest_body),
+                      speed_unit(units));
   text += phases_text(outcome.times);
   text += fmt::format("solver cap    hit in {}\n",
                       counted(static_cast<std::size_t>(outcome.steps_at_solver_cap), "step"));

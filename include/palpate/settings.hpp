@@ -53,8 +53,9 @@ struct SolverSettings {
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
 };
 
-/// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for `steps` steps in
-/// a row. One point that trembles on a rim does not keep a body awake; a body that moves does.
+/// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for
+/// `steps` steps in a row. One point that trembles on a rim does not keep a body awake; a body that moves
+/// does.
 struct RestSettings {
   double speed = 1e-3;  ///< m/s
   int steps = 10;

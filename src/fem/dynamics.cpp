@@ -62,7 +62,7 @@ void check_step(double time_step, const Vec3& gravity, double tolerance, int max
 Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
                    std::vector<std::uint8_t> fixed_points, std::vector<std::uint8_t> obstacle_bodies,
                    parallel::Threads threads)
-    : threads_(threads),
+    : threads_(std::move(threads)),
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
       matrix_(elements_, static_cast<Index>(masses_.size())),

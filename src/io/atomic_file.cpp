@@ -39,7 +39,8 @@ fs::path temporary_beside(const fs::path& path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path) : path_(follow_links(path)), temporary_(temporary_beside(path_)) {
+AtomicFile::AtomicFile(const fs::path& path)
+    : path_(follow_links(path)), temporary_(temporary_beside(path_)) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path_, ignored);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
@@ -83,9 +84,10 @@ void create_folder(const fs::path& path) {
   std::error_code failed;
   fs::create_directories(path, failed);
   if (!failed && !fs::is_directory(path, failed)) failed = std::make_error_code(std::errc::not_a_directory);
-  if (failed)
+  if (failed) {
     throw Error(path.string(), "creating the folder", "'" + failed.message() + "'",
                 "a folder that can be created");
+  }
 }
 
 }  // namespace palpate::io

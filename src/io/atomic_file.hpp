@@ -14,7 +14,7 @@ class AtomicFile {
  public:
   /// Opens the temporary. Throws Error naming `path` if its folder does not exist or cannot be written, or if
   /// `path` is there and is not a regular file (a folder, a device).
-  explicit AtomicFile(std::filesystem::path path);
+  explicit AtomicFile(const std::filesystem::path& path);
   /// Removes the temporary unless commit() succeeded.
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;

@@ -121,8 +121,10 @@ Painter::Painter(Input input)
 }
 
 Light Painter::sample(int pixel_x, int pixel_y, int index) const {
-  const double x = pixel_x + (index % samples_per_side + 0.5) / samples_per_side;
-  const double y = pixel_y + (index / samples_per_side + 0.5) / samples_per_side;
+  const int column = index % samples_per_side;
+  const int row = index / samples_per_side;
+  const double x = pixel_x + (column + 0.5) / samples_per_side;
+  const double y = pixel_y + (row + 0.5) / samples_per_side;
   const Ray ray{in_.camera.position, in_.camera.direction(x, y), x, y};
   const Pattern pattern{
       pixel_noise(pixel_x, pixel_y),

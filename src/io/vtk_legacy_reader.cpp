@@ -167,9 +167,10 @@ class VtkLegacyReader {
 
   std::vector<std::int64_t> read_integers(Index count, const ScalarType& type) {
     if (type.kind == ScalarType::Kind::real) scanner_.fail("a type of whole numbers");
-    if (binary_)
+    if (binary_) {
       return decode_integers(take_bytes(static_cast<std::size_t>(count), type.bytes), type,
                              binary_is_swapped);
+    }
     std::vector<std::int64_t> values(static_cast<std::size_t>(count));
     for (std::int64_t& value : values) value = scanner_.integer("a number of a cell");
     return values;

@@ -55,10 +55,11 @@ class Threads::Team {
     wake();
     claim_chunks();
     for (int i = 0; done_.load(std::memory_order_acquire) != chunks; ++i) {
-      if (i < spins)
+      if (i < spins) {
         pause();
-      else
+      } else {
         std::this_thread::yield();
+      }
     }
     ticket_.store(std::uint64_t{loop_} << 32 | closed, std::memory_order_release);
     return true;

@@ -15,7 +15,7 @@ namespace {
 /// Uniform in [-1, 1], from (seed, index, channel) alone: the finaliser of SplitMix64 (Steele, Lea, Flood
 /// 2014).
 double random_unit(std::uint32_t seed, int index, std::uint32_t channel) {
-  std::uint64_t z = (std::uint64_t{seed} << 32U) + static_cast<std::uint32_t>(index) * 4U + channel;
+  std::uint64_t z = (std::uint64_t{seed} << 32U) + static_cast<std::uint64_t>(index) * 4U + channel;
   z = (z + 1) * 0x9E3779B97F4A7C15U;
   z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
   z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;

@@ -65,6 +65,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "kinetic_energy [J]",
                                        "elastic_energy [J]",
                                        "largest_speed [m/s]",
+                                       "fastest_body [m/s]",
                                        "deepest [m]"};
   EXPECT_EQ(fields_of(lines[0]), names);
   std::size_t most_contacts = 0;
@@ -90,8 +91,8 @@ TEST_F(Run, ReportHoldsWhatARunIsComparedBy) {
         "scene_file",     "steps",         "most_steps",   "simulated_time",  "at_rest",  "interrupted",
         "error",          "state_hash",    "wall_seconds", "phases",          "contacts", "border_edges",
         "crossings",      "candidates",    "movers",       "depth_fallbacks", "solver",   "kinetic_energy",
-        "elastic_energy", "largest_speed", "deepest",      "resolved",        "results",  "bodies",
-        "scene"}) {
+        "elastic_energy", "largest_speed", "fastest_body", "deepest",         "resolved", "results",
+        "bodies",         "scene"}) {
     EXPECT_TRUE(report.contains(key)) << key;
   }
   EXPECT_EQ(report["version"], PALPATE_VERSION);

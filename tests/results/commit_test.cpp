@@ -15,10 +15,17 @@ void run(const std::string& command) {
   ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command;
 }
 
+/// A path as one word of the shell; scratch folders and checkouts may have spaces.
+std::string word(const fs::path& path) {
+  std::string quoted(1, '\'');
+  quoted += path.string();
+  return quoted += '\'';
+}
+
 /// Runs the script and returns the text between the quotes of what it wrote.
 std::string commit_of(const fs::path& source, const fs::path& output) {
-  run(std::string(PALPATE_CMAKE) + " -DSOURCE_DIR=" + source.string() + " -DOUTPUT=" + output.string() +
-      " -P " + PALPATE_SOURCE_DIR "/src/io/machine_commit.cmake");
+  run(word(PALPATE_CMAKE) + " -DSOURCE_DIR=" + word(source) + " -DOUTPUT=" + word(output) + " -P " +
+      word(PALPATE_SOURCE_DIR "/src/io/machine_commit.cmake"));
   const std::string text = content_of(output);
   const std::size_t begin = text.find('"') + 1;
   return text.substr(begin, text.rfind('"') - begin);
@@ -27,15 +34,17 @@ std::string commit_of(const fs::path& source, const fs::path& output) {
 void make_checkout(const fs::path& folder) {
   fs::create_directories(folder / "inner");
   put(folder / "tracked", "one");
-  const std::string git = "git -C " + folder.string() + " -c user.name=t -c user.email=t@t ";
+  const std::string git = "git -C " + word(folder) + " -c user.name=t -c user.email=t@t ";
   run(git + "init");
   run(git + "add tracked");
   run(git + "commit -m first");
 }
 
 std::string head_of(const fs::path& checkout, const fs::path& scratch) {
-  run("sh -c 'git -C " + checkout.string() + " rev-parse HEAD | tr -d \"\\n\" > " + scratch.string() + "'");
-  return content_of(scratch);
+  run("(git -C " + word(checkout) + " rev-parse HEAD > " + word(scratch) + ")");
+  std::string head = content_of(scratch);
+  head.resize(head.find_last_not_of('\n') + 1);
+  return head;
 }
 
 TEST(Commit, CleanAndDirtyCheckout) {

@@ -27,16 +27,18 @@ TEST(Machine, DescribesThisOne) {
   cpu_set_t usable;
   ASSERT_EQ(sched_getaffinity(0, sizeof usable, &usable), 0);
   EXPECT_EQ(machine.cores, CPU_COUNT(&usable));
-  EXPECT_EQ(machine.compiler, "GNU " + std::to_string(__GNUC__) + "." + std::to_string(__GNUC_MINOR__) + "." +
-                                  std::to_string(__GNUC_PATCHLEVEL__));
+  EXPECT_NE(machine.compiler.find(std::to_string(__GNUC__) + "." + std::to_string(__GNUC_MINOR__)),
+            std::string::npos)
+      << machine.compiler;
   const std::string commit = machine.commit.substr(0, machine.commit.find('-'));
   EXPECT_TRUE(commit == "unknown" ||
               (commit.size() == 40 && commit.find_first_not_of("0123456789abcdef") == std::string::npos))
       << machine.commit;
 #ifdef NDEBUG
   EXPECT_TRUE(machine.build_type.starts_with("Rel")) << machine.build_type;
-#else
-  EXPECT_TRUE(machine.build_type.starts_with("Debug")) << machine.build_type;
+#else  // the sanitizer presets keep assertions in an optimised build
+  EXPECT_TRUE(machine.build_type.starts_with("Debug") || machine.build_type.starts_with("RelWithDebInfo"))
+      << machine.build_type;
 #endif
 #ifdef __SANITIZE_ADDRESS__
   EXPECT_NE(machine.build_type.find("address"), std::string::npos) << machine.build_type;

@@ -167,7 +167,7 @@ TEST(StackingScene, LeavesTheGapBetweenMembranes) {
   for (Index b = 1; b < loaded.bodies.body_count(); ++b) {
     const auto below = mesh_statistics(loaded.bodies, loaded.bodies.points_rest(), b - 1);
     const auto above = mesh_statistics(loaded.bodies, loaded.bodies.points_rest(), b);
-    EXPECT_NEAR(above.lower.z - below.upper.z, 0.002, 1e-12);
+    EXPECT_NEAR(above.lower.z - below.upper.z, 0.001, 1e-12);
   }
 }
 
@@ -178,12 +178,12 @@ TEST(StackingScene, ShiftsAndTurnsWithinBoundsAndDifferently) {
     const Transform& transform = scene.bodies[b].transform;
     EXPECT_LE(std::abs(transform.translate.x), 0.003);
     EXPECT_LE(std::abs(transform.translate.y), 0.003);
-    EXPECT_LE(std::abs(transform.rotate.angle), 5.0);
+    EXPECT_LE(std::abs(transform.rotate.angle), 2.0);
     angles.insert(transform.rotate.angle);
   }
   EXPECT_EQ(angles.size(), 19U);
-  EXPECT_LT(*angles.begin(), -2.5);
-  EXPECT_GT(*angles.rbegin(), 2.5);
+  EXPECT_LT(*angles.begin(), -1.0);
+  EXPECT_GT(*angles.rbegin(), 1.0);
   EXPECT_NE(write_scene(make_stacking_scene({.seed = 2})), write_scene(scene));
 }
 

@@ -134,8 +134,8 @@ TEST(ContactResponse, FadesOutOverARim) {
   }
   EXPECT_NEAR(first, 1.0, 1e-9) << "100 N/m times 0.01 m";
   EXPECT_EQ(last, 0.0);
-  // Without fading it would fall from 1 to 0 at once. What is left: an edge that starts to cross the side turns the
-  // direction towards it.
+  // Without fading it would fall from 1 to 0 at once. What is left: an edge that starts to cross the side
+  // turns the direction towards it.
   EXPECT_LT(largest_jump, 0.04);
 }
 

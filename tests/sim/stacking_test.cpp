@@ -1,0 +1,66 @@
+// The paper's stacking scene as it ships. Oracles: brute force at every tenth step of a whole run, equality
+// over thread counts, and the weight of the stack.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "scene/load.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate {
+namespace {
+
+Simulation stacking(int threads) {
+  const Scene scene = read_scene(PALPATE_SOURCE_DIR "/scenes/stacking.json");
+  LoadedScene loaded = load_bodies(scene, [](const std::filesystem::path& path) -> TetMesh {
+    throw Error(path.string(), "", "a mesh file", "none in this scene");
+  });
+  return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
+                    {loaded.obstacle.begin(), loaded.obstacle.end()}, scene.settings, threads);
+}
+
+TEST(Stacking, HashAfter200StepsIsTheSameForEveryThreadCount) {
+  const auto hash = [](int threads) {
+    Simulation simulation = stacking(threads);
+    for (int i = 0; i < 200; ++i) simulation.step();
+    EXPECT_GT(simulation.metrics().detection.contacts, 3000U);
+    return simulation.state_hash();
+  };
+  const std::string one = hash(1);
+  for (const int threads : {2, 3, 7}) EXPECT_EQ(hash(threads), one) << threads << " threads";
+}
+
+TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {
+  Simulation simulation = stacking(2);
+  DetectionSettings settings;
+  settings.structure = Structure::brute;
+  std::vector<std::uint8_t> immovable(20, 0);
+  immovable[0] = 1;
+  Detector brute(simulation.bodies(), settings, immovable, 2);
+  std::size_t most = 0;
+  while (!simulation.at_rest() && simulation.metrics().step < 1000) {
+    simulation.step();
+    if (simulation.metrics().step % 10 != 0) continue;
+    brute.detect(simulation.positions());
+    const Contacts& a = simulation.detector().contacts();
+    const Contacts& b = brute.contacts();
+    ASSERT_EQ(a.point, b.point) << "step " << simulation.metrics().step;
+    ASSERT_EQ(a.body, b.body);
+    ASSERT_EQ(a.tet, b.tet);
+    ASSERT_EQ(a.depth, b.depth);
+    ASSERT_EQ(simulation.detector().crossings().size(), brute.crossings().size());
+    most = std::max(most, a.size());
+  }
+  EXPECT_GT(most, 3000U);
+  ASSERT_TRUE(simulation.at_rest());
+  double weight = 0.0;
+  for (std::size_t b = 1; b < 20; ++b) weight += 9.81 * simulation.masses()[b];
+  EXPECT_NEAR(weight, 9.81 * 19 * 0.4, 1e-9);
+  EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 0.01 * weight);
+}
+
+}  // namespace
+}  // namespace palpate
