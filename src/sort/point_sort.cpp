@@ -11,12 +11,12 @@ constexpr std::size_t dense_keys_per_word = 4;
 
 }  // namespace
 
-SortMethod PointSort::choose(std::uint32_t key_count) {
+Sort PointSort::choose(std::uint32_t key_count) {
   const bool dense = key_count <= dense_keys_per_word * changes_.words_now();
-  const SortMethod full = dense ? SortMethod::counting : SortMethod::radix;
-  if (method_ == SortMethod::counting) return full;
-  if (method_ != SortMethod::adaptive) return method_;
-  return switch_.repairs(changes_.movers(), changes_.words_now()) ? SortMethod::repair : full;
+  const Sort full = dense ? Sort::counting : Sort::radix;
+  if (method_ == Sort::counting) return full;
+  if (method_ != Sort::adaptive) return method_;
+  return switch_.repairs(changes_.movers(), changes_.words_now()) ? Sort::repair : full;
 }
 
 void PointSort::sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
@@ -43,15 +43,15 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
   const bool knows_cells = cell_begin != nullptr && cells_of_last_frame_ == key_count &&
                            cell_begin->size() == std::size_t{key_count} + 1 &&
                            cell_begin->back() == changes_.words_before();
-  const bool repairs_cells = result.used == SortMethod::repair && knows_cells;
+  const bool repairs_cells = result.used == Sort::repair && knows_cells;
   switch (result.used) {
-    case SortMethod::counting:
+    case Sort::counting:
       counting_(threads, keys, key_count, words, cell_begin != nullptr ? *cell_begin : own_cell_begin_);
       break;
-    case SortMethod::comparison:
+    case Sort::comparison:
       sort_by_comparison(threads, keys, words);
       break;
-    case SortMethod::repair:
+    case Sort::repair:
       repair_(threads, changes_, key_count, words, repairs_cells ? cell_begin : nullptr);
       break;
     default:
@@ -59,7 +59,7 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
       break;
   }
   changes_.accept(threads);
-  if (cell_begin != nullptr && !repairs_cells && result.used != SortMethod::counting)
+  if (cell_begin != nullptr && !repairs_cells && result.used != Sort::counting)
     index_cells(threads, words, key_count, *cell_begin);
   cells_of_last_frame_ = cell_begin != nullptr ? key_count : 0;
   return result;
