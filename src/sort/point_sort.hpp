@@ -40,7 +40,7 @@ class PointSort {
                 std::vector<std::uint32_t>* cell_begin = nullptr);
 
  private:
-  [[nodiscard]] SortMethod choose(std::uint32_t key_count);
+  [[nodiscard]] SortMethod choose(std::uint32_t key_count, bool wants_cells);
   void sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                           std::vector<std::uint64_t>& words);
 

@@ -122,18 +122,20 @@ INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
                          name_of);
 
 /// The methods used in a sequence of frames with these shares of movers.
-std::vector<SortMethod> methods_used(std::uint32_t key_count, const std::vector<double>& shares) {
+std::vector<SortMethod> methods_used(std::uint32_t key_count, bool wants_cells,
+                                     const std::vector<double>& shares) {
   const parallel::Threads threads(1);
   test::Random random(13);
   PointSort sort(SortMethod::adaptive);
   Keys keys(1000, 0);
   std::vector<std::uint64_t> words;
+  std::vector<std::uint32_t> cell_begin;
   std::vector<SortMethod> used;
   for (const double share : shares) {
     // Exactly that share, each to another cell.
     for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * share); ++i)
       keys[i] = (keys[i] + 1) % key_count;
-    used.push_back(sort.update(threads, keys, key_count, words).used);
+    used.push_back(sort.update(threads, keys, key_count, words, wants_cells ? &cell_begin : nullptr).used);
   }
   return used;
 }
@@ -146,8 +148,9 @@ TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
     // The first frame is all movers; between the thresholds the method stays.
     return std::vector{full, repair, repair, full, full, repair, repair, repair};
   };
-  EXPECT_EQ(methods_used(1000, shares), expected(SortMethod::counting));
-  EXPECT_EQ(methods_used(1000000, shares), expected(SortMethod::radix));
+  EXPECT_EQ(methods_used(1000, true, shares), expected(SortMethod::counting));
+  EXPECT_EQ(methods_used(1000, false, shares), expected(SortMethod::radix));
+  EXPECT_EQ(methods_used(1000000, true, shares), expected(SortMethod::radix));
 }
 
 }  // namespace
