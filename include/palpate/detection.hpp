@@ -48,7 +48,8 @@ struct DetectionCounts {
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   std::size_t depth_fallbacks = 0;  ///< contacts whose depth is the distance to the nearest surface point
   std::size_t cells = 0;            ///< cells of the domain
-  double cell_size = 0.0;
+  double cell_size = 0.0;           ///< as used: the wanted one times 2^cell_doublings
+  int cell_doublings = 0;           ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
 };
 
 /// Seconds of the phases of one detection.

@@ -10,12 +10,16 @@ namespace palpate {
 
 /// The spatial structure that finds candidates. The contacts found do not depend on it.
 enum class Structure {
+  uniform,  ///< an array of cells, each with a dynamic array (paper 4.1)
   compact,  ///< compact grid built by index sort (paper 4.2)
+  hash,     ///< spatial hashing with chains (Teschner et al. 2003; paper 4.3)
+  cuckoo,   ///< parallel two-level cuckoo hashing (Alcantara et al. 2009; paper 4.3)
   brute,    ///< all pairs: the oracle of all others, O(points x tets)
 };
 /// How the integer coordinates of a cell become one number.
 enum class Order {
   linear,  ///< i + j s_x + k s_x s_y (paper eq. 1)
+  z,       ///< bits of i, j and k in turn: the Z-order curve (paper 5)
 };
 /// How entries are sorted by cell index.
 enum class Sort {
@@ -23,8 +27,9 @@ enum class Sort {
 };
 
 /// The names that scenes and command lines use; index = enum value.
-inline constexpr std::array<std::string_view, 2> structure_names{"compact", "brute"};
-inline constexpr std::array<std::string_view, 1> order_names{"linear"};
+inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
+                                                                 "brute"};
+inline constexpr std::array<std::string_view, 2> order_names{"linear", "z"};
 inline constexpr std::array<std::string_view, 1> sort_names{"radix"};
 
 /// How contacts are found.

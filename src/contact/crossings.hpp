@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -21,12 +22,17 @@ class CrossingQuery {
  public:
   template <class Structure>
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& lattice,
+            const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
             Structure& edges) {
     const auto ends_of = [&](Index e) {
       const BorderEdge& edge = at(border_edges, e);
       return std::array{at(contacts.point, edge.contact), edge.free_point};
     };
+    const Lattice lattice = bounded(threads, cells, border_edges.size(), [&](std::size_t e) {
+      const auto [in, out] = ends_of(static_cast<Index>(e));
+      const Vec3 d = at(positions, out) - at(positions, in);
+      return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+    });
     edges.build(threads, lattice, border_edges.size(), [&](Index e, auto&& emit) {
       const auto [in, out] = ends_of(e);
       lattice.for_each_cell_of_segment(at(positions, in), at(positions, out), emit);
@@ -82,6 +88,18 @@ class CrossingQuery {
   }
 
  private:
+  /// The lattice itself, or with cells so much larger that an edge passes at most 64 of them on average:
+  /// memory follows the number of edges, not their length. `extent(e)` is |dx| + |dy| + |dz| of edge e.
+  template <class Extent>
+  Lattice bounded(const parallel::Threads& threads, const Lattice& cells, std::size_t edges,
+                  Extent&& extent) {
+    constexpr double most = 64.0;
+    const double mean =
+        parallel::sum(threads, edges, extent_scratch_, extent) / std::max(1.0, static_cast<double>(edges));
+    double cell_size = cells.cell_size();
+    while (mean > most * cell_size) cell_size *= 2.0;
+    return cell_size == cells.cell_size() ? cells : Lattice(cells.domain(), cell_size);
+  }
   void mark_penetrated(const Bodies& bodies, const Contacts& contacts,
                        std::span<const BorderEdge> border_edges) {
     penetrated_.assign(bodies.bodies().size(), 0);
@@ -93,6 +111,7 @@ class CrossingQuery {
   std::vector<Crossing> crossings_;
   std::vector<Index> begin_;
   std::vector<std::uint8_t> penetrated_;
+  std::vector<double> extent_scratch_;
   std::vector<std::size_t> candidates_;
 };
 

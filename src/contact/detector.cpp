@@ -14,17 +14,26 @@
 #include "contact/points_in_tets.hpp"
 #include "grid/brute.hpp"
 #include "grid/compact.hpp"
+#include "grid/cuckoo.hpp"
+#include "grid/hash.hpp"
+#include "grid/uniform.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate {
 namespace {
 
-using AnyStructure = std::variant<CompactGrid, BruteForce>;
+using AnyStructure = std::variant<UniformGrid, CompactGrid, HashGrid, CuckooGrid, BruteForce>;
 
-AnyStructure make_structure(Structure structure) {
+AnyStructure make_structure(Structure structure, Order order) {
   switch (structure) {
+    case Structure::uniform:
+      return UniformGrid{order};
     case Structure::compact:
-      return CompactGrid{};
+      return CompactGrid{order};
+    case Structure::hash:
+      return HashGrid{};
+    case Structure::cuckoo:
+      return CuckooGrid{order};
     case Structure::brute:
       return BruteForce{};
   }
@@ -75,8 +84,8 @@ struct Detector::State {
     for (std::size_t p = 0; p < in_a_tet.size(); ++p) {
       in_a_tet[p] = bodies.point_tets()[static_cast<Index>(p)].empty() ? 0 : 1;
     }
-    points = make_structure(settings.structure);
-    edges = make_structure(settings.structure);
+    points = make_structure(settings.structure, settings.order);
+    edges = make_structure(settings.structure, settings.order);
   }
 
   void update_domain(std::span<const Vec3> positions);
@@ -93,7 +102,7 @@ struct Detector::State {
   Lattice lattice;
   bool new_domain = true;
   std::vector<Box> box_scratch;
-  std::vector<std::uint32_t> cell_of_point;  ///< cell index of each point at the last detection
+  std::vector<std::uint64_t> cell_of_point;  ///< cell index of each point at the last detection
   std::vector<double> mover_scratch;
 
   AnyStructure points;
@@ -115,21 +124,14 @@ void Detector::State::update_domain(std::span<const Vec3> positions) {
   const Box& domain = lattice.domain();
   new_domain = lattice.cell_size() == 0.0 || !domain.contains(bounds.lower) ||
                !domain.contains(bounds.upper) || too_large(domain, needed);
-  // A bounded number of cells for each point keeps C in proportion to the primitives.
-  constexpr double fewest_cells = 65536.0;
-  constexpr double cells_a_point = 8.0;
-  if (new_domain) {
-    lattice = Lattice(needed, cell_size,
-                      std::max(fewest_cells, cells_a_point * static_cast<double>(positions.size())));
-  }
+  if (new_domain) lattice = Lattice(needed, cell_size);
 }
 
 void Detector::State::count_movers(std::span<const Vec3> positions) {
   cell_of_point.resize(positions.size());
   const double moved = parallel::sum(threads, positions.size(), mover_scratch, [&](std::size_t p) {
     if (in_a_tet[p] == 0) return 0.0;
-    const Cell cell = lattice.cell_of(positions[p]);
-    const std::uint32_t index = lattice.linear_index(cell[0], cell[1], cell[2]);
+    const std::uint64_t index = lattice.linear_index(lattice.cell_of(positions[p]));
     const bool same = index == std::exchange(cell_of_point[p], index);
     return same && !new_domain ? 0.0 : 1.0;
   });
@@ -196,6 +198,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.candidates = s.points_in_tets.candidates() + s.crossings.candidates();
   s.counts.cells = s.lattice.cell_count();
   s.counts.cell_size = s.lattice.cell_size();
+  s.counts.cell_doublings = s.lattice.doublings();
 }
 
 const Contacts& Detector::contacts() const {

@@ -1,36 +1,47 @@
 #include "grid/compact.hpp"
 
-#include <limits>
-#include <string>
-
-#include <palpate/error.hpp>
+#include <algorithm>
+#include <bit>
 
 namespace palpate {
 
-void CompactGrid::reserve_entries() {
-  for (std::size_t chunk = 1; chunk < chunk_begin_.size(); ++chunk)
-    chunk_begin_[chunk] += chunk_begin_[chunk - 1];
-  const std::size_t total = chunk_begin_.back();
-  if (total > std::numeric_limits<std::uint32_t>::max()) {
-    throw Error("compact grid", "", std::to_string(total) + " entries (cells covered by primitives)",
-                "at most 4294967295: a larger cell size");
+void CompactGrid::choose_shifts(std::size_t primitives) {
+  constexpr int key_bits = 64 - entry_key_bit;
+  const std::uint64_t last = index_.last();
+  key_shift_ = std::max(0, static_cast<int>(std::bit_width(last)) - key_bits);
+  const std::uint64_t most = most_cells_for(primitives);
+  start_shift_ = 0;
+  while ((last >> key_shift_ >> start_shift_) >= most) ++start_shift_;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    block_bits_[axis] = index_.order() == Order::z ? index_.z().low_bits(axis, key_shift_) : 0;
   }
-  entries_.resize(total);
 }
 
 void CompactGrid::index_entries(const parallel::Threads& threads) {
-  const std::uint32_t cells = lattice_.cell_count();
-  // Entries were written in order of their references, so a stable sort by cell index alone gives the order
-  // of words.
-  sort_(threads, entries_, entry_key_bit, make_entry(cells - 1, 0));
-  cell_begin_.resize(std::size_t{cells} + 1);
-  // Entry e starts every cell from that of its predecessor (exclusive) to its own: each cell is written once.
+  const std::uint32_t last_key = key_of(index_.last());
+  // Entries were written in order of their references, so a stable sort by key alone gives the order of
+  // words.
+  sort_(threads, entries_, entry_key_bit, make_entry(last_key, 0));
+  const std::size_t blocks = std::size_t{last_key >> start_shift_} + 1;
+  cell_begin_.resize(blocks + 1);
+  const auto block_of = [&](std::size_t e) { return std::size_t{cell_key_of(entries_[e]) >> start_shift_}; };
+  // Entry e starts every block from that of its predecessor (exclusive) to its own: each is written once.
   const std::size_t n = entries_.size();
   parallel::for_each(threads, n + 1, std::size_t{1} << 14, [&](std::size_t e) {
-    const std::size_t first = e == 0 ? 0 : std::size_t{cell_index_of(entries_[e - 1])} + 1;
-    const std::size_t last = e == n ? cells : std::size_t{cell_index_of(entries_[e])};
-    for (std::size_t cell = first; cell <= last; ++cell) cell_begin_[cell] = static_cast<std::uint32_t>(e);
+    const std::size_t first = e == 0 ? 0 : block_of(e - 1) + 1;
+    const std::size_t last = e == n ? blocks : block_of(e);
+    for (std::size_t block = first; block <= last; ++block)
+      cell_begin_[block] = static_cast<std::uint32_t>(e);
   });
+}
+
+CompactGrid::Interval CompactGrid::within(Interval block, std::uint32_t first, std::uint32_t last) const {
+  const auto before = [](Entry entry, std::uint32_t key) { return cell_key_of(entry) < key; };
+  const auto after = [](std::uint32_t key, Entry entry) { return key < cell_key_of(entry); };
+  const auto l = entries_.begin();
+  const auto begin = std::lower_bound(l + block.begin, l + block.end, first, before);
+  const auto end = std::upper_bound(begin, l + block.end, last, after);
+  return {static_cast<std::uint32_t>(begin - l), static_cast<std::uint32_t>(end - l)};
 }
 
 }  // namespace palpate

@@ -6,7 +6,9 @@
 
 #include <palpate/settings.hpp>
 
+#include "grid/cell_index.hpp"
 #include "grid/entry.hpp"
+#include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
 #include "sort/radix.hpp"
@@ -18,35 +20,74 @@ namespace palpate {
 /// construction of uniform grids", 2009): count the cells that each primitive covers, write an entry (cell,
 /// reference) for each, sort L by cell, and take the cell starts C from it.
 ///
+/// Deviation: C is bounded. In a domain of more than most_cells_for(primitives) cells, one start of C serves
+/// 2^start_shift() consecutive keys, and a query finds its keys among them by bisection in L, which stays
+/// sorted. A key is the cell index while that fits the 32 bits of an entry; in still larger domains
+/// 2^key_shift() cells share a key, and a query visits primitives of cells beside its own (candidates are
+/// tested anyway, so contacts stay exact).
+///
 /// A structure, as the queries use it, has build(), for_each() and bytes(); see also brute.hpp.
 class CompactGrid {
  public:
+  explicit CompactGrid(Order order = Order::linear) : index_(order) {}
+
   /// Rebuilds the grid over `count` primitives. `footprint(p, emit)` must call emit(i, j, k) for each cell
-  /// that primitive p covers, and do the same both times it is called. O(entries + cells).
+  /// that primitive p covers, and do the same both times it is called. O(entries + primitives).
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
 
   /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
-  /// often.
+  /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
+  /// O(entries).
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
-  /// L: entries sorted by cell index, then reference.
+  /// L: entries sorted by key, then reference.
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
-  /// C: cell c has the entries [cell_begin[c], cell_begin[c + 1]).
+  /// C: keys [b, b + 1) << start_shift() have the entries [cell_begin[b], cell_begin[b + 1]).
   [[nodiscard]] std::span<const std::uint32_t> cell_begin() const { return cell_begin_; }
+  [[nodiscard]] int key_shift() const { return key_shift_; }
+  [[nodiscard]] int start_shift() const { return start_shift_; }
   [[nodiscard]] std::size_t bytes() const {
     return entries_.capacity() * sizeof(Entry) + cell_begin_.capacity() * sizeof(std::uint32_t);
   }
 
  private:
-  static constexpr std::size_t grain_ = 2048;  ///< primitives of a chunk
+  /// Entries [begin, end) of L.
+  struct Interval {
+    std::uint32_t begin;
+    std::uint32_t end;
+  };
 
+  void choose_shifts(std::size_t primitives);
   void index_entries(const parallel::Threads& threads);  ///< sorts L and derives C
-  void reserve_entries();                                ///< chunk counts to chunk starts, and room for L
+  [[nodiscard]] std::uint32_t key_of(std::uint64_t index) const {
+    return static_cast<std::uint32_t>(index >> key_shift_);
+  }
+  [[nodiscard]] Interval within(Interval block, std::uint32_t first, std::uint32_t last) const;
+  /// The entries with first <= key <= last.
+  [[nodiscard]] Interval entries_of(std::uint32_t first, std::uint32_t last) const {
+    const Interval block{cell_begin_[first >> start_shift_],
+                         cell_begin_[std::size_t{last >> start_shift_} + 1]};
+    return start_shift_ == 0 ? block : within(block, first, last);
+  }
+  template <class Visit>
+  void visit_keys(std::uint32_t first, std::uint32_t last, Visit&& visit) const {
+    const Interval interval = entries_of(first, last);
+    for (std::uint32_t e = interval.begin; e < interval.end; ++e) visit(reference_of(entries_[e]));
+  }
+  template <class Visit>
+  void visit_linear(const CellRange& range, Visit&& visit) const;
+  template <class Visit>
+  void visit_z(const CellRange& blocks, Visit&& visit) const;
+  template <class Visit>
+  void visit_all(const CellRange& range, Visit&& visit) const;
 
-  Lattice lattice_;
+  CellIndex index_;
+  int key_shift_ = 0;
+  int start_shift_ = 0;
+  std::array<int, 3> block_bits_{};  ///< Z-order: log2 of the cells of one key along each axis
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
@@ -56,37 +97,84 @@ class CompactGrid {
 template <class Footprint>
 void CompactGrid::build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                         Footprint&& footprint) {
-  lattice_ = lattice;
-  chunk_begin_.assign(parallel::chunk_count(count, grain_) + 1, 0);
-  parallel::for_chunks(threads, count, grain_, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    std::size_t covered = 0;
-    for (std::size_t p = begin; p < end; ++p) {
-      footprint(static_cast<Index>(p), [&](std::int32_t, std::int32_t, std::int32_t) { ++covered; });
-    }
-    chunk_begin_[chunk + 1] = covered;
-  });
-  reserve_entries();
-  parallel::for_chunks(threads, count, grain_, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    std::size_t next = chunk_begin_[chunk];
-    for (std::size_t p = begin; p < end; ++p) {
-      footprint(static_cast<Index>(p), [&](std::int32_t i, std::int32_t j, std::int32_t k) {
-        entries_[next++] = make_entry(lattice_.linear_index(i, j, k), static_cast<Index>(p));
-      });
-    }
-  });
+  index_.resize(lattice.size());
+  choose_shifts(count);
+  write_footprints(
+      threads, count, chunk_begin_, footprint,
+      [&](std::size_t n) {
+        require_countable(n);
+        entries_.resize(n);
+      },
+      [&](std::size_t e, Index p, const Cell& cell) { entries_[e] = make_entry(key_of(index_(cell)), p); });
   index_entries(threads);
 }
 
 template <class Visit>
 void CompactGrid::for_each(const CellRange& range, Visit&& visit) const {
   if (entries_.empty()) return;
-  // A row of cells along x is one interval of L.
+  if (index_.order() == Order::linear) {
+    if (range.along(1) * range.along(2) > entries_.size()) return visit_all(range, visit);
+    return visit_linear(range, visit);
+  }
+  CellRange blocks = range;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    blocks.lower[axis] >>= block_bits_[axis];
+    blocks.upper[axis] >>= block_bits_[axis];
+  }
+  if (blocks.count() > entries_.size()) return visit_all(range, visit);
+  visit_z(blocks, visit);
+}
+
+/// A row of cells along x is one interval of L. Rows ascend, so a key that two of them share is left out of
+/// the second.
+template <class Visit>
+void CompactGrid::visit_linear(const CellRange& range, Visit&& visit) const {
+  std::uint64_t next = 0;
   for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k) {
     for (std::int32_t j = range.lower[1]; j <= range.upper[1]; ++j) {
-      const std::uint32_t first = cell_begin_[lattice_.linear_index(range.lower[0], j, k)];
-      const std::uint32_t last = cell_begin_[lattice_.linear_index(range.upper[0], j, k) + 1];
-      for (std::uint32_t e = first; e < last; ++e) visit(reference_of(entries_[e]));
+      const std::uint64_t row = index_.part(1, j) + index_.part(2, k);
+      const std::uint64_t first =
+          std::max<std::uint64_t>(next, key_of(row + static_cast<std::uint64_t>(range.lower[0])));
+      const std::uint64_t last = key_of(row + static_cast<std::uint64_t>(range.upper[0]));
+      if (first > last) continue;
+      visit_keys(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last), visit);
+      next = last + 1;
     }
+  }
+}
+
+/// The cells of a key are a box, here a block, so the keys of a range are those of a range of blocks.
+/// Neighbours along x that follow each other on the curve are one interval of L.
+template <class Visit>
+void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {
+  const auto part = [&](std::size_t axis, std::int32_t block) {
+    return index_.part(axis, block << block_bits_[axis]);
+  };
+  for (std::int32_t k = blocks.lower[2]; k <= blocks.upper[2]; ++k) {
+    for (std::int32_t j = blocks.lower[1]; j <= blocks.upper[1]; ++j) {
+      const std::uint64_t row = part(1, j) + part(2, k);
+      std::uint32_t first = key_of(row + part(0, blocks.lower[0]));
+      std::uint32_t last = first;
+      for (std::int32_t i = blocks.lower[0] + 1; i <= blocks.upper[0]; ++i) {
+        const std::uint32_t key = key_of(row + part(0, i));
+        if (key != last + 1) {
+          visit_keys(first, last, visit);
+          first = key;
+        }
+        last = key;
+      }
+      visit_keys(first, last, visit);
+    }
+  }
+}
+
+/// For ranges of more cells than there are entries: looks at the entries instead.
+template <class Visit>
+void CompactGrid::visit_all(const CellRange& range, Visit&& visit) const {
+  const Interval interval = entries_of(key_of(index_(range.lower)), key_of(index_(range.upper)));
+  for (std::uint32_t e = interval.begin; e < interval.end; ++e) {
+    if (key_shift_ == 0 && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
+    visit(reference_of(entries_[e]));
   }
 }
 

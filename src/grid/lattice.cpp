@@ -17,24 +17,16 @@ double cells_along(double extent, double cell_size) {
 
 }  // namespace
 
-Lattice::Lattice(const Box& bounds, double cell_size, double most_cells)
+Lattice::Lattice(const Box& bounds, double cell_size)
     : domain_(bounds), lower_(bounds.lower), cell_size_(cell_size) {
-  // 21 bits an axis keep coordinates exact in the footprints; 2^31 cells keep the index below the 32 bits of
-  // an entry.
+  // 21 bits an axis: an index fits 63 bits, and coordinates are exact in the footprints.
   constexpr double most_along = 2097152.0;
-  const double most = std::min(most_cells, 2147483648.0);
   const Vec3 extent = bounds.upper - bounds.lower;
-  double sx = 1.0;
-  double sy = 1.0;
-  double sz = 1.0;
-  const auto too_many = [&] {
-    sx = cells_along(extent.x, cell_size_);
-    sy = cells_along(extent.y, cell_size_);
-    sz = cells_along(extent.z, cell_size_);
-    return sx > most_along || sy > most_along || sz > most_along || sx * sy * sz > std::max(1.0, most);
-  };
-  while (too_many()) cell_size_ *= 2.0;
-  size_ = {static_cast<std::int32_t>(sx), static_cast<std::int32_t>(sy), static_cast<std::int32_t>(sz)};
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  for (; cells_along(longest, cell_size_) > most_along; ++doublings_) cell_size_ *= 2.0;
+  size_ = {static_cast<std::int32_t>(cells_along(extent.x, cell_size_)),
+           static_cast<std::int32_t>(cells_along(extent.y, cell_size_)),
+           static_cast<std::int32_t>(cells_along(extent.z, cell_size_))};
   inverse_cell_size_ = 1.0 / cell_size_;
 }
 

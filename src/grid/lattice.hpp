@@ -20,16 +20,32 @@ using Cell = std::array<std::int32_t, 3>;
 struct CellRange {
   Cell lower;
   Cell upper;
+  [[nodiscard]] bool contains(const Cell& c) const {
+    return lower[0] <= c[0] && c[0] <= upper[0] && lower[1] <= c[1] && c[1] <= upper[1] && lower[2] <= c[2] &&
+           c[2] <= upper[2];
+  }
+  /// Number of cells along an axis, and in all (at most 2^63).
+  [[nodiscard]] std::uint64_t along(std::size_t axis) const {
+    return static_cast<std::uint64_t>(upper[axis] - lower[axis] + 1);
+  }
+  [[nodiscard]] std::uint64_t count() const { return along(0) * along(1) * along(2); }
 };
+
+/// Memory that follows the number of cells is kept below this many cells for `primitives`: 8 for each, and
+/// 65536 in any case. Larger domains share cells in blocks (compact), have larger ones (uniform), or keep
+/// only those in use (hash, cuckoo).
+constexpr std::uint64_t most_cells_for(std::size_t primitives) {
+  return std::max<std::uint64_t>(65536, 8 * std::uint64_t{primitives});
+}
 
 /// The domain cut into cubic cells (paper 4.1): s = ceil((e_max - e_min) / d), (i, j, k) of eq. 2.
 class Lattice {
  public:
   Lattice() = default;
-  /// A domain that holds `bounds`, with cells of size d >= `cell_size`: d grows, by doubling, until there are
-  /// at most `most_cells` cells and the cell index fits 32 bits. Contacts do not depend on it, only the time
-  /// to find them.
-  Lattice(const Box& bounds, double cell_size, double most_cells);
+  /// A domain that holds `bounds`, with cells of size d = `cell_size` > 0. Where an axis would have more than
+  /// 2^21 cells, d grows by doubling until it has not; doublings() says how often. Contacts do not depend on
+  /// it, only the time to find them.
+  Lattice(const Box& bounds, double cell_size);
 
   /// The cell of a point; one outside the domain gets the nearest cell. Monotone in each coordinate even in
   /// rounding: a point in a box is in a cell of cells_of(box).
@@ -38,14 +54,16 @@ class Lattice {
             coordinate(p.z, lower_.z, size_[2])};
   }
   [[nodiscard]] CellRange cells_of(const Box& box) const { return {cell_of(box.lower), cell_of(box.upper)}; }
-  /// Cell index, eq. 1: c = i + j s_x + k s_x s_y.
-  [[nodiscard]] std::uint32_t linear_index(std::int32_t i, std::int32_t j, std::int32_t k) const {
-    return static_cast<std::uint32_t>(i) +
-           static_cast<std::uint32_t>(size_[0]) *
-               (static_cast<std::uint32_t>(j) +
-                static_cast<std::uint32_t>(size_[1]) * static_cast<std::uint32_t>(k));
+  /// Cell index, eq. 1: c = i + j s_x + k s_x s_y. At most 63 bits.
+  [[nodiscard]] std::uint64_t linear_index(const Cell& cell) const {
+    return static_cast<std::uint64_t>(cell[0]) +
+           static_cast<std::uint64_t>(size_[0]) *
+               (static_cast<std::uint64_t>(cell[1]) +
+                static_cast<std::uint64_t>(size_[1]) * static_cast<std::uint64_t>(cell[2]));
   }
-  [[nodiscard]] std::uint32_t cell_count() const { return linear_index(0, 0, size_[2]); }
+  [[nodiscard]] std::uint64_t cell_count() const { return linear_index({0, 0, size_[2]}); }
+  /// How often d had to be doubled for the coordinates to fit 21 bits.
+  [[nodiscard]] int doublings() const { return doublings_; }
   [[nodiscard]] const Cell& size() const { return size_; }
   [[nodiscard]] double cell_size() const { return cell_size_; }
   [[nodiscard]] const Box& domain() const { return domain_; }
@@ -70,6 +88,7 @@ class Lattice {
   Cell size_{0, 0, 0};
   double cell_size_ = 0.0;
   double inverse_cell_size_ = 0.0;
+  int doublings_ = 0;
 };
 
 /// Coordinates beyond this are refused: their differences and products would leave the range of doubles.

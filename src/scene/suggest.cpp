@@ -45,7 +45,9 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string_view name : known) {
     const std::size_t distance = edit_distance(word, name);
-    if (distance < best_distance) {
+    // Names with nothing in common are not mistyped: any one letter is "near" a name of one letter.
+    const bool related = distance < std::max(word.size(), name.size());
+    if (related && distance < best_distance) {
       best = name;
       best_distance = distance;
     }

@@ -137,6 +137,9 @@ TEST_F(Run, TheSameBitsForEveryThreadCountAndStructure) {
   EXPECT_EQ(hash({"--threads", "2"}), one);
   EXPECT_EQ(hash({"--threads", "3"}), one);
   EXPECT_EQ(hash({"--structure", "brute"}), one);
+  EXPECT_EQ(hash({"--structure", "cuckoo", "--order", "z"}), one);
+  EXPECT_EQ(hash({"--structure", "hash"}), one);
+  EXPECT_EQ(hash({"--structure", "uniform"}), one);
   EXPECT_EQ(hash({"--cell-size", "0.005", "--order", "linear", "--sort", "radix"}), one);
   EXPECT_NE(hash({"--steps", "29"}), one);
 }

@@ -1,9 +1,11 @@
 // Oracles: all pairs in rational arithmetic, written here anew; the brute structure, itself checked against
 // that; counts by hand for boxes.
+#include <array>
 #include <gtest/gtest.h>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <tuple>
 
 #include <palpate/detection.hpp>
@@ -87,10 +89,35 @@ std::set<std::tuple<Index, Index, Index, Index>> crossings_of(const Detector& de
   return set;
 }
 
+template <class Choice, std::size_t n>
+std::vector<Choice> choices(const std::array<std::string_view, n>& /*names*/) {
+  std::vector<Choice> all;
+  for (std::size_t i = 0; i < n; ++i) all.push_back(static_cast<Choice>(i));
+  return all;
+}
+std::vector<Structure> every_structure() {
+  return choices<Structure>(structure_names);
+}
+std::vector<Order> every_order() {
+  return choices<Order>(order_names);
+}
+
 Detector detector_for(const ContactScene& scene, Structure structure, int threads = 1) {
   DetectionSettings settings;
   settings.structure = structure;
   return Detector(scene.bodies, settings, scene.immovable, threads);
+}
+
+/// Everything that a detection finds, to the bit.
+void expect_same(const Detector& a, const Detector& b) {
+  ASSERT_EQ(a.contacts().point, b.contacts().point);
+  ASSERT_EQ(a.contacts().body, b.contacts().body);
+  ASSERT_EQ(a.contacts().tet, b.contacts().tet);
+  ASSERT_EQ(a.contacts().weights, b.contacts().weights);
+  ASSERT_EQ(a.contacts().depth, b.contacts().depth);
+  ASSERT_EQ(a.contacts().direction, b.contacts().direction);
+  ASSERT_EQ(crossings_of(a), crossings_of(b));
+  ASSERT_EQ(a.counts().depth_fallbacks, b.counts().depth_fallbacks);
 }
 
 class DetectorOn : public ::testing::TestWithParam<int> {};
@@ -103,7 +130,7 @@ TEST_P(DetectorOn, AgreesWithRationalArithmeticInTheSmall) {
     const ContactScene scene = test::make_contact_scene(GetParam(), seed);
     const ContactSet expected = rational_contacts(scene);
     const auto expected_crossings = rational_crossings(scene, expected);
-    for (const Structure structure : {Structure::brute, Structure::compact}) {
+    for (const Structure structure : every_structure()) {
       Detector detector = detector_for(scene, structure);
       detector.detect(scene.positions);
       ASSERT_EQ(set_of(detector.contacts()), expected);
@@ -116,29 +143,28 @@ TEST_P(DetectorOn, AgreesWithRationalArithmeticInTheSmall) {
   EXPECT_TRUE(crossings > 5U || GetParam() == 2) << "identical bodies have no free points";
 }
 
-TEST_P(DetectorOn, CompactEqualsBruteToTheBitForEveryThreadCountAndCellSize) {
-  for (std::uint64_t seed = 100; seed < 400; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
+TEST_P(DetectorOn, EveryStructureEqualsBruteToTheBitForEveryOrderThreadCountAndCellSize) {
+  constexpr std::array threads{1, 2, 3, 5};
+  for (std::uint64_t seed = 100; seed < 200; ++seed) {
     const ContactScene scene = test::make_contact_scene(GetParam(), seed);
     Detector brute = detector_for(scene, Structure::brute);
     brute.detect(scene.positions);
     test::Random random(seed);
-    for (const int threads : {1, 2, 3, 5}) {
-      DetectionSettings settings;
-      if (random.chance(0.5))
-        settings.cell_size = std::pow(10.0, random.uniform(-3, 1)) * (GetParam() == 6 ? 1e-9 : 1.0);
-      Detector compact(scene.bodies, settings, scene.immovable, threads);
-      compact.detect(scene.positions);
-      const Contacts& a = brute.contacts();
-      const Contacts& b = compact.contacts();
-      ASSERT_EQ(a.point, b.point);
-      ASSERT_EQ(a.body, b.body);
-      ASSERT_EQ(a.tet, b.tet);
-      ASSERT_EQ(a.weights, b.weights);
-      ASSERT_EQ(a.depth, b.depth);
-      ASSERT_EQ(a.direction, b.direction);
-      ASSERT_EQ(crossings_of(brute), crossings_of(compact));
-      ASSERT_EQ(brute.counts().depth_fallbacks, compact.counts().depth_fallbacks);
+    std::size_t run = seed;
+    for (const Structure structure : every_structure()) {
+      for (const Order order : every_order()) {
+        DetectionSettings settings;
+        settings.structure = structure;
+        settings.order = order;
+        if (random.chance(0.5))
+          settings.cell_size = std::pow(10.0, random.uniform(-3, 1)) * (GetParam() == 6 ? 1e-9 : 1.0);
+        const int team = threads[run++ % threads.size()];
+        SCOPED_TRACE("seed " + std::to_string(seed) + " " + std::string(at(structure_names, int(structure))) +
+                     " " + std::string(at(order_names, int(order))) + " threads " + std::to_string(team));
+        Detector detector(scene.bodies, settings, scene.immovable, team);
+        detector.detect(scene.positions);
+        ASSERT_NO_FATAL_FAILURE(expect_same(brute, detector));
+      }
     }
   }
 }
@@ -184,6 +210,33 @@ TEST(Detector, FollowsMovingPointsOverManyFrames) {
     quiet_frames += compact.counts().movers < scene.positions.size() / 10 ? 1 : 0;
   }
   EXPECT_GT(quiet_frames, 150U) << "movers are only those that changed cell";
+}
+
+TEST(Detector, TinyCellsInAHugeDomainCostNeitherMemoryNorTime) {
+  // Two pairs of boxes a kilometre apart, cells of a micrometre: each edge alone passes thousands of them.
+  Bodies bodies;
+  const Vec3 far{1000, 700, 300};
+  for (const Vec3& o : {Vec3{0, 0, 0}, Vec3{0.01, 0.015, 0.02}, far, far + Vec3{0.01, 0.015, 0.02}}) {
+    bodies.add("b" + std::to_string(bodies.body_count()),
+               test::box_mesh({2, 2, 2}, o, o + Vec3{0.03, 0.03, 0.03}));
+  }
+  DetectionSettings settings;
+  settings.structure = Structure::brute;
+  Detector brute(bodies, settings);
+  brute.detect(bodies.points_rest());
+  EXPECT_GT(brute.crossings().size(), 10U);
+  settings.cell_size = 1e-6;
+  for (const Structure structure : every_structure()) {
+    for (const Order order : every_order()) {
+      settings.structure = structure;
+      settings.order = order;
+      Detector detector(bodies, settings);
+      detector.detect(bodies.points_rest());
+      expect_same(brute, detector);
+      EXPECT_EQ(detector.counts().cell_doublings, 10) << "1.2 km of 1 um: 2^30 cells";
+      EXPECT_EQ(detector.counts().cell_size, std::ldexp(1e-6, 10));
+    }
+  }
 }
 
 TEST(Detector, CountsMoversByHand) {

@@ -20,10 +20,12 @@ TetMesh no_file(const std::filesystem::path& path) {
   throw Error(path.string(), "", "a mesh file", "none");
 }
 
-Simulation simulate(const Scene& scene, int threads, Structure structure = Structure::compact) {
+Simulation simulate(const Scene& scene, int threads, Structure structure = Structure::compact,
+                    Order order = Order::linear) {
   LoadedScene loaded = load_bodies(scene, no_file);
   SimulationSettings settings = scene.settings;
   settings.detection.structure = structure;
+  settings.detection.order = order;
   return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
                     {loaded.obstacle.begin(), loaded.obstacle.end()}, settings, threads);
 }
@@ -43,17 +45,23 @@ double weight(const Simulation& simulation) {
   return 9.81 * mass;
 }
 
-std::string hash_after(int steps, int threads, Structure structure = Structure::compact) {
-  Simulation simulation = simulate(small_stack(), threads, structure);
+std::string hash_after(int steps, int threads, Structure structure = Structure::compact,
+                       Order order = Order::linear) {
+  Simulation simulation = simulate(small_stack(), threads, structure, order);
   for (int i = 0; i < steps; ++i) simulation.step();
   EXPECT_GT(simulation.metrics().detection.contacts, 100U);
   return simulation.state_hash();
 }
 
-TEST(Simulation, HasTheSameBitsForEveryThreadCountAndStructure) {
+TEST(Simulation, HasTheSameBitsForEveryThreadCountStructureAndOrder) {
   const std::string one = hash_after(120, 1);
   for (const int threads : {2, 3, 7}) EXPECT_EQ(hash_after(120, threads), one) << threads << " threads";
-  EXPECT_EQ(hash_after(120, 2, Structure::brute), one);
+  for (std::size_t structure = 0; structure < structure_names.size(); ++structure) {
+    for (std::size_t order = 0; order < order_names.size(); ++order) {
+      EXPECT_EQ(hash_after(120, 2, static_cast<Structure>(structure), static_cast<Order>(order)), one)
+          << structure_names[structure] << ", " << order_names[order];
+    }
+  }
 }
 
 TEST(Simulation, ContactForcesAddUpToZeroAtEveryStep) {

@@ -1,0 +1,179 @@
+#include "grid/cuckoo.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = std::size_t{1} << 14;
+
+std::uint32_t hash_in(std::uint64_t word) {
+  return static_cast<std::uint32_t>(word >> 32);
+}
+std::uint32_t entry_in(std::uint64_t word) {
+  return static_cast<std::uint32_t>(word);
+}
+
+}  // namespace
+
+std::uint64_t CuckooGrid::seed_of(std::uint64_t user, int attempt) const {
+  // Odd multiples of the golden ratio keep different (user, attempt) apart before they are mixed.
+  return mixed(mixed(parameters_.seed + 0x9e3779b97f4a7c15U * (user + 1)) +
+               static_cast<std::uint64_t>(attempt));
+}
+
+void CuckooGrid::insert_entries(const parallel::Threads& threads) {
+  constexpr std::uint64_t distribution = std::numeric_limits<std::uint64_t>::max() - 1;
+  statistics_ = {};
+  std::size_t buckets = 1;
+  for (int growth = 0; growth <= parameters_.most_growths; ++growth) {
+    for (int attempt = 0; attempt < parameters_.most_distributions; ++attempt) {
+      seed_ = seed_of(distribution, attempt);
+      sort_by_hash(threads);
+      find_keys(threads);
+      if (growth == 0) {
+        const std::size_t target = parameters_.bucket_target;
+        buckets = std::max<std::size_t>(1, (statistics_.keys + target - 1) / target);
+      }
+      if (!find_buckets(buckets)) {
+        ++statistics_.redistributions;
+        continue;
+      }
+      if (fill_tables(threads)) return;
+      break;  // each bucket has tried all its functions
+    }
+    ++statistics_.growths;
+    buckets += (buckets + 3) / 4;
+  }
+  const std::size_t keys = std::exchange(statistics_.keys, 0);  // queries find nothing, rather than a part
+  throw Error("cuckoo grid", "", "no place for each of " + std::to_string(keys) + " cells",
+              "one within the limits for new functions and larger tables");
+}
+
+void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {
+  const std::size_t n = entries_.size();
+  words_.resize(n);
+  parallel::for_each(threads, n, grain,
+                     [&](std::size_t e) { words_[e] = std::uint64_t{hash_of(entries_[e].cell)} << 32 | e; });
+  sort_(threads, words_, 32, std::numeric_limits<std::uint64_t>::max());
+  split_clashes(threads);
+}
+
+/// Different cells with the same 32 bits may lie mixed in the run of this hash: sorts such runs by cell.
+void CuckooGrid::split_clashes(const parallel::Threads& threads) {
+  const auto cell = [&](std::uint64_t word) { return entries_[entry_in(word)].cell; };
+  clash_lists_.fill(threads, words_.size(), grain,
+                    [&](std::size_t begin, std::size_t end, std::vector<std::uint32_t>& list) {
+                      for (std::size_t w = std::max<std::size_t>(begin, 1); w < end; ++w) {
+                        const bool clash = hash_in(words_[w]) == hash_in(words_[w - 1]) &&
+                                           cell(words_[w]) != cell(words_[w - 1]);
+                        if (clash) list.push_back(static_cast<std::uint32_t>(w));
+                      }
+                    });
+  clash_lists_.join(clashes_);
+  const auto by_hash = [](std::uint64_t a, std::uint64_t b) { return hash_in(a) < hash_in(b); };
+  const auto by_cell = [&](std::uint64_t a, std::uint64_t b) {
+    return cell(a) != cell(b) ? cell(a) < cell(b) : a < b;
+  };
+  std::size_t done = 0;
+  for (const std::uint32_t w : clashes_) {
+    if (w < done) continue;
+    const auto [begin, end] = std::equal_range(words_.begin(), words_.end(), words_[w], by_hash);
+    std::sort(begin, end, by_cell);
+    done = static_cast<std::size_t>(end - words_.begin());
+  }
+}
+
+void CuckooGrid::find_keys(const parallel::Threads& threads) {
+  const std::size_t n = words_.size();
+  references_.resize(n);
+  key_lists_.fill(threads, n, grain, [&](std::size_t begin, std::size_t end, std::vector<Key>& list) {
+    std::uint64_t before = begin == 0 ? no_cell : entries_[entry_in(words_[begin - 1])].cell;
+    for (std::size_t w = begin; w < end; ++w) {
+      const Entry& entry = entries_[entry_in(words_[w])];
+      references_[w] = entry.reference;
+      if (entry.cell != before)
+        list.push_back({entry.cell, static_cast<std::uint32_t>(w), hash_in(words_[w])});
+      before = entry.cell;
+    }
+    if (end == n) list.push_back({no_cell, static_cast<std::uint32_t>(n), 0});
+  });
+  key_lists_.join(keys_);
+  if (n == 0) keys_.push_back({no_cell, 0, 0});
+  statistics_.keys = keys_.size() - 1;
+  homeless_.resize(statistics_.keys);
+}
+
+/// Cuts the keys into intervals, one for each bucket. Returns whether none overflows.
+bool CuckooGrid::find_buckets(std::size_t buckets) {
+  seeds_.resize(buckets);
+  bucket_begin_.assign(buckets + 1, 0);
+  for (std::size_t key = 0; key < statistics_.keys; ++key) ++bucket_begin_[bucket_of(keys_[key].hash) + 1];
+  const std::uint32_t largest = *std::max_element(bucket_begin_.begin(), bucket_begin_.end());
+  for (std::size_t b = 0; b < buckets; ++b) bucket_begin_[b + 1] += bucket_begin_[b];
+  return largest <= parameters_.bucket_capacity;
+}
+
+bool CuckooGrid::fill_tables(const parallel::Threads& threads) {
+  const std::size_t buckets = seeds_.size();
+  slots_.resize(buckets * 3 * parameters_.table_slots);
+  results_.resize(buckets);
+  parallel::for_each(threads, buckets, 1,
+                     [&](std::size_t bucket) { results_[bucket] = fill_bucket(bucket); });
+  bool filled = true;
+  for (const BucketResult& result : results_) {
+    statistics_.bucket_retries += static_cast<std::size_t>(result.functions - 1);
+    statistics_.rounds = std::max(statistics_.rounds, result.rounds);
+    filled = filled && result.filled;
+  }
+  statistics_.buckets = buckets;
+  statistics_.slots = slots_.size();
+  return filled;
+}
+
+/// All keys of a bucket are put into sub-table 0, those that were evicted there into sub-table 1, and so on:
+/// round i puts those evicted in round i - 1 into sub-table i mod 3.
+CuckooGrid::BucketResult CuckooGrid::fill_bucket(std::size_t bucket) {
+  const auto keys =
+      std::span(keys_).subspan(bucket_begin_[bucket], bucket_begin_[bucket + 1] - bucket_begin_[bucket] + 1);
+  const std::size_t size = 3 * parameters_.table_slots;
+  const auto slots = std::span(slots_).subspan(bucket * size, size);
+  // While keys move, a slot holds the number of its key in `begin`.
+  const auto homeless = std::span(homeless_).subspan(bucket_begin_[bucket], keys.size() - 1);
+  BucketResult result;
+  while (!result.filled && result.functions < parameters_.most_functions) {
+    const std::uint64_t seed = seed_of(bucket, result.functions++);
+    seeds_[bucket] = seed;
+    std::fill(slots.begin(), slots.end(), Slot{no_cell, 0, 0});
+    std::iota(homeless.begin(), homeless.end(), 0U);
+    std::size_t left = homeless.size();
+    int round = 0;
+    for (; left > 0 && round < parameters_.most_rounds; ++round) {
+      std::size_t evicted = 0;
+      for (const std::uint32_t key : homeless.first(left)) {
+        Slot& slot = slots[at(places_of(keys[key].cell, seed).place, round % 3)];
+        if (slot.cell != no_cell) homeless[evicted++] = slot.begin;
+        slot = {keys[key].cell, key, 0};
+      }
+      left = evicted;
+    }
+    result.filled = left == 0;
+    result.rounds = round;
+  }
+  for (Slot& slot : slots) {
+    if (slot.cell == no_cell) continue;
+    const std::uint32_t key = slot.begin;
+    slot.begin = keys[key].begin;
+    slot.count = keys[key + 1].begin - slot.begin;
+  }
+  return result;
+}
+
+}  // namespace palpate
