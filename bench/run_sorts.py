@@ -41,8 +41,9 @@ def main(arguments):
                     merged = report
                 else:
                     merged["benchmarks"] += report["benchmarks"]
+                # After each group, so that a run that is broken off leaves what it has.
+                pathlib.Path(result).write_text(json.dumps(merged, indent=1) + "\n")
                 print(f"{entries} entries, {motion}: done", file=sys.stderr)
-    pathlib.Path(result).write_text(json.dumps(merged, indent=1) + "\n")
 
 
 if __name__ == "__main__":
