@@ -11,12 +11,13 @@ constexpr std::size_t dense_keys_per_word = 4;
 
 }  // namespace
 
-Sort PointSort::choose(std::uint32_t key_count) {
+Sort PointSort::choose(std::uint32_t key_count, bool wants_cells) {
   const bool dense = key_count <= dense_keys_per_word * changes_.words_now();
-  const Sort full = dense ? Sort::counting : Sort::radix;
-  if (method_ == Sort::counting) return full;
+  if (method_ == Sort::counting) return dense ? Sort::counting : Sort::radix;
   if (method_ != Sort::adaptive) return method_;
-  return switch_.repairs(changes_.movers(), changes_.words_now()) ? Sort::repair : full;
+  if (switch_.repairs(changes_.movers(), changes_.words_now())) return Sort::repair;
+  // Counting pays through the cell starts that it gives; without them radix is as fast.
+  return dense && wants_cells ? Sort::counting : Sort::radix;
 }
 
 void PointSort::sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
@@ -39,7 +40,7 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
     words.clear();
   }
   changes_.find(threads, keys);
-  const Result result{choose(key_count), changes_.movers()};
+  const Result result{choose(key_count, cell_begin != nullptr), changes_.movers()};
   const bool knows_cells = cell_begin != nullptr && cells_of_last_frame_ == key_count &&
                            cell_begin->size() == std::size_t{key_count} + 1 &&
                            cell_begin->back() == changes_.words_before();

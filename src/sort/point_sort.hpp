@@ -23,7 +23,7 @@ class PointSort {
  public:
   struct Result {
     Sort used = Sort::radix;  ///< never adaptive
-    std::size_t movers = 0;   ///< references whose key changed since last frame; all of the first frame
+    std::size_t movers = 0;  ///< references whose key changed since last frame; all of the first frame
   };
 
   explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}
@@ -41,7 +41,7 @@ class PointSort {
                 std::vector<std::uint32_t>* cell_begin = nullptr);
 
  private:
-  [[nodiscard]] Sort choose(std::uint32_t key_count);
+  [[nodiscard]] Sort choose(std::uint32_t key_count, bool wants_cells);
   void sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                           std::vector<std::uint64_t>& words);
 

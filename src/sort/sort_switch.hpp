@@ -11,8 +11,8 @@ class SortSwitch {
  public:
   /// Shares of movers where repair costs as much as the full sort, and where it is clearly cheaper; measured
   /// (docs/benchmarks.md, "The switch").
-  static constexpr double upper_share = 0.30;
-  static constexpr double lower_share = 0.20;
+  static constexpr double upper_share = 0.14;
+  static constexpr double lower_share = 0.10;
 
   /// Whether to repair a frame with `movers` changes among `words`.
   bool repairs(std::size_t movers, std::size_t words);

@@ -115,24 +115,27 @@ std::string name_of(const ::testing::TestParamInfo<std::tuple<Sort, int>>& param
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
-                         ::testing::Combine(::testing::Values(Sort::radix, Sort::counting, Sort::comparison,
-                                                              Sort::repair, Sort::adaptive),
+                         ::testing::Combine(::testing::Values(Sort::radix, Sort::counting,
+                                                              Sort::comparison, Sort::repair,
+                                                              Sort::adaptive),
                                             ::testing::Values(1, 2, 3, 5)),
                          name_of);
 
 /// The methods used in a sequence of frames with these shares of movers.
-std::vector<Sort> methods_used(std::uint32_t key_count, const std::vector<double>& shares) {
+std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
+                                     const std::vector<double>& shares) {
   const parallel::Threads threads(1);
   test::Random random(13);
   PointSort sort(Sort::adaptive);
   Keys keys(1000, 0);
   std::vector<std::uint64_t> words;
+  std::vector<std::uint32_t> cell_begin;
   std::vector<Sort> used;
   for (const double share : shares) {
     // Exactly that share, each to another cell.
     for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * share); ++i)
       keys[i] = (keys[i] + 1) % key_count;
-    used.push_back(sort.update(threads, keys, key_count, words).used);
+    used.push_back(sort.update(threads, keys, key_count, words, wants_cells ? &cell_begin : nullptr).used);
   }
   return used;
 }
@@ -145,8 +148,9 @@ TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
     // The first frame is all movers; between the thresholds the method stays.
     return std::vector{full, repair, repair, full, full, repair, repair, repair};
   };
-  EXPECT_EQ(methods_used(1000, shares), expected(Sort::counting));
-  EXPECT_EQ(methods_used(1000000, shares), expected(Sort::radix));
+  EXPECT_EQ(methods_used(1000, true, shares), expected(Sort::counting));
+  EXPECT_EQ(methods_used(1000, false, shares), expected(Sort::radix));
+  EXPECT_EQ(methods_used(1000000, true, shares), expected(Sort::radix));
 }
 
 }  // namespace
