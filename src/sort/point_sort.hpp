@@ -23,7 +23,7 @@ class PointSort {
  public:
   struct Result {
     Sort used = Sort::radix;  ///< never adaptive
-    std::size_t movers = 0;  ///< references whose key changed since last frame; all of the first frame
+    std::size_t movers = 0;   ///< references whose key changed since last frame; all of the first frame
   };
 
   explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}

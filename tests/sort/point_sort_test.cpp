@@ -115,15 +115,13 @@ std::string name_of(const ::testing::TestParamInfo<std::tuple<Sort, int>>& param
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
-                         ::testing::Combine(::testing::Values(Sort::radix, Sort::counting,
-                                                              Sort::comparison, Sort::repair,
-                                                              Sort::adaptive),
+                         ::testing::Combine(::testing::Values(Sort::radix, Sort::counting, Sort::comparison,
+                                                              Sort::repair, Sort::adaptive),
                                             ::testing::Values(1, 2, 3, 5)),
                          name_of);
 
 /// The methods used in a sequence of frames with these shares of movers.
-std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
-                                     const std::vector<double>& shares) {
+std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells, const std::vector<double>& shares) {
   const parallel::Threads threads(1);
   test::Random random(13);
   PointSort sort(Sort::adaptive);
