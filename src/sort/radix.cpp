@@ -3,62 +3,68 @@
 #include <algorithm>
 #include <bit>
 #include <cstddef>
-#include <span>
 #include <utility>
+
+#include "sort/digit_pass.hpp"
+#include "sort/word.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int digit_bits = 8;
-constexpr std::size_t buckets = std::size_t{1} << digit_bits;
-/// Words of a chunk: its histogram (1 KiB) and the 256 open write positions stay in the first-level cache.
-constexpr std::size_t grain = std::size_t{1} << 14;
+constexpr int most_digit_bits = 11;
 
-std::size_t digit_of(std::uint64_t word, int bit) {
-  return (word >> bit) & (buckets - 1);
-}
-
-/// Turns counts into write positions: all of digit 0 in chunk order, then digit 1, and so on. Returns whether
-/// one digit holds everything, when there is nothing to move.
-bool scan(std::span<std::uint32_t> histograms, std::size_t chunks, std::size_t words) {
-  std::uint32_t position = 0;
-  for (std::size_t digit = 0; digit < buckets; ++digit) {
-    const std::uint32_t before = position;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      std::uint32_t& slot = histograms[chunk * buckets + digit];
-      const std::uint32_t count = slot;
-      slot = position;
-      position += count;
-    }
-    if (position - before == words) return true;
-  }
-  return false;
+/// Width of the digits when keys of `bits` bits take as few passes as they can.
+int digit_width(int bits) {
+  const int passes = std::max(1, (bits + most_digit_bits - 1) / most_digit_bits);
+  return std::max(1, (bits + passes - 1) / passes);
 }
 
 }  // namespace
 
+void RadixSort::pass(const parallel::Threads& threads, std::vector<std::uint64_t>& words, int bit,
+                     int digit_bits) {
+  const std::size_t digits = std::size_t{1} << digit_bits;
+  const auto digit_of = [=](std::uint64_t word) { return (word >> bit) & (digits - 1); };
+  const std::size_t grain = digit_grain_for(threads, words.size());
+  const std::size_t chunks = parallel::chunk_count(words.size(), grain);
+  histograms_.resize(chunks * digits);
+  parallel::for_chunks(threads, words.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         std::uint32_t* const histogram = histograms_.data() + chunk * digits;
+                         std::fill_n(histogram, digits, 0U);
+                         for (std::size_t i = begin; i < end; ++i) ++histogram[digit_of(words[i])];
+                       });
+  if (counts_to_positions(histograms_, chunks, digits) == words.size()) return;
+  parallel::for_chunks(threads, words.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         std::uint32_t* const position = histograms_.data() + chunk * digits;
+                         std::uint64_t* const out = scratch_.data();
+                         const std::uint64_t* const in = words.data();
+                         for (std::size_t i = begin; i < end; ++i) out[position[digit_of(in[i])]++] = in[i];
+                       });
+  std::swap(words, scratch_);
+}
+
 void RadixSort::operator()(const parallel::Threads& threads, std::vector<std::uint64_t>& words, int first_bit,
                            std::uint64_t largest) {
   const auto last_bit = static_cast<int>(std::bit_width(largest));
-  const std::size_t chunks = parallel::chunk_count(words.size(), grain);
+  const int width = digit_width(last_bit - first_bit);
   scratch_.resize(words.size());
-  histograms_.resize(chunks * buckets);
-  for (int bit = first_bit; bit < last_bit; bit += digit_bits) {
-    parallel::for_chunks(threads, words.size(), grain,
-                         [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                           const auto histogram = std::span(histograms_).subspan(chunk * buckets, buckets);
-                           std::fill(histogram.begin(), histogram.end(), 0U);
-                           for (std::size_t i = begin; i < end; ++i) ++histogram[digit_of(words[i], bit)];
-                         });
-    if (scan(histograms_, chunks, words.size())) continue;
-    parallel::for_chunks(threads, words.size(), grain,
-                         [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                           const auto position = std::span(histograms_).subspan(chunk * buckets, buckets);
-                           for (std::size_t i = begin; i < end; ++i)
-                             scratch_[position[digit_of(words[i], bit)]++] = words[i];
-                         });
-    std::swap(words, scratch_);
-  }
+  for (int bit = first_bit; bit < last_bit; bit += width)
+    pass(threads, words, bit, std::min(width, last_bit - bit));
+}
+
+void RadixSort::from_keys(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
+                          std::uint32_t key_count, std::vector<std::uint64_t>& words) {
+  const int bits = key_count == 0 ? 0 : static_cast<int>(std::bit_width(key_count - 1));
+  const int width = digit_width(bits);
+  words.resize(keys.size());
+  scratch_.reserve(keys.size());  // the two swap places: the next call must find room in either
+  scatter_keys(threads, keys, 0, std::size_t{1} << width, histograms_, digit_begin_, words);
+  words.resize(digit_begin_.back());
+  scratch_.resize(words.size());
+  for (int bit = width; bit < bits; bit += width)
+    pass(threads, words, word_key_bit + bit, std::min(width, bits - bit));
 }
 
 }  // namespace palpate

@@ -50,7 +50,7 @@ if(SANITIZE)
   string(APPEND flags " -fsanitize=${SANITIZE}")
 endif()
 set(without "")
-foreach(package IN ITEMS OpenMP Boost VTK embree fmt spdlog nlohmann_json CLI11 GTest Eigen3 HWY)
+foreach(package IN ITEMS OpenMP Boost VTK embree fmt spdlog nlohmann_json CLI11 GTest Eigen3 benchmark)
   list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
 run(${CMAKE_COMMAND} -S "${SOURCE_DIR}/examples/embed" -B "${WORK_DIR}/embed" -G "${GENERATOR}"

@@ -1,0 +1,71 @@
+#include <atomic>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <new>
+
+#include "sort/point_sort.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+void* counted(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return counted(size);
+}
+void* operator new[](std::size_t size) {
+  return counted(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace palpate {
+namespace {
+
+// Some references have no key, others move; calm and burst alternate, so that adaptive uses all its parts.
+TEST(PointSortAllocations, ASteadyFrameMakesNone) {
+  for (const Sort method : {Sort::radix, Sort::counting, Sort::comparison, Sort::repair, Sort::adaptive}) {
+    for (const int thread_count : {1, 2}) {
+      const parallel::Threads threads(thread_count);
+      test::Random random(9);
+      constexpr std::uint32_t key_count = 40000;
+      std::vector<std::uint32_t> keys(100000, 5);
+      std::vector<std::uint64_t> words;
+      std::vector<std::uint32_t> cell_begin;
+      PointSort sort(method);
+      long before = 0;
+      for (int frame = 0; frame < 30; ++frame) {
+        for (auto& key : keys) {
+          if (!random.chance(frame % 4 == 0 ? 0.8 : 0.02)) continue;
+          key = random.chance(0.1) ? 0xFFFFFFFFU : static_cast<std::uint32_t>(random.word() % key_count);
+        }
+        if (frame == 10) before = allocations;
+        sort.update(threads, keys, key_count, words, &cell_begin);
+      }
+      ASSERT_GT(before, 0) << "allocations are not counted";
+      EXPECT_EQ(allocations - before, 0)
+          << "method " << static_cast<int>(method) << ", " << thread_count << " threads";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
