@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -65,9 +66,58 @@ double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> p
   return side.distance / width;
 }
 
+/// Contacts are sorted by (point, body), so those that were there before are found in one pass.
+void ContactResponse::carry_slips(const Contacts& contacts) {
+  std::swap(slips_, last_slips_);
+  slips_.resize(contacts.size());
+  std::size_t last = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const auto key = std::pair(contacts.point[c], contacts.body[c]);
+    const auto key_of = [&](std::size_t i) { return std::pair(last_slips_[i].point, last_slips_[i].body); };
+    while (last < last_slips_.size() && key_of(last) < key) ++last;
+    const bool known = last < last_slips_.size() && key_of(last) == key;
+    slips_[c] = {key.first, key.second, known, known ? last_slips_[last].slip : Vec3{}};
+  }
+}
+
+void ContactResponse::add_friction(double k, double depth, double damping, const Vec3& r,
+                                   const Vec3& velocity, double time_step, Vec3& slip,
+                                   fem::Coupling& coupling) const {
+  const double most = settings_.friction * depth;  // slip at which the spring pulls mu k d
+  if (most <= 0.0) {
+    slip = {};
+    return;
+  }
+  const auto across = [&](const Vec3& a) { return a - dot(a, r) * r; };
+  const auto bounded = [&](const Vec3& a) { return length(a) > most ? (most / length(a)) * a : a; };
+  const Vec3 sliding = across(velocity);
+  slip = bounded(across(slip));
+  const Vec3 ahead = slip + time_step * sliding;
+  const auto add_across = [&](double s, fem::SymmetricMatrix3& m) {
+    m.xx += s * (1.0 - r.x * r.x);
+    m.yy += s * (1.0 - r.y * r.y);
+    m.zz += s * (1.0 - r.z * r.z);
+    m.xy -= s * r.x * r.y;
+    m.xz -= s * r.x * r.z;
+    m.yz -= s * r.y * r.z;
+  };
+  const double viscosity = most * k / std::max(length(sliding), settings_.friction_speed);
+  if (length(ahead) > most) {
+    add_across(viscosity, coupling.damping);
+    return;
+  }
+  // The spring carries the load; the viscosity calms contacts that tremble on a rim.
+  constexpr double share_while_sticking = 0.5;
+  add_across(damping + share_while_sticking * viscosity, coupling.damping);
+  add_across(k, coupling.stiffness);
+  coupling.force -= k * slip;
+}
+
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions,
-                              std::span<const Vec3> velocities, std::vector<fem::Coupling>& couplings) const {
+                              std::span<const Vec3> velocities, double time_step,
+                              std::vector<fem::Coupling>& couplings) {
+  carry_slips(contacts);
   couplings.resize(contacts.size());
   parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
     const Index point = contacts.point[c];
@@ -76,22 +126,19 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
     const Vec3& r = contacts.direction[c];
     const double share = side_share(bodies, positions, contacts, c);
     const double k = share * stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-    const double normal_force = k * contacts.depth[c];
+    const double damping = 2.0 * settings_.damping * std::sqrt(k * reduced_mass(point, tet, w));
 
     fem::Coupling coupling;
     coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
     coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
-    const Vec3 velocity = fem::relative(coupling, velocities);
-    const double sliding_speed = length(velocity - dot(velocity, r) * r);
-    const double along = 2.0 * settings_.damping * std::sqrt(k * reduced_mass(point, tet, w));
-    const double across =
-        settings_.friction * normal_force / std::max(sliding_speed, settings_.friction_speed);
-    coupling.force = normal_force * r;
+    coupling.force = k * contacts.depth[c] * r;
     coupling.stiffness = outer_product(k, r);
-    coupling.damping = outer_product(along - across, r);
-    coupling.damping.xx += across;
-    coupling.damping.yy += across;
-    coupling.damping.zz += across;
+    coupling.damping = outer_product(damping, r);
+    const Vec3 velocity = fem::relative(coupling, velocities);
+    Vec3& slip = slips_[c].slip;
+    if (slips_[c].known)
+      slip += time_step * velocity;  // by the last step; add_friction() keeps what is across r
+    add_friction(k, contacts.depth[c], damping, r, velocity, time_step, slip, coupling);
     couplings[c] = coupling;
   });
 }

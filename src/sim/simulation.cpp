@@ -131,7 +131,7 @@ const StepMetrics& Simulation::step() {
   State& s = *state_;
   Stopwatch watch;
   s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.positions(),
-                     s.dynamics.velocities(), s.couplings);
+                     s.dynamics.velocities(), s.settings.time_step, s.couplings);
   s.metrics.forces_seconds = watch.lap();
 
   const auto report = s.dynamics.step(s.settings.time_step, s.settings.gravity, {}, s.couplings,

@@ -138,6 +138,48 @@ TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
   EXPECT_NEAR(500.0 * depth, 9.81, 0.001 * 9.81) << "1 kg";
 }
 
+/// A block on a plate with gravity tilted by `angle`: how far it slides, and its speed, after so many steps
+/// of 5 ms.
+struct Slid {
+  double distance;
+  double speed;
+};
+Slid slide(double angle, double friction, int steps) {
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({9, 3, 1}, {-1, -0.5, -0.1}, {3, 0.5, 0}));
+  bodies.add("block", test::box_mesh({4, 4, 2}, {-0.05, -0.05, 1e-5}, {0.05, 0.05, 0.05001}));
+  SimulationSettings settings;
+  settings.time_step = 0.005;
+  settings.gravity = {9.81 * std::sin(angle), 0.0, -9.81 * std::cos(angle)};
+  settings.response.friction = friction;
+  Simulation simulation(std::move(bodies),
+                        {Material{}, Material{.young_modulus = 1e6, .stiffness_damping = 1e-3}}, {}, {1, 0},
+                        settings, 1);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  const Range block = simulation.bodies().bodies()[1].points;
+  Slid slid{0.0, 0.0};
+  for (Index p = block.begin; p < block.end; ++p) {
+    slid.distance +=
+        (at(simulation.positions(), p).x - at(simulation.bodies().points_rest(), p).x) / block.size();
+    slid.speed += at(simulation.velocities(), p).x / block.size();
+  }
+  return slid;
+}
+
+TEST(Simulation, ABlockSticksBelowTheFrictionAngleButForCreep) {
+  const double angle = 20.0 * 3.14159265358979 / 180.0;  // tangent 0.364
+  const Slid stuck = slide(angle, 0.5, 1000);
+  EXPECT_LT(stuck.distance, 5e-3) << "in 5 s: less than friction_speed; free it would be 42 m";
+}
+
+TEST(Simulation, ABlockSlidesAboveTheFrictionAngleWithTheAccelerationOfCoulomb) {
+  const double angle = 20.0 * 3.14159265358979 / 180.0;
+  const double acceleration = 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
+  const Slid first = slide(angle, 0.2, 100);
+  const Slid second = slide(angle, 0.2, 200);
+  EXPECT_NEAR((second.speed - first.speed) / 0.5, acceleration, 0.05 * acceleration);
+}
+
 TEST(Simulation, RefusesBadSettings) {
   const auto make = [](const SimulationSettings& settings, std::vector<std::uint8_t> fixed = {}) {
     Bodies bodies;

@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "geometry/vector.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 
@@ -91,6 +92,22 @@ TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {
   for (std::size_t b = 1; b < 20; ++b) weight += 9.81 * simulation.masses()[b];
   EXPECT_NEAR(weight, 9.81 * 19 * 0.4, 1e-9);
   EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 0.01 * weight);
+
+  // And it stays: over the next two seconds nothing drifts, and the energy does not grow.
+  const auto top_centre = [&] {
+    const Range top = simulation.bodies().bodies()[19].points;
+    Vec3 centre;
+    for (Index p = top.begin; p < top.end; ++p) centre += (1.0 / top.size()) * at(simulation.positions(), p);
+    return centre;
+  };
+  const Vec3 before = top_centre();
+  double kinetic = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    simulation.step();
+    kinetic += simulation.metrics().kinetic_energy / 400;
+  }
+  EXPECT_LT(length(top_centre() - before), 5e-4);
+  EXPECT_LT(std::sqrt(2.0 * kinetic / (19 * 0.4)), 1e-3) << "root mean square speed of the stack";
 }
 
 }  // namespace
