@@ -31,7 +31,7 @@ struct Competitor {
   std::function<Sorter()> make;
 };
 
-Sorter point_sort(SortMethod method, bool with_cells) {
+Sorter point_sort(Sort method, bool with_cells) {
   struct State {
     PointSort sort;
     parallel::Threads threads{1};
@@ -83,14 +83,14 @@ std::vector<Competitor> competitors() {
       {"memcpy", copy},
       {"std_sort_last_order", [] { return std_sort(true); }},
       {"std_sort_reference_order", [] { return std_sort(false); }},
-      {"comparison", [] { return point_sort(SortMethod::comparison, false); }},
-      {"radix", [] { return point_sort(SortMethod::radix, false); }},
-      {"counting", [] { return point_sort(SortMethod::counting, false); }},
-      {"repair", [] { return point_sort(SortMethod::repair, false); }},
-      {"adaptive", [] { return point_sort(SortMethod::adaptive, false); }},
-      {"radix_with_C", [] { return point_sort(SortMethod::radix, true); }},
-      {"counting_with_C", [] { return point_sort(SortMethod::counting, true); }},
-      {"repair_with_C", [] { return point_sort(SortMethod::repair, true); }},
+      {"comparison", [] { return point_sort(Sort::comparison, false); }},
+      {"radix", [] { return point_sort(Sort::radix, false); }},
+      {"counting", [] { return point_sort(Sort::counting, false); }},
+      {"repair", [] { return point_sort(Sort::repair, false); }},
+      {"adaptive", [] { return point_sort(Sort::adaptive, false); }},
+      {"radix_with_C", [] { return point_sort(Sort::radix, true); }},
+      {"counting_with_C", [] { return point_sort(Sort::counting, true); }},
+      {"repair_with_C", [] { return point_sort(Sort::repair, true); }},
   };
 }
 

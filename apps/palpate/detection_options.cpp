@@ -1,5 +1,6 @@
 #include "detection_options.hpp"
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,6 +33,7 @@ void DetectionOptions::apply(DetectionSettings& settings) const {
   settings.order = order.value_or(settings.order);
   settings.sort = sort.value_or(settings.sort);
   settings.cell_size = cell_size.value_or(settings.cell_size);
+  settings.cells_per_primitive = cells_per_primitive.value_or(settings.cells_per_primitive);
 }
 
 void add_detection_options(CLI::App& app, DetectionOptions& options) {
@@ -39,16 +41,31 @@ void add_detection_options(CLI::App& app, DetectionOptions& options) {
              options.structure);
   add_choice(app, "--order", "order of cells, in place of the scene's", order_names, options.order);
   add_choice(app, "--sort", "how cells are sorted, in place of the scene's", sort_names, options.sort);
-  add_value(app, "--cell-size", "mean-edge|NUMBER", "edge length of a cell, in place of the scene's",
+  add_value(app, "--cell-size", joined(cell_size_rule_names) + "|NUMBER",
+            "edge length of a cell, in place of the scene's",
             [&options](const std::string& flag, const std::string& text) {
-              if (text == "mean-edge") {
-                options.cell_size.emplace(std::nullopt);
+              const auto name = std::find(cell_size_rule_names.begin(), cell_size_rule_names.end(), text);
+              if (name != cell_size_rule_names.end()) {
+                options.cell_size = static_cast<CellSizeRule>(name - cell_size_rule_names.begin());
                 return;
               }
               try {
-                options.cell_size.emplace(parse_number(flag, text, scene_format::above(0.0)));
+                options.cell_size = parse_number(flag, text, scene_format::above(0.0));
               } catch (const BadInput&) {
-                throw BadInput(flag, "", "'" + text + "'", "'mean-edge' or a number > 0");
+                throw BadInput(flag, "", "'" + text + "'", "'auto', 'mean-edge', 'max-edge' or a number > 0");
+              }
+            });
+  add_value(app, "--cells-per-primitive", "exact|1..27",
+            "slots of a primitive for the cells it covers: fewer are faster and may miss contacts",
+            [&options](const std::string& flag, const std::string& text) {
+              if (text == "exact") {
+                options.cells_per_primitive.emplace(std::nullopt);
+                return;
+              }
+              try {
+                options.cells_per_primitive.emplace(static_cast<int>(parse_integer(flag, text, 1, 27)));
+              } catch (const BadInput&) {
+                throw BadInput(flag, "", "'" + text + "'", "'exact' or an integer from 1 to 27");
               }
             });
 }

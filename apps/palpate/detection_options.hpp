@@ -12,13 +12,14 @@ struct DetectionOptions {
   std::optional<Structure> structure;
   std::optional<Order> order;
   std::optional<Sort> sort;
-  /// Outer: given at all; inner: none for mean-edge.
-  std::optional<std::optional<double>> cell_size;
+  std::optional<CellSize> cell_size;
+  /// Outer: given at all; inner: none for exact.
+  std::optional<std::optional<int>> cells_per_primitive;
 
   void apply(DetectionSettings& settings) const;
 };
 
-/// Adds `--structure`, `--order`, `--sort` and `--cell-size`.
+/// Adds `--structure`, `--order`, `--sort`, `--cell-size` and `--cells-per-primitive`.
 void add_detection_options(CLI::App& app, DetectionOptions& options);
 
 }  // namespace palpate::app

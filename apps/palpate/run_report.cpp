@@ -113,6 +113,22 @@ void add_outcome(Json& json, const RunReport& report) {
   json["deepest"] = metrics.deepest;
 }
 
+/// Why the cells are of that size: the rule, and for auto the work of each size tried.
+Json cell_size_json(const CellSizeChoice& choice) {
+  Json json;
+  const bool given = std::holds_alternative<double>(choice.wanted);
+  json["rule"] =
+      given ? std::string("number")
+            : std::string(
+                  cell_size_rule_names[static_cast<std::size_t>(std::get<CellSizeRule>(choice.wanted))]);
+  json["trials"] = Json::array();
+  for (const CellSizeTrial& t : choice.trials) {
+    json["trials"].push_back(
+        {{"cell_size", t.cell_size}, {"lookups", t.lookups}, {"visits", t.visits}, {"work", t.work}});
+  }
+  return json;
+}
+
 }  // namespace
 
 Json report_json(const RunReport& report) {
@@ -121,6 +137,8 @@ Json report_json(const RunReport& report) {
   json["scene_file"] = utf8_text(report.scene_file.string());
   add_outcome(json, report);
   json["resolved"] = {{"cell_size", report.simulation.metrics().detection.cell_size},
+                      {"cell_size_choice", cell_size_json(report.simulation.detector().cell_size_choice())},
+                      {"structure_bytes", report.simulation.detector().structure_bytes()},
                       {"stiffness", stiffness_json(report)}};
   json["results"] = results_json(report);
   json["bodies"] = bodies_json(report);

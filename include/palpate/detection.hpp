@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,21 @@ struct Crossing {
   double parameter;  ///< 0 at the point in contact, 1 at the free end
 };
 
+/// One edge length of cells that the automatic choice tried, and what a query of all tets would do with it.
+struct CellSizeTrial {
+  double cell_size = 0.0;
+  double lookups = 0.0;  ///< rows of cells looked up
+  double visits = 0.0;   ///< points met in them
+  double work = 0.0;     ///< weighted sum, that of the grid update included: the least wins
+};
+
+/// Which edge length cells have, and why.
+struct CellSizeChoice {
+  CellSize wanted;
+  double cell_size = 0.0;
+  std::vector<CellSizeTrial> trials;  ///< empty unless the choice was automatic
+};
+
 /// What one detection did; counts, not times, are the same on every machine.
 struct DetectionCounts {
   std::size_t contacts = 0;
@@ -47,9 +63,15 @@ struct DetectionCounts {
   std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   std::size_t depth_fallbacks = 0;  ///< contacts whose depth is the distance to the nearest surface point
-  std::size_t cells = 0;            ///< cells of the domain
-  double cell_size = 0.0;           ///< as used: the wanted one times 2^cell_doublings
-  int cell_doublings = 0;           ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
+  /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
+  /// the cells that were left out.
+  std::size_t approximated_primitives = 0;
+  std::size_t dropped_cells = 0;
+  std::optional<Sort>
+      sort;               ///< that put the points in order, never adaptive; none: the structure does not sort
+  std::size_t cells = 0;  ///< cells of the domain
+  double cell_size = 0.0;  ///< as used: the wanted one times 2^cell_doublings
+  int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
 };
 
 /// Seconds of the phases of one detection.
@@ -87,6 +109,10 @@ class Detector {
   [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;
   [[nodiscard]] const DetectionTimes& times() const;
+  /// How the cell size was chosen, at the first detect().
+  [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
+  /// Memory of the two structures (points, and border edges), bytes.
+  [[nodiscard]] std::size_t structure_bytes() const;
 
  private:
   struct State;

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string_view>
+#include <variant>
 
 #include <palpate/types.hpp>
 
@@ -21,23 +22,39 @@ enum class Order {
   linear,  ///< i + j s_x + k s_x s_y (paper eq. 1)
   z,       ///< bits of i, j and k in turn: the Z-order curve (paper 5)
 };
-/// How entries are sorted by cell index.
+/// How the entries of the compact grid are sorted by cell index. The result does not depend on it.
 enum class Sort {
-  radix,  ///< least significant digit first, only the digits that the keys need
+  radix,       ///< least significant digit first, only the digits that the keys need
+  counting,    ///< by counting over the domain, which gives C as well; where the domain is sparse, radix
+  comparison,  ///< parallel sort by comparisons, which gains from sorted input (the paper's STL sort)
+  repair,      ///< last frame's order with the movers put right
+  adaptive,    ///< repair while few points move, else counting or radix (the paper's switch, 5)
 };
+/// How the edge length of a cell is chosen (paper 5, "Cell size").
+enum class CellSizeRule {
+  automatic,  ///< the length with the least work for one query of the start configuration
+  mean_edge,  ///< mean edge length at rest of all bodies
+  max_edge,   ///< maximal edge length at rest of all bodies
+};
+/// A rule, or the length itself (> 0).
+using CellSize = std::variant<CellSizeRule, double>;
 
 /// The names that scenes and command lines use; index = enum value.
 inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
                                                                  "brute"};
 inline constexpr std::array<std::string_view, 2> order_names{"linear", "z"};
-inline constexpr std::array<std::string_view, 1> sort_names{"radix"};
+inline constexpr std::array<std::string_view, 5> sort_names{"radix", "counting", "comparison", "repair",
+                                                            "adaptive"};
+inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "mean-edge", "max-edge"};
 
 /// How contacts are found.
 struct DetectionSettings {
   Structure structure = Structure::compact;
   Order order = Order::linear;
-  Sort sort = Sort::radix;
-  std::optional<double> cell_size;  ///< > 0; none: the mean edge length at rest of all bodies (paper 5)
+  Sort sort = Sort::adaptive;
+  CellSize cell_size = CellSizeRule::automatic;
+  /// Slots of a primitive for the cells that it covers, 1 to 27 (approximate mode, paper 5); none: exact.
+  std::optional<int> cells_per_primitive;
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

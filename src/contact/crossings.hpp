@@ -8,8 +8,10 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
+#include "grid/cell_slots.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
 #include "sort/rows.hpp"
@@ -23,7 +25,7 @@ class CrossingQuery {
   template <class Structure>
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
-            Structure& edges) {
+            Structure& edges, const CellSlots& slots) {
     const auto ends_of = [&](Index e) {
       const BorderEdge& edge = at(border_edges, e);
       return std::array{at(contacts.point, edge.contact), edge.free_point};
@@ -35,17 +37,31 @@ class CrossingQuery {
     });
     edges.build(threads, lattice, border_edges.size(), [&](Index e, auto&& emit) {
       const auto [in, out] = ends_of(e);
-      lattice.for_each_cell_of_segment(at(positions, in), at(positions, out), emit);
+      const Vec3& a = at(positions, in);
+      const Vec3& b = at(positions, out);
+      if (slots.exact()) return lattice.for_each_cell_of_segment(a, b, emit);
+      std::array<std::uint64_t, CellSlots::most> storage{};
+      std::span<const std::uint64_t> chosen;
+      const std::uint64_t passed = cells_passed(lattice, a, b);
+      // The name of an edge is its ends, so that the choice does not depend on which other edges there are.
+      if (slots.shares(passed)) chosen = slots.choose(edge_name(in, out), passed, storage);
+      std::uint64_t number = 0;
+      lattice.for_each_cell_of_segment(a, b, [&](std::int32_t i, std::int32_t j, std::int32_t k) {
+        if (chosen.empty() || std::binary_search(chosen.begin(), chosen.end(), number)) emit(i, j, k);
+        ++number;
+      });
     });
+    count_left_out(threads, positions, border_edges.size(), lattice, slots, ends_of);
     mark_penetrated(bodies, contacts, border_edges);
 
     constexpr std::size_t grain = 256;
     const std::span<const Triangle> triangles = bodies.triangles();
-    candidates_.assign(parallel::chunk_count(triangles.size(), grain), 0);
+    tallies_.assign(parallel::chunk_count(triangles.size(), grain), {});
+    near_.resize(std::max(near_.size(), tallies_.size()));
     lists_.fill(
         threads, triangles.size(), grain,
         [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
-          std::vector<Index> near;
+          std::vector<Index>& near = near_[begin / grain];
           for (std::size_t t = begin; t < end; ++t) {
             const Triangle& triangle = triangles[t];
             const Index body = bodies.body_of(triangle);
@@ -58,7 +74,7 @@ class CrossingQuery {
             // An edge that passes several cells of the triangle is one candidate.
             std::sort(near.begin(), near.end());
             near.erase(std::unique(near.begin(), near.end()), near.end());
-            candidates_[begin / grain] += near.size();
+            tallies_[begin / grain].candidates += near.size();
             const Vec3& t0 = at(positions, triangle[0]);
             const Vec3& t1 = at(positions, triangle[1]);
             const Vec3& t2 = at(positions, triangle[2]);
@@ -81,13 +97,37 @@ class CrossingQuery {
   [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
   /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
   [[nodiscard]] std::span<const Index> begin() const { return begin_; }
-  [[nodiscard]] std::size_t candidates() const {
-    std::size_t total = 0;
-    for (const std::size_t c : candidates_) total += c;
-    return total;
+  [[nodiscard]] QueryTally tally() const {
+    QueryTally sum = total(tallies_);
+    sum += total(footprint_tallies_);
+    return sum;
   }
 
  private:
+  static std::uint64_t edge_name(Index in, Index out) {
+    return (std::uint64_t{1} << 63) | (static_cast<std::uint64_t>(in) << 31) |
+           static_cast<std::uint64_t>(out);
+  }
+  static std::uint64_t cells_passed(const Lattice& lattice, const Vec3& a, const Vec3& b) {
+    std::uint64_t cells = 0;
+    lattice.for_each_cell_of_segment(a, b, [&](std::int32_t, std::int32_t, std::int32_t) { ++cells; });
+    return cells;
+  }
+  /// Approximate mode: counts the cells of border edges that got no slot.
+  template <class EndsOf>
+  void count_left_out(const parallel::Threads& threads, std::span<const Vec3> positions, std::size_t edges,
+                      const Lattice& lattice, const CellSlots& slots, EndsOf&& ends_of) {
+    constexpr std::size_t grain = 1024;
+    footprint_tallies_.assign(slots.exact() ? 0 : parallel::chunk_count(edges, grain), {});
+    if (slots.exact()) return;
+    parallel::for_chunks(threads, edges, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      for (std::size_t e = begin; e < end; ++e) {
+        const auto [in, out] = ends_of(static_cast<Index>(e));
+        footprint_tallies_[chunk].add_footprint(
+            slots.left_out(cells_passed(lattice, at(positions, in), at(positions, out))));
+      }
+    });
+  }
   /// The lattice itself, or with cells so much larger that an edge passes at most 64 of them on average:
   /// memory follows the number of edges, not their length. `extent(e)` is |dx| + |dy| + |dz| of edge e.
   template <class Extent>
@@ -112,7 +152,9 @@ class CrossingQuery {
   std::vector<Index> begin_;
   std::vector<std::uint8_t> penetrated_;
   std::vector<double> extent_scratch_;
-  std::vector<std::size_t> candidates_;
+  std::vector<std::vector<Index>> near_;  ///< scratch of each chunk of triangles
+  std::vector<QueryTally> tallies_;
+  std::vector<QueryTally> footprint_tallies_;
 };
 
 }  // namespace palpate

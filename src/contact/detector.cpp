@@ -13,6 +13,8 @@
 #include "contact/depth.hpp"
 #include "contact/points_in_tets.hpp"
 #include "grid/brute.hpp"
+#include "grid/cell_size.hpp"
+#include "grid/cell_slots.hpp"
 #include "grid/compact.hpp"
 #include "grid/cuckoo.hpp"
 #include "grid/hash.hpp"
@@ -24,12 +26,12 @@ namespace {
 
 using AnyStructure = std::variant<UniformGrid, CompactGrid, HashGrid, CuckooGrid, BruteForce>;
 
-AnyStructure make_structure(Structure structure, Order order) {
+AnyStructure make_structure(Structure structure, Order order, Sort sort) {
   switch (structure) {
     case Structure::uniform:
       return UniformGrid{order};
     case Structure::compact:
-      return CompactGrid{order};
+      return CompactGrid{order, sort};
     case Structure::hash:
       return HashGrid{};
     case Structure::cuckoo:
@@ -39,14 +41,6 @@ AnyStructure make_structure(Structure structure, Order order) {
   }
   throw Error("detection settings", "structure", std::to_string(static_cast<int>(structure)),
               "a known structure");
-}
-
-/// The average edge length, which the paper recommends (5, "Cell size").
-double mean_edge_length(const Bodies& bodies) {
-  double sum = 0.0;
-  for (const Edge& e : bodies.edges())
-    sum += length(at(bodies.points_rest(), e[1]) - at(bodies.points_rest(), e[0]));
-  return bodies.edges().empty() ? 1.0 : sum / static_cast<double>(bodies.edges().size());
 }
 
 /// The domain grows beyond the bounds by this, so that it lasts for many frames and keeps the cell indices of
@@ -76,16 +70,22 @@ struct Detector::State {
       throw Error("detection settings", "immovable", std::to_string(immovable.size()) + " flags",
                   std::to_string(bodies.bodies().size()) + ", one for each body");
     }
-    cell_size = settings.cell_size.value_or(mean_edge_length(bodies));
-    if (!(cell_size > 0.0) || !std::isfinite(cell_size)) {
-      throw Error("detection settings", "cell_size", std::to_string(cell_size), "a finite number > 0");
+    if (settings.cells_per_primitive &&
+        (*settings.cells_per_primitive < 1 || *settings.cells_per_primitive > CellSlots::most)) {
+      throw Error("detection settings", "cells_per_primitive", std::to_string(*settings.cells_per_primitive),
+                  "1 to 27, or none for exact");
+    }
+    if (const double* length = std::get_if<double>(&settings.cell_size)) {
+      if (!(*length > 0.0) || !std::isfinite(*length)) {
+        throw Error("detection settings", "cell_size", std::to_string(*length), "a finite number > 0");
+      }
     }
     in_a_tet.resize(bodies.points_rest().size());
     for (std::size_t p = 0; p < in_a_tet.size(); ++p) {
       in_a_tet[p] = bodies.point_tets()[static_cast<Index>(p)].empty() ? 0 : 1;
     }
-    points = make_structure(settings.structure, settings.order);
-    edges = make_structure(settings.structure, settings.order);
+    points = make_structure(settings.structure, settings.order, settings.sort);
+    edges = make_structure(settings.structure, settings.order, settings.sort);
   }
 
   void update_domain(std::span<const Vec3> positions);
@@ -97,7 +97,8 @@ struct Detector::State {
   std::vector<std::uint8_t> immovable;  ///< per body
   std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points take no part
   parallel::Threads threads;
-  double cell_size = 0.0;
+  CellSizeChoice cell_size;  ///< made at the first detection
+  std::uint64_t step = 0;    ///< detections so far
 
   Lattice lattice;
   bool new_domain = true;
@@ -120,11 +121,14 @@ struct Detector::State {
 
 void Detector::State::update_domain(std::span<const Vec3> positions) {
   const Box bounds = bounds_of(threads, positions, in_a_tet, box_scratch);
-  const Box needed = padded(bounds, cell_size);
+  if (cell_size.cell_size == 0.0) {
+    cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size);
+  }
+  const Box needed = padded(bounds, cell_size.cell_size);
   const Box& domain = lattice.domain();
   new_domain = lattice.cell_size() == 0.0 || !domain.contains(bounds.lower) ||
                !domain.contains(bounds.upper) || too_large(domain, needed);
-  if (new_domain) lattice = Lattice(needed, cell_size);
+  if (new_domain) lattice = Lattice(needed, cell_size.cell_size);
 }
 
 void Detector::State::count_movers(std::span<const Vec3> positions) {
@@ -143,11 +147,16 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
   count_movers(positions);
   std::visit(
       [&](auto& structure) {
-        structure.build(threads, lattice, positions.size(), [&](Index p, auto&& emit) {
-          if (at(in_a_tet, p) == 0) return;
-          const Cell cell = lattice.cell_of(at(positions, p));
-          emit(cell[0], cell[1], cell[2]);
-        });
+        const auto cell_of = [&](Index p) {
+          return at(in_a_tet, p) == 0 ? std::nullopt : std::optional(lattice.cell_of(at(positions, p)));
+        };
+        if constexpr (requires { structure.build_points(threads, lattice, positions.size(), cell_of); }) {
+          counts.sort = structure.build_points(threads, lattice, positions.size(), cell_of);
+        } else {
+          structure.build(threads, lattice, positions.size(), [&](Index p, auto&& emit) {
+            if (const std::optional<Cell> cell = cell_of(p)) emit((*cell)[0], (*cell)[1], (*cell)[2]);
+          });
+        }
       },
       points);
 }
@@ -168,10 +177,12 @@ void Detector::detect(std::span<const Vec3> positions) {
   Stopwatch watch;
   s.update_grid(positions);
   s.times.grid = watch.lap();
+  const CellSlots slots(s.settings.cells_per_primitive.value_or(0), s.step);
 
   std::visit(
       [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable}, s.lattice, structure);
+        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable}, s.lattice, structure,
+                              slots);
       },
       s.points);
   s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
@@ -183,7 +194,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
-                         structure);
+                         structure, slots);
       },
       s.edges);
   s.times.crossings = watch.lap();
@@ -195,7 +206,12 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.contacts = s.contacts.contacts().size();
   s.counts.border_edges = s.border_edges.size();
   s.counts.crossings = s.crossings.crossings().size();
-  s.counts.candidates = s.points_in_tets.candidates() + s.crossings.candidates();
+  QueryTally tally = s.points_in_tets.tally();
+  tally += s.crossings.tally();
+  s.counts.candidates = tally.candidates;
+  s.counts.approximated_primitives = tally.approximated_primitives;
+  s.counts.dropped_cells = tally.dropped_cells;
+  ++s.step;
   s.counts.cells = s.lattice.cell_count();
   s.counts.cell_size = s.lattice.cell_size();
   s.counts.cell_doublings = s.lattice.doublings();
@@ -215,6 +231,14 @@ const DetectionCounts& Detector::counts() const {
 }
 const DetectionTimes& Detector::times() const {
   return state_->times;
+}
+
+const CellSizeChoice& Detector::cell_size_choice() const {
+  return state_->cell_size;
+}
+std::size_t Detector::structure_bytes() const {
+  const auto bytes = [](const auto& structure) { return structure.bytes(); };
+  return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges);
 }
 
 }  // namespace palpate

@@ -6,8 +6,10 @@
 #include <palpate/mesh.hpp>
 
 #include "contact/pair_filter.hpp"
+#include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
+#include "grid/cell_slots.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
 
@@ -26,44 +28,48 @@ class PointsInTets {
  public:
   template <class Structure>
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const PairFilter& may_touch, const Lattice& lattice, const Structure& points) {
+            const PairFilter& may_touch, const Lattice& lattice, const Structure& points,
+            const CellSlots& slots) {
     constexpr std::size_t grain = 256;
     const std::span<const Tet> tets = bodies.tets();
-    candidates_.assign(parallel::chunk_count(tets.size(), grain), 0);
-    lists_.fill(threads, tets.size(), grain,
-                [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
-                  std::size_t tested = 0;
-                  for (std::size_t t = begin; t < end; ++t) {
-                    const Tet& tet = tets[t];
-                    const Index body = bodies.body_of(tet);
-                    const Box box = box_of(positions, tet);
-                    points.for_each(lattice.cells_of(box), [&](Index p) {
-                      if (!may_touch(at(bodies.body_of_point(), p), body)) return;
-                      ++tested;
-                      const Vec3& x = at(positions, p);
-                      if (box.contains(x) && point_in_tet(x, at(positions, tet[0]), at(positions, tet[1]),
-                                                          at(positions, tet[2]), at(positions, tet[3]))) {
-                        found.push_back({p, static_cast<Index>(t)});
-                      }
-                    });
-                  }
-                  candidates_[begin / grain] = tested;
-                });
+    tallies_.assign(parallel::chunk_count(tets.size(), grain), {});
+    lists_.fill(
+        threads, tets.size(), grain, [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
+          QueryTally tally;
+          for (std::size_t t = begin; t < end; ++t) {
+            const Tet& tet = tets[t];
+            const Index body = bodies.body_of(tet);
+            const Box box = box_of(positions, tet);
+            const auto test = [&](Index p) {
+              if (!may_touch(at(bodies.body_of_point(), p), body)) return;
+              ++tally.candidates;
+              const Vec3& x = at(positions, p);
+              if (box.contains(x) && point_in_tet(x, at(positions, tet[0]), at(positions, tet[1]),
+                                                  at(positions, tet[2]), at(positions, tet[3]))) {
+                found.push_back({p, static_cast<Index>(t)});
+              }
+            };
+            const CellRange cells = lattice.cells_of(box);
+            if (slots.exact()) {
+              points.for_each(cells, test);
+            } else {
+              tally.add_footprint(slots.left_out(cells.count()));
+              slots.for_each_range(t, cells, [&](const CellRange& part) { points.for_each(part, test); });
+            }
+          }
+          tallies_[begin / grain] = tally;
+        });
     lists_.join(found_);
   }
 
   /// In ascending order of tets.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
-  [[nodiscard]] std::size_t candidates() const {
-    std::size_t total = 0;
-    for (const std::size_t c : candidates_) total += c;
-    return total;
-  }
+  [[nodiscard]] QueryTally tally() const { return total(tallies_); }
 
  private:
   parallel::ChunkedList<PointInTet> lists_;
   std::vector<PointInTet> found_;
-  std::vector<std::size_t> candidates_;
+  std::vector<QueryTally> tallies_;
 };
 
 }  // namespace palpate

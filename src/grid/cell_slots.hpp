@@ -8,10 +8,10 @@
 
 namespace palpate {
 
-/// Approximate collision detection (paper 5): a primitive has K slots for the cells that it covers. One that covers more
-/// shares its slots among them by random choice; the cells left out are counted, and what only they would have shown is
-/// missed. The choice is a hash of (primitive, step, slot), so it has the same bits for every thread count, and changes from
-/// step to step so that no cell is left out for good.
+/// Approximate collision detection (paper 5): a primitive has K slots for the cells that it covers. One that
+/// covers more shares its slots among them by random choice; the cells left out are counted, and what only
+/// they would have shown is missed. The choice is a hash of (primitive, step, slot), so it has the same bits
+/// for every thread count, and changes from step to step so that no cell is left out for good.
 class CellSlots {
  public:
   static constexpr int most = 27;
@@ -30,8 +30,8 @@ class CellSlots {
     return shares(cells) ? cells - static_cast<std::uint64_t>(slots_) : 0;
   }
 
-  /// K different numbers out of [0, cells), ascending, each subset as likely as any other (Floyd's algorithm; Bentley &
-  /// Floyd, "A sample of brilliance", 1987). For footprints that share. O(K^2).
+  /// K different numbers out of [0, cells), ascending, each subset as likely as any other (Floyd's algorithm;
+  /// Bentley & Floyd, "A sample of brilliance", 1987). For footprints that share. O(K^2).
   [[nodiscard]] std::span<const std::uint64_t> choose(std::uint64_t primitive, std::uint64_t cells,
                                                       std::array<std::uint64_t, most>& chosen) const;
 

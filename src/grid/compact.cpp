@@ -6,7 +6,7 @@
 namespace palpate {
 
 void CompactGrid::choose_shifts(std::size_t primitives) {
-  constexpr int key_bits = 64 - entry_key_bit;
+  constexpr int key_bits = 63 - entry_key_bit;  // the largest 32-bit number says "no key"
   const std::uint64_t last = index_.last();
   key_shift_ = std::max(0, static_cast<int>(std::bit_width(last)) - key_bits);
   const std::uint64_t most = most_cells_for(primitives);
@@ -17,11 +17,18 @@ void CompactGrid::choose_shifts(std::size_t primitives) {
   }
 }
 
+void CompactGrid::sort_entries(const parallel::Threads& threads) {
+  if (sort_ == Sort::comparison) {
+    comparison_sort_(threads, entries_);
+    return;
+  }
+  // Primitives of several cells have no last order to repair. Entries were written in order of their
+  // references, so a stable sort by key alone gives the order of words.
+  radix_sort_(threads, entries_, entry_key_bit, make_entry(key_of(index_.last()), 0));
+}
+
 void CompactGrid::index_entries(const parallel::Threads& threads) {
   const std::uint32_t last_key = key_of(index_.last());
-  // Entries were written in order of their references, so a stable sort by key alone gives the order of
-  // words.
-  sort_(threads, entries_, entry_key_bit, make_entry(last_key, 0));
   const std::size_t blocks = std::size_t{last_key >> start_shift_} + 1;
   cell_begin_.resize(blocks + 1);
   const auto block_of = [&](std::size_t e) { return std::size_t{cell_key_of(entries_[e]) >> start_shift_}; };

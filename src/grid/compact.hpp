@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,7 +12,10 @@
 #include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "sort/comparison.hpp"
+#include "sort/point_sort.hpp"
 #include "sort/radix.hpp"
+#include "sort/word.hpp"
 
 namespace palpate {
 
@@ -29,13 +33,21 @@ namespace palpate {
 /// A structure, as the queries use it, has build(), for_each() and bytes(); see also brute.hpp.
 class CompactGrid {
  public:
-  explicit CompactGrid(Order order = Order::linear) : index_(order) {}
+  explicit CompactGrid(Order order = Order::linear, Sort sort = Sort::adaptive)
+      : index_(order), sort_(sort), point_sort_(sort) {}
 
   /// Rebuilds the grid over `count` primitives. `footprint(p, emit)` must call emit(i, j, k) for each cell
   /// that primitive p covers, and do the same both times it is called. O(entries + primitives).
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
+
+  /// Rebuilds the grid over `count` points: `cell_of(p)` gives the cell of point p, or none for a point that
+  /// takes no part. One entry a point at most, so last frame's order can be put right (Sort::repair) instead
+  /// of sorted anew. Returns the sort that was used. O(points + cells) at most for counting and repair.
+  template <class CellOf>
+  Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
+                    CellOf&& cell_of);
 
   /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
   /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
@@ -61,7 +73,8 @@ class CompactGrid {
   };
 
   void choose_shifts(std::size_t primitives);
-  void index_entries(const parallel::Threads& threads);  ///< sorts L and derives C
+  void sort_entries(const parallel::Threads& threads);
+  void index_entries(const parallel::Threads& threads);  ///< derives C
   [[nodiscard]] std::uint32_t key_of(std::uint64_t index) const {
     return static_cast<std::uint32_t>(index >> key_shift_);
   }
@@ -91,7 +104,11 @@ class CompactGrid {
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
-  RadixSort sort_;
+  std::vector<std::uint32_t> keys_;  ///< of points
+  Sort sort_;
+  PointSort point_sort_;
+  RadixSort radix_sort_;
+  ComparisonSort comparison_sort_;
 };
 
 template <class Footprint>
@@ -106,7 +123,26 @@ void CompactGrid::build(const parallel::Threads& threads, const Lattice& lattice
         entries_.resize(n);
       },
       [&](std::size_t e, Index p, const Cell& cell) { entries_[e] = make_entry(key_of(index_(cell)), p); });
+  sort_entries(threads);
   index_entries(threads);
+}
+
+template <class CellOf>
+Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
+                               CellOf&& cell_of) {
+  index_.resize(lattice.size());
+  choose_shifts(count);
+  keys_.resize(count);
+  parallel::for_each(threads, count, 2048, [&](std::size_t p) {
+    const std::optional<Cell> cell = cell_of(static_cast<Index>(p));
+    keys_[p] = cell ? key_of(index_(*cell)) : no_key;
+  });
+  // Where a start serves one key, sorting and C go together.
+  std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
+  const PointSort::Result result =
+      point_sort_.update(threads, keys_, key_of(index_.last()) + 1, entries_, starts);
+  if (starts == nullptr) index_entries(threads);
+  return result.used;
 }
 
 template <class Visit>

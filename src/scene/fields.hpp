@@ -101,7 +101,8 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.choice("structure", contact.detection.structure, structure_names);
   v.choice("order", contact.detection.order, order_names);
   v.choice("sort", contact.detection.sort, sort_names);
-  v.word_or_number("cell_size", contact.detection.cell_size, "mean-edge", above(0));
+  v.words_or_number("cell_size", contact.detection.cell_size, cell_size_rule_names, above(0));
+  v.word_or_number("cells_per_primitive", contact.detection.cells_per_primitive, "exact", within(1, 27));
   v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
   v.field("damping", contact.response.damping, at_least(0));
   v.field("friction", contact.response.friction, at_least(0));

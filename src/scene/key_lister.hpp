@@ -40,7 +40,13 @@ class KeyLister {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     add(key, names[static_cast<std::size_t>(value)]);
   }
-  void word_or_number(std::string_view key, const std::optional<double>&, std::string_view word,
+  template <class Enum>
+  void words_or_number(std::string_view key, const std::variant<Enum, double>& value,
+                       std::span<const std::string_view> names, const Limits&) {
+    choice(key, std::get<Enum>(value), names);
+  }
+  template <class Number>
+  void word_or_number(std::string_view key, const std::optional<Number>&, std::string_view word,
                       const Limits&) {
     add(key, word);
   }

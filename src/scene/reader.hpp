@@ -50,14 +50,35 @@ class Reader {
     if (json != nullptr)
       value = static_cast<Enum>(decode_choice(context_, key_path(path_, key), *json, names));
   }
+  /// A name, or a number.
+  template <class Enum>
+  void words_or_number(std::string_view key, std::variant<Enum, double>& value,
+                       std::span<const std::string_view> names, const Limits& limits) {
+    const auto* json = find(key);
+    if (json == nullptr) return;
+    if (!json->is_string()) {
+      decode(context_, key_path(path_, key), *json, value.template emplace<double>(), limits);
+      return;
+    }
+    const auto name = std::find(names.begin(), names.end(), json->template get_ref<const std::string&>());
+    if (name == names.end()) {
+      std::string expected;
+      for (const std::string_view known : names) expected.append(1, '\'').append(known).append("', ");
+      fail(context_, key_path(path_, key), describe_json(*json),
+           expected + "or " + expected_within(limits, "a number"));
+    }
+    value = static_cast<Enum>(name - names.begin());
+  }
   /// A number, or the word that stands for "none".
-  void word_or_number(std::string_view key, std::optional<double>& value, std::string_view word,
+  template <class Number>
+  void word_or_number(std::string_view key, std::optional<Number>& value, std::string_view word,
                       const Limits& limits) {
     const auto* json = find(key);
     if (json == nullptr || *json == word) return;
     if (json->is_string()) {
       fail(context_, key_path(path_, key), describe_json(*json),
-           "'" + std::string(word) + "' or " + expected_within(limits, "a number"));
+           "'" + std::string(word) + "' or " +
+               expected_within(limits, std::is_integral_v<Number> ? "an integer" : "a number"));
     }
     decode(context_, key_path(path_, key), *json, value.emplace(), limits);
   }

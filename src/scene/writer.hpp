@@ -38,7 +38,14 @@ class Writer {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);
   }
-  void word_or_number(std::string_view key, const std::optional<double>& value, std::string_view word,
+  template <class Enum>
+  void words_or_number(std::string_view key, const std::variant<Enum, double>& value,
+                       std::span<const std::string_view> names, const Limits&) {
+    if (const double* number = std::get_if<double>(&value)) return field(key, *number);
+    choice(key, std::get<Enum>(value), names);
+  }
+  template <class Number>
+  void word_or_number(std::string_view key, const std::optional<Number>& value, std::string_view word,
                       const Limits&) {
     if (value) return field(key, *value);
     put(key, word);

@@ -11,13 +11,13 @@ constexpr std::size_t dense_keys_per_word = 4;
 
 }  // namespace
 
-SortMethod PointSort::choose(std::uint32_t key_count, bool wants_cells) {
+Sort PointSort::choose(std::uint32_t key_count, bool wants_cells) {
   const bool dense = key_count <= dense_keys_per_word * changes_.words_now();
-  if (method_ == SortMethod::counting) return dense ? SortMethod::counting : SortMethod::radix;
-  if (method_ != SortMethod::adaptive) return method_;
-  if (switch_.repairs(changes_.movers(), changes_.words_now())) return SortMethod::repair;
+  if (method_ == Sort::counting) return dense ? Sort::counting : Sort::radix;
+  if (method_ != Sort::adaptive) return method_;
+  if (switch_.repairs(changes_.movers(), changes_.words_now())) return Sort::repair;
   // Counting pays through the cell starts that it gives; without them radix is as fast.
-  return dense && wants_cells ? SortMethod::counting : SortMethod::radix;
+  return dense && wants_cells ? Sort::counting : Sort::radix;
 }
 
 void PointSort::sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
@@ -44,15 +44,15 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
   const bool knows_cells = cell_begin != nullptr && cells_of_last_frame_ == key_count &&
                            cell_begin->size() == std::size_t{key_count} + 1 &&
                            cell_begin->back() == changes_.words_before();
-  const bool repairs_cells = result.used == SortMethod::repair && knows_cells;
+  const bool repairs_cells = result.used == Sort::repair && knows_cells;
   switch (result.used) {
-    case SortMethod::counting:
+    case Sort::counting:
       counting_(threads, keys, key_count, words, cell_begin != nullptr ? *cell_begin : own_cell_begin_);
       break;
-    case SortMethod::comparison:
+    case Sort::comparison:
       sort_by_comparison(threads, keys, words);
       break;
-    case SortMethod::repair:
+    case Sort::repair:
       repair_(threads, changes_, key_count, words, repairs_cells ? cell_begin : nullptr);
       break;
     default:
@@ -60,7 +60,7 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
       break;
   }
   changes_.accept(threads);
-  if (cell_begin != nullptr && !repairs_cells && result.used != SortMethod::counting)
+  if (cell_begin != nullptr && !repairs_cells && result.used != Sort::counting)
     index_cells(threads, words, key_count, *cell_begin);
   cells_of_last_frame_ = cell_begin != nullptr ? key_count : 0;
   return result;

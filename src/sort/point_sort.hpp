@@ -5,11 +5,12 @@
 #include <span>
 #include <vector>
 
+#include <palpate/settings.hpp>
+
 #include "parallel/parallel.hpp"
 #include "sort/comparison.hpp"
 #include "sort/counting.hpp"
 #include "sort/key_changes.hpp"
-#include "sort/method.hpp"
 #include "sort/radix.hpp"
 #include "sort/repair.hpp"
 #include "sort/sort_switch.hpp"
@@ -21,11 +22,11 @@ namespace palpate {
 class PointSort {
  public:
   struct Result {
-    SortMethod used = SortMethod::radix;  ///< never adaptive
-    std::size_t movers = 0;  ///< references whose key changed since last frame; all of the first frame
+    Sort used = Sort::radix;  ///< never adaptive
+    std::size_t movers = 0;   ///< references whose key changed since last frame; all of the first frame
   };
 
-  explicit PointSort(SortMethod method = SortMethod::adaptive) : method_(method) {}
+  explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}
 
   /// Sorts one frame.
   /// \param keys        key of each reference, < key_count, or no_key for those without a word; fewer than
@@ -40,11 +41,11 @@ class PointSort {
                 std::vector<std::uint32_t>* cell_begin = nullptr);
 
  private:
-  [[nodiscard]] SortMethod choose(std::uint32_t key_count, bool wants_cells);
+  [[nodiscard]] Sort choose(std::uint32_t key_count, bool wants_cells);
   void sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                           std::vector<std::uint64_t>& words);
 
-  SortMethod method_;
+  Sort method_;
   SortSwitch switch_;
   KeyChanges changes_;
   RadixSort radix_;

@@ -71,9 +71,9 @@ TEST_F(Usage, BadValuesSayWhatIsExpected) {
   refuse("--every", "0", "an integer >= 1");
   refuse("--threads", "-2", "an integer in [0, 1024]");
   refuse("--threads", "two", "an integer in [0, 1024]");
-  refuse("--cell-size", "0", "'mean-edge' or a number > 0");
-  refuse("--cell-size", "nan", "'mean-edge' or a number > 0");
-  refuse("--cell-size", "mean", "'mean-edge' or a number > 0");
+  refuse("--cell-size", "0", "'auto', 'mean-edge', 'max-edge' or a number > 0");
+  refuse("--cell-size", "nan", "'auto', 'mean-edge', 'max-edge' or a number > 0");
+  refuse("--cell-size", "mean", "'auto', 'mean-edge', 'max-edge' or a number > 0");
   refuse("--structure", "compat", "'compact'");
   refuse("--order", "liner", "'linear'");
   refuse("--sort", "raddix", "'radix'");

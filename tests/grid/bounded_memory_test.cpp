@@ -1,4 +1,5 @@
 // 1 mm elements scattered over 1 km: memory follows the number of primitives, and queries stay queries.
+#include <cstdio>
 #include <gtest/gtest.h>
 
 #include "grid/structures.hpp"
@@ -88,6 +89,47 @@ TEST(BoundedMemory, OfTheHashGrid) {
 TEST(BoundedMemory, OfTheCuckooGrid) {
   expect_in_proportion<test::In<CuckooGrid, Order::linear>>("cuckoo_linear", 80, few);
   expect_in_proportion<test::In<CuckooGrid, Order::z>>("cuckoo_z", 80, few);
+}
+
+/// The rows of docs/structures.md. Points: 100000, one for each cell on average; edges: 100000 of them about
+/// a cell long, in 2.5 cells on average.
+template <class Grid>
+void print_bytes(const char* name) {
+  test::Random random(9);
+  test::Covered points;
+  test::Covered edges;
+  constexpr int n = 100000;
+  points.lattice = edges.lattice = Lattice(Box{{0, 0, 0}, {46, 46, 47}}, 1.0);
+  std::size_t entries = 0;
+  for (int p = 0; p < n; ++p) {
+    const Vec3 a = random.point(1, 45);
+    points.cells.push_back({points.lattice.cell_of(a)});
+    edges.cells.emplace_back();
+    edges.lattice.for_each_cell_of_segment(a, a + random.point(-1, 1),
+                                           [&](std::int32_t i, std::int32_t j, std::int32_t k) {
+                                             edges.cells.back().push_back({i, j, k});
+                                             ++entries;
+                                           });
+  }
+  Grid of_points;
+  Grid of_edges;
+  test::build(of_points, points);
+  test::build(of_edges, edges);
+  const auto each = [](const Grid& grid) { return static_cast<double>(grid.bytes()) / n; };
+  std::printf("%-15s points %6.1f  edges (%.2f cells) %6.1f bytes each\n", name, each(of_points),
+              static_cast<double>(entries) / n, each(of_edges));
+  EXPECT_GT(each(of_points), 4.0);
+  EXPECT_LT(each(of_points), 120.0);
+  EXPECT_LT(each(of_edges), 120.0 * static_cast<double>(entries) / n);
+}
+
+TEST(BytesPerPrimitive, AreAsDocumented) {
+  print_bytes<test::In<UniformGrid, Order::linear>>("uniform linear");
+  print_bytes<test::In<UniformGrid, Order::z>>("uniform z");
+  print_bytes<test::In<CompactGrid, Order::linear>>("compact linear");
+  print_bytes<test::In<CompactGrid, Order::z>>("compact z");
+  print_bytes<HashGrid>("hash");
+  print_bytes<test::In<CuckooGrid, Order::linear>>("cuckoo");
 }
 
 TEST(BoundedMemory, AUniformGridGivesBackWhatWanderersLeftBehind) {

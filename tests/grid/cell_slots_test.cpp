@@ -1,10 +1,10 @@
-// Oracles: the definition (K different cells of the range, all of them in the long run), and the chi-squared statistic.
+// Oracles: the definition (K different cells of the range, all of them in the long run), and the chi-squared
+// statistic.
 #include "grid/cell_slots.hpp"
 
+#include <gtest/gtest.h>
 #include <map>
 #include <set>
-
-#include <gtest/gtest.h>
 
 namespace palpate {
 namespace {
@@ -50,12 +50,14 @@ TEST(CellSlots, EachCellIsEquallyLikelyOverStepsAndPrimitives) {
     const int draws = 24000;
     for (int n = 0; n < draws; ++n) {
       const auto number = static_cast<std::uint64_t>(n);
-      for (const Cell& c : cells_of(CellSlots(8, by_step ? number : 0), by_step ? 5 : number, range)) ++chosen[c];
+      for (const Cell& c : cells_of(CellSlots(8, by_step ? number : 0), by_step ? 5 : number, range))
+        ++chosen[c];
     }
     ASSERT_EQ(chosen.size(), 24U);
     const double expected = draws * 8.0 / 24.0;
     double chi_squared = 0.0;
-    for (const auto& [cell, count] : chosen) chi_squared += (count - expected) * (count - expected) / expected;
+    for (const auto& [cell, count] : chosen)
+      chi_squared += (count - expected) * (count - expected) / expected;
     EXPECT_LT(chi_squared, 50.0) << "23 degrees of freedom: beyond 49.7 once in a thousand";
   }
 }

@@ -54,7 +54,7 @@ TEST(CompactGrid, SharesStartsAndThenKeysInLargerDomains) {
     EXPECT_EQ(grid.start_shift(), 14) << "2^30 cells, 2^16 starts";
     expect_well_formed(grid);
     test::build(grid, points_in({2097152, 2097152, 2097152}, 1.0, 1000));
-    EXPECT_EQ(grid.key_shift(), 31) << "63 bits into 32";
+    EXPECT_EQ(grid.key_shift(), 32) << "63 bits into 31";
     EXPECT_EQ(grid.cell_begin().size(), 65537U);
     expect_well_formed(grid);
   }

@@ -163,6 +163,11 @@ void expect_found(const Grid& grid, const Covered& covered, const CellRange& ran
   }
   expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
   ASSERT_TRUE(std::includes(visited.begin(), visited.end(), expected.begin(), expected.end()));
+  for (auto p = visited.begin(); p != visited.end();) {  // beside the range, but no entry twice
+    const auto next = std::upper_bound(p, visited.end(), *p);
+    ASSERT_LE(next - p, std::max<std::ptrdiff_t>(1, std::ssize(at(covered.cells, *p)))) << "primitive " << *p;
+    p = next;
+  }
 }
 
 template <class Grid>

@@ -40,7 +40,8 @@ TEST(ReadScene, FillsDefaults) {
   const Scene scene = read(R"({"bodies": [)" + soft_ball + "]}");
   EXPECT_EQ(scene.settings.time_step, 0.01);
   EXPECT_EQ(scene.settings.gravity, (Vec3{0, 0, -9.81}));
-  EXPECT_EQ(scene.settings.detection.cell_size, std::nullopt);
+  EXPECT_EQ(scene.settings.detection.cell_size, CellSize(CellSizeRule::automatic));
+  EXPECT_EQ(scene.settings.detection.cells_per_primitive, std::nullopt);
   EXPECT_EQ(scene.settings.response.stiffness, std::nullopt);
   EXPECT_EQ(scene.units, Units{});
   ASSERT_EQ(scene.bodies.size(), 1U);
@@ -74,11 +75,12 @@ TEST(ReadScene, TakesTheCompleteExampleOfTheDocumentation) {
 
 TEST(ReadScene, TakesWordsOrNumbers) {
   const Scene scene = read(with(R"("contact": {"cell_size": 0.25, "stiffness": 40, "structure": "brute"})"));
-  EXPECT_EQ(scene.settings.detection.cell_size, 0.25);
+  EXPECT_EQ(scene.settings.detection.cell_size, CellSize(0.25));
   EXPECT_EQ(scene.settings.response.stiffness, 40.0);
   EXPECT_EQ(scene.settings.detection.structure, Structure::brute);
   EXPECT_EQ(read(with(R"("contact": {"cell_size": "mean-edge"})")).settings.detection.cell_size,
-            std::nullopt);
+            CellSize(CellSizeRule::mean_edge));
+  EXPECT_EQ(read(with(R"("contact": {"cells_per_primitive": 8})")).settings.detection.cells_per_primitive, 8);
 }
 
 TEST(ReadScene, NamesTheKeyOfEachError) {
@@ -96,11 +98,14 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("contact": {"structure": "compct"})"),
        "contact.structure: found \"compct\", expected 'compact'"},
       {with(R"("contact": {"structure": "octree"})"),
-       "contact.structure: found \"octree\", expected one of 'uniform', 'compact', 'hash', 'cuckoo', 'brute'"},
+       "contact.structure: found \"octree\", expected one of 'uniform', 'compact', 'hash', 'cuckoo', "
+       "'brute'"},
       {with(R"("contact": {"order": 1})"), "contact.order: found 1, expected one of 'linear', 'z'"},
       {with(R"("contact": {"sort": "radiks"})"), "contact.sort: found \"radiks\", expected 'radix'"},
       {with(R"("contact": {"cell_size": "mean"})"),
-       "contact.cell_size: found \"mean\", expected 'mean-edge' or a number > 0"},
+       "contact.cell_size: found \"mean\", expected 'auto', 'mean-edge', 'max-edge', or a number > 0"},
+      {with(R"("contact": {"cells_per_primitive": 28})"),
+       "contact.cells_per_primitive: found 28, expected an integer in [1, 27]"},
       {with(R"("contact": {"stiffness": -1})"), "contact.stiffness: found -1, expected a number > 0"},
       {with(R"("contact": {"friction": -1})"), "contact.friction: found -1, expected a number >= 0"},
       {with(R"("contact": [])"), "contact: found an array of 0, expected an object"},
@@ -198,7 +203,7 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   const Scene again = read(text);
   EXPECT_EQ(write_scene(again), text);
   EXPECT_EQ(again.settings.time_step, 1.0 / 3.0);
-  EXPECT_EQ(again.settings.detection.cell_size, 0.1 + 0.2);
+  EXPECT_EQ(again.settings.detection.cell_size, CellSize(0.1 + 0.2));
   EXPECT_EQ(again.settings.detection.structure, Structure::brute);
   EXPECT_EQ(again.output.picture.camera.target, scene.output.picture.camera.target);
   EXPECT_EQ(std::get<MeshFile>(again.bodies[1].source).path, "some \"odd\" name \xC3\xA9.vtu");

@@ -42,8 +42,7 @@ namespace {
 
 // Some references have no key, others move; calm and burst alternate, so that adaptive uses all its parts.
 TEST(PointSortAllocations, ASteadyFrameMakesNone) {
-  for (const SortMethod method : {SortMethod::radix, SortMethod::counting, SortMethod::comparison,
-                                  SortMethod::repair, SortMethod::adaptive}) {
+  for (const Sort method : {Sort::radix, Sort::counting, Sort::comparison, Sort::repair, Sort::adaptive}) {
     for (const int thread_count : {1, 2}) {
       const parallel::Threads threads(thread_count);
       test::Random random(9);

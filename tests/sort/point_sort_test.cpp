@@ -39,7 +39,7 @@ std::size_t count_movers(const Keys& before, const Keys& now) {
   return movers;
 }
 
-class PointSortOf : public ::testing::TestWithParam<std::tuple<SortMethod, int>> {};
+class PointSortOf : public ::testing::TestWithParam<std::tuple<Sort, int>> {};
 
 // Small frames, where each edge case comes up often: 0 to 100 % movers, changing counts of keys and
 // references.
@@ -108,29 +108,27 @@ TEST_P(PointSortOf, StartsAnewWhereTheWordsAreNotItsOwn) {
   EXPECT_EQ(words, test::stably_sorted(keys));
 }
 
-std::string name_of(const ::testing::TestParamInfo<std::tuple<SortMethod, int>>& parameters) {
+std::string name_of(const ::testing::TestParamInfo<std::tuple<Sort, int>>& parameters) {
   constexpr std::array names{"radix", "counting", "comparison", "repair", "adaptive"};
   return names.at(static_cast<std::size_t>(std::get<0>(parameters.param))) + std::string("_") +
          std::to_string(std::get<1>(parameters.param));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
-                         ::testing::Combine(::testing::Values(SortMethod::radix, SortMethod::counting,
-                                                              SortMethod::comparison, SortMethod::repair,
-                                                              SortMethod::adaptive),
+                         ::testing::Combine(::testing::Values(Sort::radix, Sort::counting, Sort::comparison,
+                                                              Sort::repair, Sort::adaptive),
                                             ::testing::Values(1, 2, 3, 5)),
                          name_of);
 
 /// The methods used in a sequence of frames with these shares of movers.
-std::vector<SortMethod> methods_used(std::uint32_t key_count, bool wants_cells,
-                                     const std::vector<double>& shares) {
+std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells, const std::vector<double>& shares) {
   const parallel::Threads threads(1);
   test::Random random(13);
-  PointSort sort(SortMethod::adaptive);
+  PointSort sort(Sort::adaptive);
   Keys keys(1000, 0);
   std::vector<std::uint64_t> words;
   std::vector<std::uint32_t> cell_begin;
-  std::vector<SortMethod> used;
+  std::vector<Sort> used;
   for (const double share : shares) {
     // Exactly that share, each to another cell.
     for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * share); ++i)
@@ -143,14 +141,14 @@ std::vector<SortMethod> methods_used(std::uint32_t key_count, bool wants_cells,
 TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
   constexpr double between = (SortSwitch::lower_share + SortSwitch::upper_share) / 2;
   const std::vector<double> shares{0.0, 0.02, between, 0.9, between, 0.02, between, 0.0};
-  const auto expected = [](SortMethod full) {
-    constexpr auto repair = SortMethod::repair;
+  const auto expected = [](Sort full) {
+    constexpr auto repair = Sort::repair;
     // The first frame is all movers; between the thresholds the method stays.
     return std::vector{full, repair, repair, full, full, repair, repair, repair};
   };
-  EXPECT_EQ(methods_used(1000, true, shares), expected(SortMethod::counting));
-  EXPECT_EQ(methods_used(1000, false, shares), expected(SortMethod::radix));
-  EXPECT_EQ(methods_used(1000000, true, shares), expected(SortMethod::radix));
+  EXPECT_EQ(methods_used(1000, true, shares), expected(Sort::counting));
+  EXPECT_EQ(methods_used(1000, false, shares), expected(Sort::radix));
+  EXPECT_EQ(methods_used(1000000, true, shares), expected(Sort::radix));
 }
 
 }  // namespace

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace palpate {
+
+/// What a query did: counted by each chunk on its own, then added up.
+struct QueryTally {
+  std::size_t candidates = 0;               ///< pairs tested
+  std::size_t approximated_primitives = 0;  ///< that covered more cells than they have slots
+  std::size_t dropped_cells = 0;
+
+  /// Counts a primitive of which so many cells were left out.
+  void add_footprint(std::uint64_t left_out) {
+    approximated_primitives += left_out > 0 ? 1 : 0;
+    dropped_cells += left_out;
+  }
+  QueryTally& operator+=(const QueryTally& other) {
+    candidates += other.candidates;
+    approximated_primitives += other.approximated_primitives;
+    dropped_cells += other.dropped_cells;
+    return *this;
+  }
+};
+
+inline QueryTally total(std::span<const QueryTally> parts) {
+  QueryTally sum;
+  for (const QueryTally& part : parts) sum += part;
+  return sum;
+}
+
+}  // namespace palpate

@@ -1,0 +1,124 @@
+#include "grid/cell_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <palpate/error.hpp>
+
+#include "geometry/box.hpp"
+#include "grid/compact.hpp"
+
+namespace palpate {
+namespace {
+
+/// Work of one lookup of a row of cells in units of the work of one point met there; about their times in the
+/// query.
+constexpr double work_of_lookup = 3.0;
+/// Work of a point in the update of the grid, in the same units.
+constexpr double work_of_point = 4.0;
+
+Spread edge_lengths(const Bodies& bodies) {
+  return mesh_statistics(bodies, bodies.points_rest()).edge_length;
+}
+
+/// Counts the work of one query with cells of a given size.
+class Trial {
+ public:
+  Trial(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+        std::span<const std::uint8_t> takes_part)
+      : threads_(threads),
+        bodies_(bodies),
+        positions_(positions),
+        takes_part_(takes_part),
+        bounds_(bounds_of(threads, positions, takes_part, scratch_)) {}
+
+  CellSizeTrial run(double cell_size) {
+    const Lattice lattice(bounds_, cell_size);
+    grid_.build_points(threads_, lattice, positions_.size(), [&](Index p) {
+      return at(takes_part_, p) == 0 ? std::nullopt : std::optional(lattice.cell_of(at(positions_, p)));
+    });
+    constexpr std::size_t most_tets = 20000;
+    const std::size_t stride = std::max<std::size_t>(1, bodies_.tets().size() / most_tets);
+    const std::size_t sampled = (bodies_.tets().size() + stride - 1) / stride;
+    CellSizeTrial trial{lattice.cell_size(), 0.0, 0.0, 0.0};
+    trial.lookups = parallel::sum(threads_, sampled, sums_, [&](std::size_t n) {
+      const CellRange range = range_of(lattice, n * stride);
+      return static_cast<double>(range.along(1)) * static_cast<double>(range.along(2));
+    });
+    trial.visits = parallel::sum(threads_, sampled, sums_, [&](std::size_t n) {
+      double visits = 0.0;
+      grid_.for_each(range_of(lattice, n * stride), [&](Index) { visits += 1.0; });
+      return visits;
+    });
+    const double scale = static_cast<double>(bodies_.tets().size()) / static_cast<double>(sampled);
+    trial.lookups *= scale;
+    trial.visits *= scale;
+    trial.work = work_of_lookup * trial.lookups + trial.visits +
+                 work_of_point * static_cast<double>(positions_.size());
+    return trial;
+  }
+
+ private:
+  [[nodiscard]] CellRange range_of(const Lattice& lattice, std::size_t tet) const {
+    return lattice.cells_of(box_of(positions_, bodies_.tets()[tet]));
+  }
+
+  const parallel::Threads& threads_;
+  const Bodies& bodies_;
+  std::span<const Vec3> positions_;
+  std::span<const std::uint8_t> takes_part_;
+  std::vector<Box> scratch_;
+  Box bounds_;
+  CompactGrid grid_{Order::linear, Sort::counting};
+  std::vector<double> sums_;
+};
+
+CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodies& bodies,
+                                    std::span<const Vec3> positions,
+                                    std::span<const std::uint8_t> takes_part) {
+  double smallest = edge_lengths(bodies).mean;
+  double largest = smallest;
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    const double mean = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
+    smallest = std::min(smallest, mean);
+    largest = std::max(largest, mean);
+  }
+  Trial trial(threads, bodies, positions, takes_part);
+  CellSizeChoice choice{CellSizeRule::automatic, 0.0, {}};
+  for (double size = 0.5 * smallest; size <= 2.0 * largest * (1.0 + 1e-9); size *= 2.0) {
+    choice.trials.push_back(trial.run(size));
+  }
+  const auto less_work = [](const CellSizeTrial& a, const CellSizeTrial& b) { return a.work < b.work; };
+  const double best = std::min_element(choice.trials.begin(), choice.trials.end(), less_work)->cell_size;
+  choice.trials.push_back(trial.run(best / std::sqrt(2.0)));
+  choice.trials.push_back(trial.run(best * std::sqrt(2.0)));
+  choice.cell_size = std::min_element(choice.trials.begin(), choice.trials.end(), less_work)->cell_size;
+  return choice;
+}
+
+}  // namespace
+
+CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
+                                std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                const CellSize& wanted) {
+  if (const double* length = std::get_if<double>(&wanted)) {
+    if (!(*length > 0.0) || !std::isfinite(*length)) {
+      throw Error("detection settings", "cell_size", std::to_string(*length), "a finite number > 0");
+    }
+    return {wanted, *length, {}};
+  }
+  switch (std::get<CellSizeRule>(wanted)) {
+    case CellSizeRule::mean_edge:
+      return {wanted, edge_lengths(bodies).mean, {}};
+    case CellSizeRule::max_edge:
+      return {wanted, edge_lengths(bodies).max, {}};
+    case CellSizeRule::automatic:
+      break;
+  }
+  return choose_automatically(threads, bodies, positions, takes_part);
+}
+
+}  // namespace palpate

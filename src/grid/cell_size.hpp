@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+
+#include <palpate/detection.hpp>
+#include <palpate/mesh.hpp>
+#include <palpate/settings.hpp>
+
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// Chooses the edge length of a cell (paper 5, "Cell size"): a given length, the mean or maximal edge length
+/// at rest, or (automatic) the one with the least work at `positions` (n_points x 3).
+///
+/// Automatic tries lengths from half the smallest to twice the largest mean edge length of a body, each twice
+/// the last, then the two beside the best. For each it builds the grid of the points and counts, for a sample
+/// of at most 20000 tets, the rows of cells to look up and the points met there. Counts, not times, decide,
+/// so the choice is the same on every machine. The paper's rules serve bodies of like elements; where
+/// elements differ a hundredfold the mean makes large tets cover a million cells and the maximum puts whole
+/// bodies into one cell. `takes_part` marks points (n_points). Throws Error where a given length is not
+/// finite and > 0. O(n_points) for each length tried.
+CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
+                                std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                const CellSize& wanted);
+
+}  // namespace palpate
