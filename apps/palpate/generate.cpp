@@ -89,8 +89,8 @@ Subcommand add_stacking(CLI::App& generate) {
   StackingOptions& stacking = options->stacking;
   add_integer(*app, "--count", "membranes; default: 20", 1, stacking.count);
   add_triple(*app, "--cells", "NX NY NZ", "cells of a membrane; default: 10 10 1", stacking.cells);
-  add_triple(*app, "--size", "X Y Z", "size of a membrane, m; default: 0.1 0.1 0.01", stacking.size);
-  add_value(*app, "--gap", "G", "height between membranes at the start, m; default: 0.002",
+  add_triple(*app, "--size", "X Y Z", "size of a membrane, m; default: 0.2 0.2 0.01", stacking.size);
+  add_value(*app, "--gap", "G", "height between membranes at the start, m; default: 0.001",
             [&stacking](const std::string& flag, const std::string& text) {
               stacking.gap = parse_number(flag, text, scene_format::at_least(0.0));
             });

@@ -133,40 +133,50 @@ int run(const RunOptions& options) {
   Simulation simulation = make_simulation(scene, std::move(input.loaded), options.threads);
 
   const fs::path folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
-  const InterruptFlag interrupt;
   FrameWriter frames(folder, scene.output.every);
   remove_old_results(folder);
   MetricsFile metrics(folder / "metrics.csv", scene.units);
   RunOutcome outcome;
   {
+    // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
+    // there.
+    const InterruptFlag interrupt;
     Progress progress(steps, options.quiet);
     outcome = run_loop(simulation, steps, options.until_rest, interrupt, frames, metrics, progress);
   }
-
+  const double wall_seconds = watch.lap();
+  const auto report_with = [&](const std::optional<fs::path>& picture) {
+    return RunReport{.scene_file = options.scene,
+                     .scene = scene,
+                     .simulation = simulation,
+                     .files = input.files,
+                     .obstacles = obstacles,
+                     .outcome = outcome,
+                     .folder = folder,
+                     .frames = frames.count(),
+                     .picture = picture,
+                     .most_steps = steps,
+                     .threads = parallel::Threads(options.threads).count(),
+                     .wall_seconds = wall_seconds};
+  };
+  const auto write_report = [&](const RunReport& report) {
+    std::string json = format_json(report_json(report)) + "\n";
+    io::write_atomically(folder / "run.json", json);
+    return json;
+  };
+  write_report(report_with(std::nullopt));
   std::optional<fs::path> picture;
   if (!options.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     picture = folder / "picture.png";
     try {
       take_picture(*picture, scene, simulation, outcome, options.threads);
-    } catch (const Error& error) {  // the run itself is done, and its report must not be lost
+    } catch (const Error& error) {  // the run itself is done
       outcome.failure = error.what();
       picture.reset();
     }
   }
-  const RunReport report{.scene_file = options.scene,
-                         .scene = scene,
-                         .simulation = simulation,
-                         .files = input.files,
-                         .obstacles = obstacles,
-                         .outcome = outcome,
-                         .folder = folder,
-                         .frames = frames.count(),
-                         .picture = picture,
-                         .most_steps = steps,
-                         .threads = parallel::Threads(options.threads).count(),
-                         .wall_seconds = watch.lap()};
-  const std::string json = format_json(report_json(report)) + "\n";
-  io::write_atomically(folder / "run.json", json);
+  const RunReport report = report_with(picture);
+  const std::string json = write_report(report);
   if (options.json) print_out(json);
   if (!options.json && !options.quiet) print_out(report_text(report));
   return exit_code(report);

@@ -96,6 +96,7 @@ class Detector {
   Detector(const Bodies& bodies, const DetectionSettings& settings, std::vector<std::uint8_t> immovable = {},
            int threads = 0);
   ~Detector();
+  /// A moved-from detector can only be assigned to or destroyed.
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;
 

@@ -56,7 +56,8 @@ struct Rows {
 class Bodies {
  public:
   /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is
-  /// refused, also where more than two tets share a face. O(n log n).
+  /// refused, also where more than two tets share a face, or two on
+  /// the same side of it. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }

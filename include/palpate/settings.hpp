@@ -76,11 +76,11 @@ struct SolverSettings {
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for
-/// `steps` steps in a row. One point that trembles on a rim does not keep a body awake; a body that moves
-/// does.
+/// `time` without a break, so that the first steps of a fall do not count. One point that trembles on a rim
+/// does not keep a body awake; a body that moves does.
 struct RestSettings {
   double speed = 1e-3;  ///< m/s
-  int steps = 10;
+  double time = 0.05;   ///< s
 };
 
 /// Everything of a simulation that is not a body.

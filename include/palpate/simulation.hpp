@@ -37,7 +37,7 @@ struct StepMetrics {
 class Simulation {
  public:
   /// \param bodies        the meshes at their start, at rest
-  /// \param materials     per body; that of an obstacle is not used
+  /// \param materials     per body; of an obstacle only the density counts, for its mass
   /// \param fixed_points  per point: 1 does not move (empty: none)
   /// \param obstacles     per body: 1 does not move at all (empty: none)
   /// \param threads       number of threads; 0 takes all
@@ -45,6 +45,7 @@ class Simulation {
   Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
              std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
+  /// A moved-from simulation can only be assigned to or destroyed.
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
@@ -57,8 +58,8 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3> velocities() const;  ///< (n_points x 3)
   [[nodiscard]] const Detector& detector() const;          ///< contacts at positions()
   [[nodiscard]] const StepMetrics& metrics() const;        ///< of the last step, or of the start
-  /// Whether metrics().fastest_body has been at most settings().rest.speed for settings().rest.steps steps in
-  /// a row.
+  /// Whether metrics().fastest_body has been at most settings().rest.speed for settings().rest.time without a
+  /// break.
   [[nodiscard]] bool at_rest() const;
   /// Force on each body by contacts during the last step, N: (n_bodies x 3). They add up to zero.
   [[nodiscard]] std::span<const Vec3> contact_forces() const;

@@ -19,6 +19,7 @@
 #include "grid/cuckoo.hpp"
 #include "grid/hash.hpp"
 #include "grid/uniform.hpp"
+#include "number_text.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate {
@@ -77,7 +78,7 @@ struct Detector::State {
     }
     if (const double* length = std::get_if<double>(&settings.cell_size)) {
       if (!(*length > 0.0) || !std::isfinite(*length)) {
-        throw Error("detection settings", "cell_size", std::to_string(*length), "a finite number > 0");
+        throw Error("detection settings", "cell_size", number_text(*length), "a finite number > 0");
       }
     }
     in_a_tet.resize(bodies.points_rest().size());

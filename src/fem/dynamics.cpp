@@ -8,7 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/material_check.hpp"
-#include "fem/number_text.hpp"
+#include "number_text.hpp"
 
 namespace palpate::fem {
 namespace {

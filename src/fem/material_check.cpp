@@ -5,7 +5,7 @@
 
 #include <palpate/error.hpp>
 
-#include "fem/number_text.hpp"
+#include "number_text.hpp"
 
 namespace palpate::fem {
 void check_material(const Material& material, std::string_view body_name) {

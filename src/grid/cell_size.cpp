@@ -10,6 +10,7 @@
 
 #include "geometry/box.hpp"
 #include "grid/compact.hpp"
+#include "number_text.hpp"
 
 namespace palpate {
 namespace {
@@ -106,7 +107,7 @@ CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& 
                                 const CellSize& wanted) {
   if (const double* length = std::get_if<double>(&wanted)) {
     if (!(*length > 0.0) || !std::isfinite(*length)) {
-      throw Error("detection settings", "cell_size", std::to_string(*length), "a finite number > 0");
+      throw Error("detection settings", "cell_size", number_text(*length), "a finite number > 0");
     }
     return {wanted, *length, {}};
   }

@@ -7,6 +7,8 @@
 
 #include <palpate/error.hpp>
 
+#include "number_text.hpp"
+
 namespace palpate {
 namespace {
 
@@ -43,10 +45,9 @@ Box bounds_of(const parallel::Threads& threads, std::span<const Vec3> positions,
           // Written so that NaN fails it.
           if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= largest_coordinate) ||
               !is_finite(p)) {
-            throw Error(
-                "positions", "point " + std::to_string(i),
-                "(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")",
-                "finite coordinates of at most 1e100");
+            throw Error("positions", "point " + std::to_string(i),
+                        "(" + number_text(p.x) + ", " + number_text(p.y) + ", " + number_text(p.z) + ")",
+                        "finite coordinates of at most 1e100");
           }
           box.extend(p);
         }

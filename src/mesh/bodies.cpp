@@ -61,6 +61,7 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
     Triangle sorted;
     Index tet;
     Index opposite;
+    bool even;  ///< sorting the corners, counter-clockwise from outside, took an even number of swaps
     bool operator<(const Face& o) const {
       return std::tie(sorted, tet, opposite) < std::tie(o.sorted, o.tet, o.opposite);
     }
@@ -70,9 +71,13 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
   for (std::size_t t = 0; t < tets.size(); ++t) {
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       const auto& [i, j, k] = outward_face[opposite];
-      Triangle sorted{tets[t][i], tets[t][j], tets[t][k]};
+      const Triangle corners{tets[t][i], tets[t][j], tets[t][k]};
+      Triangle sorted = corners;
       std::sort(sorted.begin(), sorted.end());
-      faces.push_back({sorted, static_cast<Index>(t), static_cast<Index>(opposite)});
+      const int swaps = (corners[0] > corners[1] ? 1 : 0) + (corners[0] > corners[2] ? 1 : 0) +
+                        (corners[1] > corners[2] ? 1 : 0);
+      const bool even = swaps % 2 == 0;
+      faces.push_back({sorted, static_cast<Index>(t), static_cast<Index>(opposite), even});
     }
   }
   std::sort(faces.begin(), faces.end());
@@ -90,6 +95,11 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
                   "at most two tets on a face");
     }
     if (next - f == 2) {
+      if (faces[f].even == faces[f + 1].even) {
+        throw Error(source, "tet " + std::to_string(faces[f + 1].tet),
+                    "the same side of a face as tet " + std::to_string(faces[f].tet) + ": they overlap",
+                    "tets on both sides of a face");
+      }
       neighbor(faces[f]) = faces[f + 1].tet;
       neighbor(faces[f + 1]) = faces[f].tet;
     }

@@ -5,8 +5,12 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
+
+#include <palpate/error.hpp>
 
 namespace palpate::parallel {
 namespace {
@@ -32,7 +36,11 @@ class Threads::Team {
  public:
   explicit Team(int workers) {
     workers_.reserve(static_cast<std::size_t>(workers));
-    for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+    try {
+      for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those that are there do the work, with the same result.
+    }
   }
   ~Team() {
     stop_.store(true, std::memory_order_relaxed);
@@ -41,6 +49,8 @@ class Threads::Team {
   }
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
+
+  [[nodiscard]] int workers() const { return static_cast<int>(workers_.size()); }
 
   /// Whether the loop was run; not if the team is busy.
   bool run(std::uint32_t chunks, Function function, void* context) {
@@ -115,12 +125,18 @@ class Threads::Team {
 
 Threads::Threads(int count)
     : count_(count > 0 ? count : std::max(1, static_cast<int>(std::thread::hardware_concurrency()))) {
-  if (count_ > 1) team_ = std::make_shared<Team>(count_ - 1);
+  if (count < 0 || count > most) {
+    throw Error("threads", "", std::to_string(count), "0 (all) to " + std::to_string(most));
+  }
+  if (count_ > 1) {
+    team_ = std::make_shared<Team>(count_ - 1);
+    count_ = team_->workers() + 1;
+  }
 }
 
 void Threads::run_chunks(std::size_t chunks, Function function, void* context) const {
-  constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max() - 1;
-  if (team_ && chunks > 1 && chunks <= most &&
+  constexpr std::size_t most_chunks = std::numeric_limits<std::uint32_t>::max() - 1;
+  if (team_ && chunks > 1 && chunks <= most_chunks &&
       team_->run(static_cast<std::uint32_t>(chunks), function, context))
     return;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) function(context, chunk);

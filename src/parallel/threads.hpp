@@ -16,7 +16,11 @@ namespace palpate::parallel {
 /// slower.)
 class Threads {
  public:
-  /// \param count  threads including the caller; 0 takes as many as the process may use
+  static constexpr int most = 1024;
+
+  /// \param count  threads including the caller; 0 takes as many as the process may use. Where the system
+  /// gives fewer,
+  ///               count() says so. Throws Error where count is negative or more than `most`.
   explicit Threads(int count = 0);
 
   [[nodiscard]] int count() const { return count_; }

@@ -118,13 +118,15 @@ void describe(Visitor& v, SolverSettings& solver) {
 template <class Visitor>
 void describe(Visitor& v, RestSettings& rest) {
   v.field("speed", rest.speed, above(0).in_si());
-  v.field("steps", rest.steps, at_least(1));
+  v.field("time", rest.time, above(0).in_si());
 }
 
 template <class Visitor>
 void describe(Visitor& v, Camera& camera) {
   v.optional("position", camera.position);
   v.optional("target", camera.target);
+  v.rule(!camera.position || !camera.target || *camera.position != *camera.target, "target",
+         "the camera's position", "another point");
 }
 
 template <class Visitor>

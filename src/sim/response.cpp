@@ -8,12 +8,13 @@
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
+#include "number_text.hpp"
 
 namespace palpate {
 namespace {
 
 void check(bool right, const char* key, double found, const char* expected) {
-  if (!right || !std::isfinite(found)) throw Error("contact settings", key, std::to_string(found), expected);
+  if (!right || !std::isfinite(found)) throw Error("contact settings", key, number_text(found), expected);
 }
 
 fem::SymmetricMatrix3 outer_product(double s, const Vec3& r) {

@@ -9,6 +9,7 @@
 
 #include "fem/dynamics.hpp"
 #include "geometry/vector.hpp"
+#include "number_text.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/response.hpp"
 #include "sim/state_hash.hpp"
@@ -18,8 +19,7 @@ namespace palpate {
 namespace {
 
 void check(bool right, const char* key, double found, const char* expected) {
-  if (!right || !std::isfinite(found))
-    throw Error("simulation settings", key, std::to_string(found), expected);
+  if (!right || !std::isfinite(found)) throw Error("simulation settings", key, number_text(found), expected);
 }
 
 const SimulationSettings& checked(const SimulationSettings& s) {
@@ -28,7 +28,7 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.solver.tolerance > 0.0, "solver.tolerance", s.solver.tolerance, "a finite number > 0");
   check(s.solver.max_iterations > 0, "solver.max_iterations", s.solver.max_iterations, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
-  check(s.rest.steps > 0, "rest.steps", s.rest.steps, "at least 1");
+  check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
   return s;
 }
 
@@ -168,7 +168,10 @@ const StepMetrics& Simulation::metrics() const {
   return state_->metrics;
 }
 bool Simulation::at_rest() const {
-  return state_->slow_steps >= state_->settings.rest.steps;
+  // Rounding of the product must not ask for one step more.
+  constexpr double rounding = 1e-9;
+  return static_cast<double>(state_->slow_steps) * state_->settings.time_step >=
+         state_->settings.rest.time * (1.0 - rounding);
 }
 std::span<const Vec3> Simulation::contact_forces() const {
   return state_->contact_forces;

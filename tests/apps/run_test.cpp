@@ -149,7 +149,7 @@ TEST_F(Run, TheSameBitsForEveryThreadCountAndStructure) {
 
 TEST_F(Run, UntilRestEndsAtRestOrAtTheCap) {
   // Nothing moves without gravity: at rest after as many steps as the scene asks for.
-  write("still.json", falling_box(R"(, "gravity": [0, 0, 0], "rest": {"steps": 6})"));
+  write("still.json", falling_box(R"(, "gravity": [0, 0, 0], "rest": {"time": 0.06})"));
   const Json still = json_of({"run", "still.json", "--until-rest", "--json", "--no-picture"});
   EXPECT_EQ(still["steps"], 6);
   EXPECT_EQ(still["at_rest"], true);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <set>
-#include <string>
 #include <tuple>
 
 #include <palpate/detection.hpp>
@@ -33,7 +32,7 @@ Detector detector_for(const test::ContactScene& scene, Structure structure, std:
 TEST(ApproximateMode, FindsASubsetAndSaysWhatItDropped) {
   std::size_t missed = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
+    SCOPED_TRACE(seed);
     const test::ContactScene scene = test::make_contact_scene(8, seed);
     Detector exact = detector_for(scene, Structure::compact, std::nullopt, 1, 0.2);
     exact.detect(scene.positions);
@@ -44,7 +43,7 @@ TEST(ApproximateMode, FindsASubsetAndSaysWhatItDropped) {
       approximate.detect(scene.positions);
       const ContactSet found = set_of(approximate.contacts());
       ASSERT_TRUE(std::includes(all.begin(), all.end(), found.begin(), found.end())) << slots << " slots";
-      if (found != all) ASSERT_GT(approximate.counts().dropped_cells, 0U) << "a loss is never silent";
+      ASSERT_TRUE(found == all || approximate.counts().dropped_cells > 0) << "a loss is never silent";
       ASSERT_EQ(approximate.counts().dropped_cells > 0, approximate.counts().approximated_primitives > 0);
       missed += all.size() - found.size();
     }

@@ -149,6 +149,32 @@ TEST(Depth, OfAPointExactlyOnTheSurfaceIsZero) {
   EXPECT_EQ(upper, 9U);
 }
 
+TEST(Depth, WeighsCrossingsByTheInverseSquareOfTheirDistance) {
+  // The corner of one cube is in another: of the corner's edges three leave it, through x = 1, y = 1 and z =
+  // 1, at distances 0.7, 0.7 and 0.1. By hand: (0.1 / 0.1^2 + 2 * 0.7 / 0.7^2) / (1 / 0.1^2 + 2 / 0.7^2).
+  const auto cube = [](const Vec3& lower) {
+    TetMesh mesh;
+    for (int corner = 0; corner < 8; ++corner) {
+      mesh.points.push_back({lower.x + (corner & 1), lower.y + ((corner >> 1) & 1), lower.z + (corner >> 2)});
+    }
+    mesh.tets = {{0, 1, 2, 4}, {3, 2, 1, 7}, {5, 4, 7, 1}, {6, 7, 4, 2}, {1, 2, 4, 7}};
+    return mesh;
+  };
+  Bodies bodies;
+  bodies.add("lower", cube({0, 0, 0}));
+  bodies.add("upper", cube({0.3, 0.3, 0.9}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  const auto corner = std::find(contacts.point.begin(), contacts.point.end(), 8) - contacts.point.begin();
+  ASSERT_LT(corner, static_cast<std::ptrdiff_t>(contacts.size()));
+  const double near = 1.0 / 0.01;
+  const double far = 1.0 / 0.49;
+  EXPECT_NEAR(at(contacts.depth, corner), (near * 0.1 + 2.0 * far * 0.7) / (near + 2.0 * far), 1e-12);
+  const Vec3 direction = normalized(Vec3{far, far, near});
+  EXPECT_NEAR(length(at(contacts.direction, corner) - direction), 0.0, 1e-12);
+}
+
 TEST(BorderEdges, OfClosedBodiesAllCross) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     test::Random random(seed);

@@ -190,26 +190,71 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DetectorOn, ::testing::Range(0, test::contact_s
                            return name;
                          });
 
-TEST(Detector, FollowsMovingPointsOverManyFrames) {
-  // One detector keeps its domain and memory over frames in which points creep, leave the domain and come
-  // back.
+/// Every way to find candidates: structure x order x sort (which only the compact grid has).
+std::vector<DetectionSettings> every_way() {
+  std::vector<DetectionSettings> ways;
+  for (const Structure structure : every_structure()) {
+    for (const Order order : every_order()) {
+      for (std::size_t sort = 0; sort < sort_names.size(); ++sort) {
+        DetectionSettings way;
+        way.structure = structure;
+        way.order = order;
+        way.sort = static_cast<Sort>(sort);
+        if (structure == Structure::compact || sort == 0) ways.push_back(way);
+      }
+    }
+  }
+  return ways;
+}
+
+TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
+  // One detector each keeps its domain, last order and memory over frames in which points creep, burst, leave
+  // the domain and come back.
   ContactScene scene = test::make_contact_scene(8, 3);
-  Detector compact = detector_for(scene, Structure::compact, 2);
+  const std::vector<DetectionSettings> ways = every_way();
+  std::vector<Detector> detectors;
+  constexpr std::array<int, 4> threads{1, 2, 3, 5};
+  for (std::size_t w = 0; w < ways.size(); ++w) {
+    detectors.emplace_back(scene.bodies, ways[w], scene.immovable, threads[w % threads.size()]);
+  }
   Detector brute = detector_for(scene, Structure::brute);
   test::Random random(11);
   std::size_t quiet_frames = 0;
   for (int frame = 0; frame < 200; ++frame) {
     const double stride = frame % 50 == 49 ? 3.0 : 1e-4;
-    for (Vec3& p : scene.positions) p += stride * random.point(-1, 1);
+    for (Vec3& p : scene.positions) {
+      if (frame % 3 != 0 || random.chance(0.2)) p += stride * random.point(-1, 1);
+    }
     if (frame % 50 == 0)
       scene.positions.assign(scene.bodies.points_rest().begin(), scene.bodies.points_rest().end());
-    compact.detect(scene.positions);
     brute.detect(scene.positions);
-    ASSERT_EQ(set_of(compact.contacts()), set_of(brute.contacts())) << "frame " << frame;
-    ASSERT_EQ(compact.contacts().depth, brute.contacts().depth) << "frame " << frame;
-    quiet_frames += compact.counts().movers < scene.positions.size() / 10 ? 1 : 0;
+    for (std::size_t w = 0; w < ways.size(); ++w) {
+      SCOPED_TRACE("frame " + std::to_string(frame) + " " +
+                   std::string(at(structure_names, int(ways[w].structure))) + " " +
+                   std::string(at(order_names, int(ways[w].order))) + " " +
+                   std::string(at(sort_names, int(ways[w].sort))));
+      detectors[w].detect(scene.positions);
+      ASSERT_NO_FATAL_FAILURE(expect_same(brute, detectors[w]));
+      ASSERT_EQ(detectors[w].counts().sort.has_value(), ways[w].structure == Structure::compact);
+    }
+    quiet_frames += detectors[0].counts().movers < scene.positions.size() / 10 ? 1 : 0;
   }
   EXPECT_GT(quiet_frames, 150U) << "movers are only those that changed cell";
+}
+
+TEST(Detector, AdaptiveSortGoesToAFullSortInABurstAndBack) {
+  ContactScene scene = test::make_contact_scene(8, 3);
+  Detector detector = detector_for(scene, Structure::compact);
+  test::Random random(5);
+  const auto sort_after = [&](double stride) {
+    for (Vec3& p : scene.positions) p += stride * random.point(-1, 1);
+    detector.detect(scene.positions);
+    return detector.counts().sort.value();
+  };
+  EXPECT_NE(sort_after(0.0), Sort::repair) << "the first frame has no last order";
+  EXPECT_EQ(sort_after(1e-5), Sort::repair);
+  EXPECT_NE(sort_after(0.5), Sort::repair) << "burst";
+  EXPECT_EQ(sort_after(1e-5), Sort::repair) << "calm again";
 }
 
 TEST(Detector, TinyCellsInAHugeDomainCostNeitherMemoryNorTime) {

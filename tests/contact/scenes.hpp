@@ -37,7 +37,9 @@ inline ContactScene make_contact_scene(int kind, std::uint64_t seed) {
   Random random(seed);
   ContactScene scene;
   const auto add = [&](TetMesh mesh) {
-    scene.bodies.add("b" + std::to_string(scene.bodies.body_count()), std::move(mesh));
+    std::string name("b");
+    name += std::to_string(scene.bodies.body_count());
+    scene.bodies.add(std::move(name), std::move(mesh));
   };
   const auto shifted = [](TetMesh mesh, const Vec3& by) {
     for (Vec3& p : mesh.points) p += by;

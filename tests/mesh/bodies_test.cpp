@@ -104,6 +104,26 @@ TEST(Bodies, RefusesAFaceOfThreeTets) {
   EXPECT_EQ(bodies.tets().size(), 2U);
 }
 
+TEST(Bodies, RefusesTetsOnTheSameSideOfAFace) {
+  const auto message = [](TetMesh mesh) -> std::string {
+    try {
+      Bodies().add("m", std::move(mesh));
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  TetMesh twice = two_tets();
+  twice.tets[1] = twice.tets[0];
+  EXPECT_EQ(message(twice),
+            "m: tet 1: found the same side of a face as tet 0: they overlap, expected tets on both sides of "
+            "a face");
+  TetMesh folded = two_tets();
+  folded.points[4] = {0.1, 0.1, 0.2};  // now on the side of corner 0
+  EXPECT_NE(message(folded), "accepted");
+  EXPECT_EQ(message(two_tets()), "accepted");
+}
+
 /// A box and a ball as two bodies: everything checked against brute force over the tets.
 class BoxAndBall : public ::testing::Test {
  protected:

@@ -6,7 +6,12 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 #include <string>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <thread>
+#include <unistd.h>
+
+#include <palpate/error.hpp>
 
 namespace palpate::parallel {
 namespace {
@@ -14,6 +19,28 @@ namespace {
 TEST(Threads, CountIsWhatWasAskedFor) {
   EXPECT_EQ(Threads(3).count(), 3);
   EXPECT_EQ(Threads(0).count(), static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+}
+
+TEST(Threads, RefusesCountsOutOfRange) {
+  EXPECT_THROW(Threads(-1), Error);
+  EXPECT_THROW(Threads(1000000), Error);
+}
+
+/// As many threads as the system gives: here none, because no memory is left for their stacks.
+TEST(Threads, GoesOnWithFewerWhereTheSystemGivesNoMore) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    rlimit limit{};
+    limit.rlim_cur = limit.rlim_max = 1;  // no address space: mapping a stack fails
+    ::setrlimit(RLIMIT_AS, &limit);
+    const Threads threads(4);
+    std::atomic<int> calls{0};
+    threads.run(10, [&](std::size_t) { calls.fetch_add(1); });
+    ::_exit(threads.count() == 1 && calls.load() == 10 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 TEST(Threads, EachChunkOnceInManyLoopsOfAllSizes) {

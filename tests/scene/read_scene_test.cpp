@@ -113,7 +113,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "solver.max_iterations: found 2.5, expected an integer >= 1"},
       {with(R"("solver": {"max_iterations": 99999999999})"),
        "solver.max_iterations: found 99999999999, expected an integer >= 1"},
-      {with(R"("rest": {"zzzzzz": 1})"), "rest.zzzzzz: found unknown key, expected one of 'speed', 'steps'"},
+      {with(R"("rest": {"zzzzzz": 1})"), "rest.zzzzzz: found unknown key, expected one of 'speed', 'time'"},
       {with(R"("output": {"picture": {"size": [0, 100]}})"),
        "output.picture.size[0]: found 0, expected an integer in [16, 16384]"},
       {with_body(ball + R"(, "material": {})"), "bodies[0].material: found the key twice in one object"},
@@ -171,7 +171,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
 
 TEST(ReadScene, KeepsOtherUnitsWhenAllNumbersAreGiven) {
   const Scene scene = read(R"({"units": {"length": "mm", "mass": "g"}, "time_step": 0.01, "duration": 1,
-      "gravity": [0, 0, -9810], "contact": {"friction_speed": 1}, "rest": {"speed": 1},
+      "gravity": [0, 0, -9810], "contact": {"friction_speed": 1}, "rest": {"speed": 1, "time": 0.05},
       "bodies": [{"obstacle": true, "ball": {"radius": 1, "resolution": 1}}]})");
   EXPECT_EQ(scene.units, (Units{"mm", "g", "s"}));
   EXPECT_EQ(scene.settings.gravity.z, -9810.0);

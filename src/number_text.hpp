@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-namespace palpate::fem {
+namespace palpate {
 
 /// A number for an error message: the shortest text that reads back as the same value.
 inline std::string number_text(double value) {
@@ -13,4 +13,4 @@ inline std::string number_text(double value) {
   return {text.data(), end};
 }
 
-}  // namespace palpate::fem
+}  // namespace palpate
