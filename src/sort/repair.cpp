@@ -92,7 +92,10 @@ void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& change
   changes.list_events(threads, events_);
   sort_events(threads, key_count);
   cut(threads, words);
-  merged_.reserve(changes.words_now() + changes.words_now() / 8);
+  if (merged_.capacity() < changes.words_now()) {
+    merged_.clear();  // nothing to carry over
+    merged_.reserve(changes.words_now() + changes.words_now() / 8);
+  }
   merged_.resize(changes.words_now());
   parallel::for_each(threads, segments_.size() - 1, 1, [&](std::size_t s) {
     const std::size_t first_word = std::min(words.size(), s * grain);
