@@ -63,18 +63,22 @@ TEST(ApproximateMode, WithRoomForAllCellsIsExact) {
 }
 
 TEST(ApproximateMode, HasTheSameBitsForEveryThreadCountAndChangesWithTheStep) {
-  const test::ContactScene scene = test::make_contact_scene(8, 12);
-  std::vector<ContactSet> by_step;
-  for (const int threads : {1, 2, 5}) {
-    Detector detector = detector_for(scene, Structure::compact, 1, threads, 0.2);
-    for (std::size_t step = 0; step < 6; ++step) {
-      detector.detect(scene.positions);
-      const ContactSet found = set_of(detector.contacts());
-      if (by_step.size() == step) by_step.push_back(found);
-      ASSERT_EQ(found, by_step[step]) << threads << " threads, step " << step;
+  std::size_t changes = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const test::ContactScene scene = test::make_contact_scene(8, seed);
+    std::vector<ContactSet> by_step;
+    for (const int threads : {1, 2, 5}) {
+      Detector detector = detector_for(scene, Structure::compact, 1, threads, 0.2);
+      for (std::size_t step = 0; step < 4; ++step) {
+        detector.detect(scene.positions);
+        const ContactSet found = set_of(detector.contacts());
+        if (by_step.size() == step) by_step.push_back(found);
+        ASSERT_EQ(found, by_step[step]) << threads << " threads, step " << step << ", seed " << seed;
+      }
     }
+    changes += std::set<ContactSet>(by_step.begin(), by_step.end()).size() - 1;
   }
-  EXPECT_NE(std::set<ContactSet>(by_step.begin(), by_step.end()).size(), 1U);
+  EXPECT_GT(changes, 5U);
 }
 
 TEST(ApproximateMode, RefusesSlotsOutOfRange) {

@@ -104,6 +104,8 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("contact": {"sort": "radiks"})"), "contact.sort: found \"radiks\", expected 'radix'"},
       {with(R"("contact": {"cell_size": "mean"})"),
        "contact.cell_size: found \"mean\", expected 'auto', 'mean-edge', 'max-edge', or a number > 0"},
+      {with(R"("output": {"picture": {"camera": {"position": [1, 1, 1], "target": [1, 1, 1]}}})"),
+       "output.picture.camera.target: found the camera's position, expected another point"},
       {with(R"("contact": {"cells_per_primitive": 28})"),
        "contact.cells_per_primitive: found 28, expected an integer in [1, 27]"},
       {with(R"("contact": {"stiffness": -1})"), "contact.stiffness: found -1, expected a number > 0"},
