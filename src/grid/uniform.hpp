@@ -34,8 +34,8 @@ class UniformGrid {
 
   [[nodiscard]] int shift() const { return shift_; }
   [[nodiscard]] std::size_t bytes() const {
-    return cells_.capacity() * sizeof(cells_[0]) + used_.capacity() * sizeof(used_[0]) +
-           capacity_ * sizeof(Index);
+    return cells_.capacity() * sizeof(decltype(cells_)::value_type) +
+           used_.capacity() * sizeof(decltype(used_)::value_type) + capacity_ * sizeof(Index);
   }
 
  private:

@@ -44,7 +44,7 @@ class ZOrder {
   static constexpr std::uint32_t chunk_ = 1U << chunk_bits_;
 
   std::array<std::array<std::array<std::uint64_t, chunk_>, 3>, 3> spread_{};  ///< [axis][7 bits each][bits]
-  std::array<std::uint8_t, 3 * axis_bits_> axis_of_bit_{};
+  std::array<std::uint8_t, std::size_t{3} * axis_bits_> axis_of_bit_{};
   int bits_ = 0;
 };
 

@@ -91,10 +91,11 @@ void merge_events(std::span<const std::uint64_t> words, std::span<const std::uin
     out = out_end;
   }
   // Few long steps where events are rare, short ones where they are dense.
-  if (words.size() > hn::Lanes(hn::ScalableTag<std::uint64_t>()) * events.size())
+  if (words.size() > hn::Lanes(hn::ScalableTag<std::uint64_t>()) * events.size()) {
     merge_streams<6>(all);
-  else
+  } else {
     merge_streams<1>(all);
+  }
 }
 
 }  // namespace palpate::simd::HWY_NAMESPACE
@@ -117,10 +118,11 @@ void scalar::merge_events(std::span<const std::uint64_t> words, std::span<const 
   for (const std::uint64_t event : events) {
     const std::uint64_t word = event & ~removal;
     while (i < words.size() && words[i] < word) merged[o++] = words[i++];
-    if ((event & removal) != 0)
+    if ((event & removal) != 0) {
       ++i;
-    else
+    } else {
       merged[o++] = word;
+    }
   }
   std::copy(words.begin() + static_cast<std::ptrdiff_t>(i), words.end(),
             merged.begin() + static_cast<std::ptrdiff_t>(o));

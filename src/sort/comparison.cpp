@@ -17,10 +17,11 @@ std::size_t taken_from(Words a, Words b, std::size_t rank) {
   std::size_t high = std::min(rank, a.size());
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
-    if (a[middle] <= b[rank - middle - 1])
+    if (a[middle] <= b[rank - middle - 1]) {
       low = middle + 1;
-    else
+    } else {
       high = middle;
+    }
   }
   return low;
 }

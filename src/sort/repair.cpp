@@ -109,10 +109,11 @@ void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& change
   });
   std::swap(words, merged_);
   if (cell_begin == nullptr) return;
-  if (events_.size() * words_for_an_event < words.size() + key_count)
+  if (events_.size() * words_for_an_event < words.size() + key_count) {
     shift_cells(threads, words, *cell_begin);
-  else
+  } else {
     index_cells(threads, words, key_count, *cell_begin);
+  }
 }
 
 }  // namespace palpate

@@ -6,10 +6,11 @@ namespace palpate {
 
 bool SortSwitch::repairs(std::size_t movers, std::size_t words) {
   const double share = static_cast<double>(movers) / static_cast<double>(std::max<std::size_t>(words, 1));
-  if (share > upper_share)
+  if (share > upper_share) {
     repairing_ = false;
-  else if (share < lower_share)
+  } else if (share < lower_share) {
     repairing_ = true;
+  }
   return repairing_;
 }
 
