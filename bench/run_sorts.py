@@ -36,6 +36,7 @@ def main(arguments):
                     report = run_group(program, entries, motion, pathlib.Path(folder))
                 except subprocess.CalledProcessError as error:
                     raise SystemExit(f"{entries} entries, {motion}: exit {error.returncode}") from error
+                report["context"]["executable"] = pathlib.Path(program).name  # not where it lay on this machine
                 report["benchmarks"] = [run for run in report["benchmarks"] if run["run_type"] == "iteration"]
                 if merged is None:
                     merged = report

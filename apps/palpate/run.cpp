@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json
-  palpate run scenes/stacking.json --until-rest --out /tmp/stack
+  palpate run scenes/stacking.json --until-rest --out results/at-rest
   palpate run scene.json --steps 50 --no-picture --json | jq .state_hash
 
 Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv (a row for each step), run.json and picture.png; what

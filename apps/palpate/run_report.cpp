@@ -138,6 +138,7 @@ Json report_json(const RunReport& report) {
   add_outcome(json, report);
   json["resolved"] = {{"cell_size", report.simulation.metrics().detection.cell_size},
                       {"cell_size_choice", cell_size_json(report.simulation.detector().cell_size_choice())},
+                      {"cell_doublings", report.simulation.metrics().detection.cell_doublings},
                       {"structure_bytes", report.simulation.detector().structure_bytes()},
                       {"stiffness", stiffness_json(report)}};
   json["results"] = results_json(report);
