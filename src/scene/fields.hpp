@@ -106,13 +106,13 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
   v.field("damping", contact.response.damping, at_least(0));
   v.field("friction", contact.response.friction, at_least(0));
-  v.field("friction_speed", contact.response.friction_speed, above(0).in_si());
 }
 
 template <class Visitor>
 void describe(Visitor& v, SolverSettings& solver) {
   v.field("tolerance", solver.tolerance, strictly_within(0, 1));
   v.field("max_iterations", solver.max_iterations, at_least(1));
+  v.field("max_solves", solver.max_solves, at_least(1));
 }
 
 template <class Visitor>

@@ -27,6 +27,7 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(is_finite(s.gravity), "gravity", s.gravity.x + s.gravity.y + s.gravity.z, "three finite numbers");
   check(s.solver.tolerance > 0.0, "solver.tolerance", s.solver.tolerance, "a finite number > 0");
   check(s.solver.max_iterations > 0, "solver.max_iterations", s.solver.max_iterations, "at least 1");
+  check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
   return s;
@@ -67,6 +68,7 @@ struct Simulation::State {
 
   void detect();
   void measure();
+  void solve();
   void sum_contact_forces();
 
   Bodies bodies;
@@ -110,6 +112,23 @@ void Simulation::State::measure() {
   metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
+/// Solves, and again with the friction that the solution leads to, until both agree.
+void Simulation::State::solve() {
+  dynamics.begin_step(settings.time_step, settings.gravity, {});
+  metrics.solves = 0;
+  metrics.solver_iterations = 0;
+  metrics.solver_converged = true;
+  do {
+    const fem::SolveReport report =
+        dynamics.solve(couplings, settings.solver.tolerance, settings.solver.max_iterations);
+    ++metrics.solves;
+    metrics.solver_iterations += report.iterations;
+    metrics.solver_converged = metrics.solver_converged && report.converged;
+  } while (metrics.solves < settings.solver.max_solves &&
+           response.refine(threads, dynamics.end_velocities(), couplings));
+  dynamics.end_step();
+}
+
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
   for (const fem::Coupling& coupling : couplings) {
@@ -134,11 +153,8 @@ const StepMetrics& Simulation::step() {
                      s.dynamics.velocities(), s.settings.time_step, s.couplings);
   s.metrics.forces_seconds = watch.lap();
 
-  const auto report = s.dynamics.step(s.settings.time_step, s.settings.gravity, {}, s.couplings,
-                                      s.settings.solver.tolerance, s.settings.solver.max_iterations);
+  s.solve();
   s.metrics.solver_seconds = watch.lap();
-  s.metrics.solver_iterations = report.iterations;
-  s.metrics.solver_converged = report.converged;
   s.sum_contact_forces();
 
   s.detect();

@@ -63,6 +63,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "approximated_primitives",
                                        "dropped_cells",
                                        "sort",
+                                       "solves",
                                        "solver_iterations",
                                        "solver_converged",
                                        "kinetic_energy [J]",

@@ -173,7 +173,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
 
 TEST(ReadScene, KeepsOtherUnitsWhenAllNumbersAreGiven) {
   const Scene scene = read(R"({"units": {"length": "mm", "mass": "g"}, "time_step": 0.01, "duration": 1,
-      "gravity": [0, 0, -9810], "contact": {"friction_speed": 1}, "rest": {"speed": 1, "time": 0.05},
+      "gravity": [0, 0, -9810], "rest": {"speed": 1, "time": 0.05},
       "bodies": [{"obstacle": true, "ball": {"radius": 1, "resolution": 1}}]})");
   EXPECT_EQ(scene.units, (Units{"mm", "g", "s"}));
   EXPECT_EQ(scene.settings.gravity.z, -9810.0);
