@@ -10,6 +10,7 @@
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -69,7 +70,7 @@ double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> p
 /// Contacts are sorted by (point, body), so those that were there before are found in one pass.
 void ContactResponse::carry_slips(const Contacts& contacts) {
   std::swap(slips_, last_slips_);
-  slips_.resize(contacts.size());
+  resize_with_room(slips_, contacts.size());
   std::size_t last = 0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const auto key = std::pair(contacts.point[c], contacts.body[c]);
@@ -118,7 +119,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                               std::span<const Vec3> velocities, double time_step,
                               std::vector<fem::Coupling>& couplings) {
   carry_slips(contacts);
-  couplings.resize(contacts.size());
+  resize_with_room(couplings, contacts.size());
   parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
     const Index point = contacts.point[c];
     const Tet& tet = at(bodies.tets(), contacts.tet[c]);

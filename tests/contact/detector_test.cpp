@@ -12,6 +12,7 @@
 #include <palpate/error.hpp>
 
 #include "contact/scenes.hpp"
+#include "contact/ways.hpp"
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
 #include "support/rational.hpp"
@@ -190,28 +191,11 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DetectorOn, ::testing::Range(0, test::contact_s
                            return name;
                          });
 
-/// Every way to find candidates: structure x order x sort (which only the compact grid has).
-std::vector<DetectionSettings> every_way() {
-  std::vector<DetectionSettings> ways;
-  for (const Structure structure : every_structure()) {
-    for (const Order order : every_order()) {
-      for (std::size_t sort = 0; sort < sort_names.size(); ++sort) {
-        DetectionSettings way;
-        way.structure = structure;
-        way.order = order;
-        way.sort = static_cast<Sort>(sort);
-        if (structure == Structure::compact || sort == 0) ways.push_back(way);
-      }
-    }
-  }
-  return ways;
-}
-
 TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
   // One detector each keeps its domain, last order and memory over frames in which points creep, burst, leave
   // the domain and come back.
   ContactScene scene = test::make_contact_scene(8, 3);
-  const std::vector<DetectionSettings> ways = every_way();
+  const std::vector<DetectionSettings> ways = test::every_way();
   std::vector<Detector> detectors;
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
   for (std::size_t w = 0; w < ways.size(); ++w) {
