@@ -99,7 +99,7 @@ TEST_P(EveryWay, EqualsBruteToTheBit) {
   for (std::uint64_t seed = 5000; seed < 5000 + cases; ++seed) {
     Random random(seed);
     const CellSize cell_size = random.chance(0.2) ? CellSize(CellSizeRule::automatic)
-                                                  : CellSize(unit * std::pow(10.0, random.uniform(-2, 1)));
+                                                  : CellSize(unit * std::pow(10.0, random.uniform(-3, 1)));
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Found found =
         check_case(test::make_contact_scene(GetParam(), seed), ways, cell_size, 0.01 * unit, seed, random);

@@ -172,7 +172,7 @@ inline ContactScene make_large_scene(int kind, std::uint64_t seed) {
       case 4:
         if (first) {
           size = std::pow(10.0, random.uniform(-3, 3));
-          centre = size * random.point(-8, 8);
+          centre = size * random.point(-12, 12);
         }
         return centre + size * random.point(-1, 1);
       default: {
