@@ -55,6 +55,21 @@ struct CellSizeChoice {
   std::vector<CellSizeTrial> trials;  ///< empty unless the choice was automatic
 };
 
+/// How full a cuckoo hash table is, and what its construction took (docs/structures.md). With the sizes that
+/// are set, buckets of 409 cells on average in 576 slots make 71 % for many cells.
+struct CuckooCounts {
+  std::size_t cells = 0;  ///< that are not empty: the keys
+  std::size_t slots = 0;
+  std::size_t buckets = 0;
+  std::size_t bucket_retries = 0;   ///< new hash functions of a bucket, because evictions did not end
+  std::size_t redistributions = 0;  ///< new hash functions into buckets, because one overflowed
+  std::size_t growths = 0;          ///< larger tables, because new functions did not help
+  [[nodiscard]] std::size_t retries() const { return bucket_retries + redistributions; }
+  [[nodiscard]] double occupancy() const {
+    return slots == 0 ? 0.0 : static_cast<double>(cells) / static_cast<double>(slots);
+  }
+};
+
 /// What one detection did; counts, not times, are the same on every machine.
 struct DetectionCounts {
   std::size_t contacts = 0;
@@ -72,6 +87,9 @@ struct DetectionCounts {
   std::size_t cells = 0;  ///< cells of the domain
   double cell_size = 0.0;  ///< as used: the wanted one times 2^cell_doublings
   int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
+  /// Of the structure of the points and of that of the border edges; none: it is not cuckoo.
+  std::optional<CuckooCounts> cuckoo_points;
+  std::optional<CuckooCounts> cuckoo_edges;
 };
 
 /// Seconds of the phases of one detection.

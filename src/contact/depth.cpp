@@ -6,6 +6,7 @@
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -70,7 +71,7 @@ void DepthEstimate::take_nearest_surface(const Bodies& bodies, std::span<const V
 }
 
 void DepthEstimate::mark_border_edges(std::size_t contacts, std::span<const BorderEdge> border_edges) {
-  border_begin_.assign(contacts + 1, 0);
+  assign_with_room(border_begin_, contacts + 1, Index{0});
   for (const BorderEdge& edge : border_edges) ++at(border_begin_, edge.contact + 1);
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
 }
@@ -79,8 +80,8 @@ void DepthEstimate::estimate_border(const parallel::Threads& threads, const Bodi
                                     std::span<const Vec3> positions, Contacts& contacts,
                                     std::span<const BorderEdge> border_edges,
                                     const CrossingQuery& crossings) {
-  level_.assign(contacts.size(), unreached);
-  fallback_.assign(contacts.size(), 0);
+  assign_with_room(level_, contacts.size(), unreached);
+  assign_with_room(fallback_, contacts.size(), std::uint8_t{0});
   parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
     const Vec3& p = at(positions, contacts.point[c]);
     WeightedEstimate estimate;
@@ -126,6 +127,8 @@ void DepthEstimate::propagate(const parallel::Threads& threads, const Bodies& bo
                               std::span<const Vec3> positions, ContactList& list) {
   Contacts& contacts = list.contacts();
   frontier_.clear();
+  make_room(frontier_, contacts.size());
+  make_room(next_, contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (level_[c] == 0) frontier_.push_back(static_cast<Index>(c));
   }

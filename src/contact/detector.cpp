@@ -44,6 +44,11 @@ AnyStructure make_structure(Structure structure, Order order, Sort sort) {
               "a known structure");
 }
 
+std::optional<CuckooCounts> cuckoo_counts(const AnyStructure& structure) {
+  const auto* const cuckoo = std::get_if<CuckooGrid>(&structure);
+  return cuckoo == nullptr ? std::nullopt : std::optional(cuckoo->counts());
+}
+
 /// The domain grows beyond the bounds by this, so that it lasts for many frames and keeps the cell indices of
 /// points that do not move.
 Box padded(const Box& bounds, double cell_size) {
@@ -216,6 +221,8 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.cells = s.lattice.cell_count();
   s.counts.cell_size = s.lattice.cell_size();
   s.counts.cell_doublings = s.lattice.doublings();
+  s.counts.cuckoo_points = cuckoo_counts(s.points);
+  s.counts.cuckoo_edges = cuckoo_counts(s.edges);
 }
 
 const Contacts& Detector::contacts() const {

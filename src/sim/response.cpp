@@ -10,6 +10,7 @@
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -149,8 +150,8 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                               std::vector<fem::Coupling>& couplings) {
   memory_.update(contacts);
   time_step_ = time_step;
-  couplings.resize(contacts.size());
-  laws_.resize(contacts.size());
+  resize_with_room(couplings, contacts.size());
+  resize_with_room(laws_, contacts.size());
   parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
     const Index point = contacts.point[c];
     const Tet& tet = at(bodies.tets(), contacts.tet[c]);
@@ -189,7 +190,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
 
 bool ContactResponse::refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
                              std::span<fem::Coupling> couplings) {
-  refined_.resize(couplings.size());
+  resize_with_room(refined_, couplings.size());
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
     const Law& law = laws_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);

@@ -25,9 +25,9 @@ namespace palpate {
 /// speed.
 ///
 /// c is `damping` times the larger of the critical damping 2 sqrt(k m) of the reduced mass m of point and
-/// tet, and 5 k h. The latter counts where the contact is stiff against the time step h: undamped, the step
+/// tet, and 10 k h. The latter counts where the contact is stiff against the time step h: undamped, the step
 /// would push a body that fell d deep out at d / h, as fast as it came, or faster than it came where several
-/// pushed. With the default it is 2.5 times slower.
+/// pushed. With the default it is pushed out at d / (4 h).
 ///
 /// Whether a contact pushes or has let go, sticks or slides, and its bound, are decided by the velocities at
 /// the END of the step. At a given bound the friction is the derivative of a convex function of them

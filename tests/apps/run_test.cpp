@@ -63,6 +63,9 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "approximated_primitives",
                                        "dropped_cells",
                                        "sort",
+                                       "cuckoo_occupancy",
+                                       "cuckoo_retries",
+                                       "cuckoo_growths",
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
@@ -78,12 +81,64 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
     ASSERT_EQ(fields.size(), names.size()) << lines[row];
     EXPECT_EQ(fields[0], std::to_string(row - 1));
     EXPECT_NEAR(std::stod(fields[1]), 0.01 * static_cast<double>(row - 1), 1e-15);
-    EXPECT_EQ(fields[20], "1");
+    EXPECT_EQ(fields[23], "1");
     most_contacts = std::max<std::size_t>(most_contacts, std::stoul(fields[10]));
   }
   EXPECT_GT(most_contacts, 0U) << "1 mm of fall takes 15 ms";
   // Implicit Euler from rest: v1 = g h less damping, and no contact yet.
-  EXPECT_NEAR(std::stod(fields_of(lines[2])[23]), 9.81 * 0.01 / (1.0 + 0.01), 1e-4);
+  EXPECT_NEAR(std::stod(fields_of(lines[2])[26]), 9.81 * 0.01 / (1.0 + 0.01), 1e-4);
+}
+
+TEST_F(Run, MetricsShowTheSwitchFromRepairToRadixAndBackInTheSceneOfTheFallingBall) {
+  // The shipped scene: the ball hangs, falls so fast that many points change their cell in a step, and rests.
+  output_of({"run", PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json", "--steps", "60", "--no-picture", "--out",
+             "out"});
+  const auto lines = lines_of(read("out/metrics.csv"));
+  const auto names = fields_of(lines[0]);
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+  };
+  std::vector<std::string> sorts;  // one after the other, none twice in a row
+  double points = 0.0;
+  for (std::size_t row = 1; row < lines.size(); ++row) {
+    const auto fields = fields_of(lines[row]);
+    const std::string& sort = fields.at(column("sort"));
+    const double movers = std::stod(fields.at(column("movers")));
+    if (row == 1) points = movers;  // all of them, in a new domain
+    if (sorts.empty() || sorts.back() != sort) sorts.push_back(sort);
+    EXPECT_TRUE(movers <= 0.14 * points || sort == "radix") << lines[row];
+    EXPECT_TRUE(movers >= 0.10 * points || sort == "repair") << lines[row];
+  }
+  EXPECT_GT(points, 500.0);
+  ASSERT_GE(sorts.size(), 4U);
+  const std::vector<std::string> first(sorts.begin(), sorts.begin() + 4);
+  EXPECT_EQ(first, (std::vector<std::string>{"radix", "repair", "radix", "repair"}))
+      << "the first frame has no last order";
+  EXPECT_EQ(sorts.back(), "repair");
+}
+
+TEST_F(Run, ReportsHowFullCuckooTablesAreAndWhatTheyTook) {
+  const Json compact = json_of({"run", "scene.json", "--json", "--no-picture", "--out", "out"});
+  EXPECT_TRUE(compact["cuckoo"].is_null());
+  EXPECT_EQ(fields_of(lines_of(read("out/metrics.csv")).back()).at(19), "0.0000");
+  const Json cuckoo =
+      json_of({"run", "scene.json", "--structure", "cuckoo", "--json", "--no-picture", "--out", "out"});
+  for (const char* of : {"points", "edges"}) {
+    const Json& table = cuckoo["cuckoo"][of];
+    EXPECT_GT(table["cells"], 0) << of;
+    EXPECT_EQ(table["slots"], 576 * table["buckets"].get<int>()) << of;
+    EXPECT_EQ(table["buckets"], (table["cells"].get<int>() + 408) / 409) << of;
+    EXPECT_EQ(table["occupancy"], table["cells"].get<double>() / table["slots"].get<double>()) << of;
+    EXPECT_GE(table["occupancy"], table["lowest_occupancy"]) << of;
+    EXPECT_LE(table["occupancy"], table["highest_occupancy"]) << of;
+    EXPECT_EQ(table["growths"]["total"], 0) << of;
+    EXPECT_TRUE(table["bucket_retries"].contains("total") && table["redistributions"].contains("total"))
+        << of;
+  }
+  const auto last = fields_of(lines_of(read("out/metrics.csv")).back());
+  EXPECT_NEAR(std::stod(last.at(19)), cuckoo["cuckoo"]["points"]["occupancy"].get<double>(), 5e-5);
+  EXPECT_EQ(last.at(20) + last.at(21), "00") << "tables so empty need no second try";
+  EXPECT_EQ(last.at(18), "none") << "cuckoo does not sort points";
 }
 
 TEST_F(Run, ReportHoldsWhatARunIsComparedBy) {
@@ -91,12 +146,12 @@ TEST_F(Run, ReportHoldsWhatARunIsComparedBy) {
   EXPECT_EQ(out, read("out/run.json"));
   const Json report = Json::parse(out);
   for (const char* key :
-       {"version",        "commit",        "compiler",     "build_type",      "machine",  "threads",
-        "scene_file",     "steps",         "most_steps",   "simulated_time",  "at_rest",  "interrupted",
-        "error",          "state_hash",    "wall_seconds", "phases",          "contacts", "border_edges",
-        "crossings",      "candidates",    "movers",       "depth_fallbacks", "solver",   "kinetic_energy",
-        "elastic_energy", "largest_speed", "fastest_body", "deepest",         "resolved", "results",
-        "bodies",         "scene"}) {
+       {"version",    "commit",         "compiler",      "build_type",      "machine",  "threads",
+        "scene_file", "steps",          "most_steps",    "simulated_time",  "at_rest",  "interrupted",
+        "error",      "state_hash",     "wall_seconds",  "phases",          "contacts", "border_edges",
+        "crossings",  "candidates",     "movers",        "depth_fallbacks", "solver",   "kinetic_energy",
+        "cuckoo",     "elastic_energy", "largest_speed", "fastest_body",    "deepest",  "resolved",
+        "results",    "bodies",         "scene"}) {
     EXPECT_TRUE(report.contains(key)) << key;
   }
   EXPECT_EQ(report["version"], PALPATE_VERSION);
