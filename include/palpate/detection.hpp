@@ -55,14 +55,24 @@ struct CellSizeChoice {
   std::vector<CellSizeTrial> trials;  ///< empty unless the choice was automatic
 };
 
+/// Where depths had to be found another way than from crossings, by kind (docs/depth.md).
+struct DepthCounts {
+  /// Contacts whose depth or direction is that of the nearest surface point: in a region without border, or
+  /// one of the next two.
+  std::size_t depth_fallbacks = 0;
+  std::size_t raised_depths = 0;        ///< the planes gave less than the distance to the surface
+  std::size_t cancelled_directions = 0;  ///< the planes' normals add up to nothing
+  std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
+  std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
+};
+
 /// What one detection did; counts, not times, are the same on every machine.
-struct DetectionCounts {
+struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;
   std::size_t border_edges = 0;
   std::size_t crossings = 0;
   std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
-  std::size_t depth_fallbacks = 0;  ///< contacts whose depth is the distance to the nearest surface point
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
   /// the cells that were left out.
   std::size_t approximated_primitives = 0;

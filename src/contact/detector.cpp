@@ -64,7 +64,7 @@ bool too_large(const Box& domain, const Box& needed) {
 
 struct Detector::State {
   State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n)
-      : bodies(b), settings(s), immovable(std::move(i)), threads(n) {
+      : bodies(b), settings(s), immovable(std::move(i)), threads(n), depth(b) {
     if (bodies.body_count() == 0) throw Error("detector", "bodies", "none", "at least one");
     if (immovable.empty()) immovable.assign(bodies.bodies().size(), 0);
     if (immovable.size() != bodies.bodies().size()) {
@@ -200,7 +200,7 @@ void Detector::detect(std::span<const Vec3> positions) {
       s.edges);
   s.times.crossings = watch.lap();
 
-  s.counts.depth_fallbacks =
+  static_cast<DepthCounts&>(s.counts) =
       s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings);
   s.times.depth = watch.lap();
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "geometry/vector.hpp"
 #include "mesh/faces.hpp"
@@ -41,29 +42,79 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
 
 }  // namespace
 
+bool ExitSearch::insert(Index tet) {
+  if (2 * (reached_.size() + 1) > table_.size()) grow();
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = (static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32) & mask;
+  for (; table_[slot] >= 0; slot = (slot + 1) & mask) {
+    if (table_[slot] == tet) return false;
+  }
+  table_[slot] = tet;
+  reached_.push_back(tet);
+  return true;
+}
+
+void ExitSearch::grow() {
+  const std::vector<Index> tets = std::move(reached_);
+  table_.assign(std::max<std::size_t>(64, 2 * table_.size()), -1);
+  reached_.clear();
+  reached_.reserve(table_.size());
+  for (const Index tet : tets) insert(tet);
+}
+
+SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                 const Vec3& p, const Limits& limits) {
+  std::fill(table_.begin(), table_.end(), -1);
+  reached_.clear();
+  insert(tet);
+  const auto left_out = [&](const auto& corners) {
+    return limits.without >= 0 && std::find(corners.begin(), corners.end(), limits.without) != corners.end();
+  };
+  SurfacePoint best{p, {}, limits.radius};
+  for (std::size_t next = 0; next < reached_.size() && best.distance > limits.enough; ++next) {
+    const Index here = reached_[next];
+    const Tet& corners = at(bodies.tets(), here);
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& [i, j, k] = outward_face[opposite];
+      const std::array<Vec3, 3> face{at(positions, corners[i]), at(positions, corners[j]),
+                                     at(positions, corners[k])};
+      const Vec3 normal = normalized(cross(face[1] - face[0], face[2] - face[0]));
+      if (std::abs(dot(face[0] - p, normal)) >= best.distance) continue;  // so is its plane; quicker
+      const Index neighbor = at(bodies.tet_neighbors(), here)[opposite];
+      if (neighbor < 0 ? normal == Vec3{} || left_out(std::array{corners[i], corners[j], corners[k]})
+                       : left_out(at(bodies.tets(), neighbor)))
+        continue;
+      const Vec3 q = nearest_on_triangle(p, face);
+      const double distance = length(q - p);
+      if (distance >= best.distance) continue;
+      if (neighbor >= 0) {
+        insert(neighbor);
+        continue;
+      }
+      const Vec3 outward = normalized(q - p);
+      best = {q, outward == Vec3{} ? normal : outward, distance};
+    }
+  }
+  return best;
+}
+
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
-                                   const Vec3& p) {
-  double best_distance = std::numeric_limits<double>::infinity();
-  SurfacePoint best{p, {0.0, 0.0, 1.0}, 0.0};
-  Vec3 best_normal = best.outward;
+                                   const Vec3& p, Index without) {
+  SurfacePoint best{p, {0.0, 0.0, 1.0}, std::numeric_limits<double>::infinity()};
   const Range triangles = at(bodies.bodies(), body).triangles;
   for (Index t = triangles.begin; t < triangles.end; ++t) {
     const Triangle& corners = at(bodies.triangles(), t);
+    if (without >= 0 && std::find(corners.begin(), corners.end(), without) != corners.end()) continue;
     const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
                                        at(positions, corners[2])};
     const Vec3 normal = normalized(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
     if (normal == Vec3{}) continue;  // without area: its sides belong to its neighbours too
     const Vec3 q = nearest_on_triangle(p, triangle);
-    const double distance = squared_length(q - p);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best.position = q;
-      best_normal = normal;
-    }
+    const double distance = length(q - p);
+    if (distance >= best.distance) continue;
+    const Vec3 outward = normalized(q - p);
+    best = {q, outward == Vec3{} ? normal : outward, distance};
   }
-  best.distance = length(best.position - p);
-  best.outward = normalized(best.position - p);
-  if (best.outward == Vec3{}) best.outward = best_normal;
   return best;
 }
 
