@@ -57,11 +57,11 @@ struct CellSizeChoice {
 
 /// Where depths had to be found another way than from crossings, by kind (docs/depth.md).
 struct DepthCounts {
-  /// Contacts whose depth or direction is that of the nearest surface point: in a region without border, or
-  /// one of the next two.
+  /// Contacts whose direction is that to the nearest surface point, and all but the cancelled their depth.
   std::size_t depth_fallbacks = 0;
-  std::size_t raised_depths = 0;        ///< the planes gave less than the distance to the surface
-  std::size_t cancelled_directions = 0;  ///< the planes' normals add up to nothing
+  std::size_t cancelled_directions = 0;  ///< of these, because the planes' normals add up to nothing
+  /// Contacts whose planes gave less than the distance to the surface: they have that as their depth.
+  std::size_t raised_depths = 0;
   std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
   std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
 };

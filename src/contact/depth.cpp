@@ -15,9 +15,14 @@ namespace {
 constexpr std::size_t grain = 256;
 /// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
 constexpr double alone = 1e8;
+constexpr std::size_t contacts_of_search = 64;
+/// How strong the surface beside a point is, against its other planes.
+constexpr double surface_weight = 0.5;
 constexpr double tolerance = 1e-5;
 constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
+/// Length of the mean normal above which the planes count as one.
+constexpr double full_agreement = 0.9;
 
 /// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
 double squared_distance(const Bodies& bodies, std::span<const Vec3> positions, Index p, Index q) {
@@ -39,7 +44,7 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
   finish(frame);
   DepthCounts counts;
   for (const Note& note : notes_) {
-    counts.depth_fallbacks += note.from_surface != from_planes ? 1 : 0;
+    counts.depth_fallbacks += note.from_surface == no_border || note.from_surface == cancelled ? 1 : 0;
     counts.raised_depths += note.from_surface == raised ? 1 : 0;
     counts.cancelled_directions += note.from_surface == cancelled ? 1 : 0;
     counts.border_edges_without_crossing += static_cast<std::size_t>(note.without_crossing);
@@ -54,10 +59,8 @@ void DepthEstimate::lay_out(const Frame& frame) {
   const std::size_t n = contacts.size();
   border_begin_.assign(n + 1, 0);
   penetrated_.assign(frame.bodies.bodies().size(), 0);
-  for (const BorderEdge& edge : frame.border_edges) {
-    ++at(border_begin_, edge.contact + 1);
-    at(penetrated_, at(contacts.body, edge.contact)) = 1;
-  }
+  for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
+  for (const Index body : contacts.body) at(penetrated_, body) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
   notes_.assign(n, Note{});
   system_.nodes.assign(n, PlaneSystem::Node{});
@@ -72,10 +75,16 @@ void DepthEstimate::lay_out(const Frame& frame) {
 
 void DepthEstimate::assemble(const Frame& frame) {
   normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
-  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
-    add_border(frame, c);
-    add_links(frame, c);
-  });
+  searches_.resize(std::max(searches_.size(), parallel::chunk_count(notes_.size(), contacts_of_search)));
+  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         for (std::size_t c = begin; c < end; ++c) {
+                           add_border(frame, c);
+                           add_links(frame, c);
+                           add_surface(frame, c, searches_[chunk]);
+                           make_guess(frame, c);
+                         }
+                       });
 }
 
 /// The mean plane of the crossings of a contact's border edges.
@@ -111,10 +120,45 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
     depth += scale * exit.depth;
     normal += scale * exit.normal;
   }
+  contacts.depth[c] = depth;
+  contacts.direction[c] = normal;
+}
+
+/// The planes of the surface triangles so near that they outweigh all else: where a point comes near the
+/// surface from inside, far from its border edges, it must know before it leaves there.
+void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& search) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  PlaneSystem::Node& node = system_.nodes[c];
+  if (note.fixed) return;
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const double others = node.diagonal;
+  const double border = note.border_weight;
+  const double reach = std::sqrt(surface_weight / others);
+  constexpr double smallest = 1e-24;
+  search.for_each_face(
+      frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
+      [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
+        const double weight =
+            surface_weight / std::max(distance * distance, smallest * reach * reach) - others;
+        const Vec3 normal = normals_.at_point(
+            frame.bodies, frame.positions, normals_.triangle_of_face(frame.bodies, tet, opposite), x);
+        note.border_weight += weight;
+        contacts.depth[c] += weight * dot(x - p, normal);
+        contacts.direction[c] += weight * normal;
+      });
+  node.diagonal += note.border_weight - border;
+  note.fixed = note.border_weight > alone * (others - border);
+}
+
+/// The first guess of a contact that has planes of its own: their mean.
+void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
   if (!(note.border_weight > 0.0)) return;
-  contacts.depth[c] = depth / note.border_weight;
-  contacts.direction[c] = (1.0 / note.border_weight) * normal;
-  if (std::isfinite(contacts.depth[c]) && is_finite(contacts.direction[c])) note.level = 0;
+  contacts.depth[c] /= note.border_weight;
+  contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
+  note.level = 0;
 }
 
 /// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
@@ -217,8 +261,6 @@ void DepthEstimate::balance(const Frame& frame) {
 }
 
 void DepthEstimate::finish(const Frame& frame) {
-  constexpr std::size_t contacts_of_search = 64;
-  searches_.resize(std::max(searches_.size(), parallel::chunk_count(notes_.size(), contacts_of_search)));
   parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          for (std::size_t c = begin; c < end; ++c) finish_contact(frame, c, searches_[chunk]);
@@ -228,44 +270,54 @@ void DepthEstimate::finish(const Frame& frame) {
 void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch& search) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
-  const Index point = contacts.point[c];
-  const Index body = contacts.body[c];
-  const Vec3& p = at(frame.positions, point);
-  const Index without = at(frame.bodies.body_of_point(), point) == body ? point : -1;
-  const auto surface_point = [&](double radius, double enough) {
-    return search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, {radius, enough, without});
-  };
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const Index without = own_point(frame, c);
   const auto nearest = [&] {
-    SurfacePoint found = surface_point(infinity, -1.0);
-    if (found.outward == Vec3{}) found = nearest_surface_point(frame.bodies, frame.positions, body, p, without);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    SurfacePoint found =
+        search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, infinity, -1.0);
+    if (found.outward == Vec3{})
+      found = nearest_surface_point(frame.bodies, frame.positions, contacts.body[c], p, without);
     if (!std::isfinite(found.distance)) found.distance = 0.0;  // a body without any surface but its own
     return found;
   };
   const auto& [offset, x, y, z] = system_.corrections()[c];
   const PlaneSystem::Node& node = system_.nodes[c];
   const Vec3 normal = contacts.direction[c] + Vec3{x, y, z};
-  const double depth = contacts.depth[c] + (offset - dot(node.place, {x, y, z}));
-  if (note.level < 0 || !std::isfinite(depth) || !is_finite(normal)) {
+  const double mean = contacts.depth[c] + (offset - dot(node.place, {x, y, z}));
+  if (note.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
     const SurfacePoint found = nearest();
     contacts.depth[c] = found.distance;
     contacts.direction[c] = found.outward;
     note.from_surface = no_border;
     return;
   }
-  contacts.depth[c] = std::max(0.0, depth);
+  const double agreement = length(normal);
+  contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement);
   contacts.direction[c] = normalized(normal);
-  if (length(normal) < smallest_normal) {
+  if (agreement < smallest_normal) {
     contacts.direction[c] = nearest().outward;
     note.from_surface = cancelled;
   }
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
-  if (note.nearest_crossing <= enough || surface_point(enough, enough).outward != Vec3{}) return;
-  const SurfacePoint found = nearest();
-  if (found.distance <= enough) return;
+  if (note.nearest_crossing <= enough) return;
+  const double bound = std::min(note.nearest_crossing,
+                                surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p,
+                                              contacts.direction[c]));
+  if (bound <= enough) return;
+  const SurfacePoint found =
+      search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
+  if (found.distance <= enough || !std::isfinite(found.distance)) return;
   contacts.depth[c] = found.distance;
-  note.from_surface = raised;
+  if (note.from_surface == from_planes) note.from_surface = raised;
+}
+
+/// The point of a contact of a body with itself, which is not to take its own surface for the way out.
+Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
+  const Contacts& contacts = frame.list.contacts();
+  const Index point = contacts.point[c];
+  return at(frame.bodies.body_of_point(), point) == contacts.body[c] ? point : -1;
 }
 
 Index DepthEstimate::regions_not_reached() {

@@ -63,6 +63,9 @@ class DepthEstimate {
   void assemble(const Frame& frame);
   void add_border(const Frame& frame, std::size_t c);
   void add_links(const Frame& frame, std::size_t c);
+  void add_surface(const Frame& frame, std::size_t c, ExitSearch& search);
+  void make_guess(const Frame& frame, std::size_t c);
+  static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
   void next_level(Index level);
   void balance(const Frame& frame);

@@ -57,6 +57,11 @@ std::array<double, 3> weights_in(std::span<const Vec3> positions, const Triangle
 }  // namespace
 
 SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
+  Index triangle = 0;
+  for (const std::array<Index, 4>& neighbors : bodies.tet_neighbors()) {
+    first_triangles_.push_back(triangle);
+    triangle += static_cast<Index>(std::count(neighbors.begin(), neighbors.end(), -1));
+  }
   find_creases(bodies);
   group_corners(bodies);
 }

@@ -31,11 +31,20 @@ class SurfaceNormals {
   [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const;
 
+  /// The surface triangle that is the face opposite corner `opposite` of a tet; the face is at the surface.
+  [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
+    Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
+    for (std::size_t i = 0; i < opposite; ++i)
+      triangle += bodies.tet_neighbors()[static_cast<std::size_t>(tet)][i] < 0 ? 1 : 0;
+    return triangle;
+  }
+
  private:
   void find_creases(const Bodies& bodies);
   void group_corners(const Bodies& bodies);
   [[nodiscard]] Vec3 normal_of_point(Index point) const;
 
+  std::vector<Index> first_triangles_;  ///< (n_tets) triangles are in the order of their tets
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
   std::vector<std::uint8_t> creases_;                ///< (n_triangles)
   std::vector<std::array<Index, 3>> across_;         ///< (n_triangles) triangle over the smooth edge opposite corner i

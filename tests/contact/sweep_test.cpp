@@ -29,6 +29,7 @@ void print(const char* name, const Bodies& bodies, const test::SweepReport& r) {
               name, h, r.pairs, r.largest_motion / h, r.deepest / h, r.fallbacks, r.depth.size / h,
               r.depth.size / r.largest_motion, r.depth.step, r.depth.point, r.direction.size, r.direction.step,
               r.direction.point);
+  std::printf("   ms/step: contacts %.3f crossings %.3f depth %.3f\n", r.times.contacts, r.times.crossings, r.times.depth);
 }
 
 TetMesh turned(TetMesh mesh, const Vec3& axis, double angle) {
