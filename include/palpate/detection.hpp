@@ -24,6 +24,10 @@ struct Contacts {
       weights;                  ///< (n x 4) barycentric weights of the point in the tet, corner order
   std::vector<double> depth;    ///< (n) penetration depth, >= 0
   std::vector<Vec3> direction;  ///< (n x 3) unit vector that leads the point out of the penetrated body
+  /// (n) how well the surface around agrees on the direction: 1 where it is flat, 0 where directions cancel,
+  /// nothing reaches the point, or the nearest surface point was taken. A direction turns by no more than a
+  /// change around it divided by this.
+  std::vector<double> certainty;
   [[nodiscard]] std::size_t size() const { return point.size(); }
 };
 

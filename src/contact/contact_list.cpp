@@ -33,6 +33,7 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   contacts_.weights.resize(n);
   contacts_.depth.assign(n, 0.0);
   contacts_.direction.assign(n, Vec3{});
+  contacts_.certainty.assign(n, 0.0);
   parallel::for_each(threads, n, 512, [&](std::size_t c) {
     const Tet& tet = at(bodies.tets(), contacts_.tet[c]);
     contacts_.weights[c] =

@@ -16,8 +16,11 @@ constexpr std::size_t grain = 256;
 /// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
 constexpr double alone = 1e8;
 constexpr std::size_t contacts_of_search = 64;
-/// How strong the surface beside a point is, against its other planes.
-constexpr double surface_weight = 0.5;
+/// Share of a contact's edges that pulls it back to knowing nothing: what comes from far counts less.
+constexpr double forgetting = 0.01;
+/// Knowledge above which a mean is trusted.
+constexpr double full_knowledge = 0.5;
+constexpr double least_knowledge = 1e-3;
 constexpr double tolerance = 1e-5;
 constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
@@ -134,13 +137,13 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& s
   const Vec3& p = at(frame.positions, contacts.point[c]);
   const double others = node.diagonal;
   const double border = note.border_weight;
-  const double reach = std::sqrt(surface_weight / others);
-  constexpr double smallest = 1e-24;
+  const double reach = 1.0 / std::sqrt(others);
+  constexpr double smallest = 1e-12;
   search.for_each_face(
       frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
       [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-        const double weight =
-            surface_weight / std::max(distance * distance, smallest * reach * reach) - others;
+        const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
+        const double weight = excess * excess;
         const Vec3 normal = normals_.at_point(
             frame.bodies, frame.positions, normals_.triangle_of_face(frame.bodies, tet, opposite), x);
         note.border_weight += weight;
@@ -232,8 +235,9 @@ void DepthEstimate::next_level(Index level) {
   std::swap(frontier_, next_);
 }
 
-/// Makes each plane the mean of all that it is linked with.
+/// Makes each plane the mean of all that it is linked with, by how much they know.
 void DepthEstimate::balance(const Frame& frame) {
+  weigh_knowledge(frame);
   Contacts& contacts = frame.list.contacts();
   const auto plane = [&](Index c) {
     const Vec3& normal = at(contacts.direction, c);
@@ -242,22 +246,51 @@ void DepthEstimate::balance(const Frame& frame) {
   };
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
-    const bool takes_part = notes_[c].level >= 0 && !notes_[c].fixed;
-    if (takes_part) {
-      const Plane own = plane(static_cast<Index>(c));
-      for (Index l = node.begin; l < node.end; ++l) {
-        const Plane other = plane(at(system_.links, l).node);
-        for (std::size_t k = 0; k < own.size(); ++k)
-          node.residual[k] += at(system_.links, l).weight * (other[k] - own[k]);
-      }
+    node.residual = {};
+    if (notes_[c].fixed) return;
+    const Plane own = plane(static_cast<Index>(c));
+    for (Index l = node.begin; l < node.end; ++l) {
+      const auto& [other, link] = at(system_.links, l);
+      const Plane theirs = plane(other);
+      for (std::size_t k = 0; k < own.size(); ++k)
+        node.residual[k] += link * at(notes_, other).knowledge * (theirs[k] - own[k]);
     }
     const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) +
                         std::abs(node.residual[2]) + std::abs(node.residual[3]);
-    if (takes_part && std::isfinite(size) && std::isfinite(node.diagonal)) return;
-    // Fixed, or numbers beyond all bounds: the node keeps its first guess, and its neighbours see that.
-    node = {.place = node.place, .length = node.length, .begin = node.begin, .end = notes_[c].level >= 0 ? node.begin : node.end};
+    if (!std::isfinite(size)) leave_out(c);
   });
   system_.solve(frame.threads, tolerance, most_iterations);
+}
+
+/// What reaches each contact from the planes: 1 at a crossing, less with each edge from there. Solves
+/// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all know all.
+void DepthEstimate::weigh_knowledge(const Frame& frame) {
+  const std::span<const Index> points = frame.list.contacts().point;
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    PlaneSystem::Node& node = system_.nodes[c];
+    double edges = 0.0;
+    for (const Index edge : frame.bodies.point_edges()[points[c]]) {
+      edges += 1.0 / squared_distance(frame.bodies, frame.positions, points[c],
+                                      frame.bodies.other_end(edge, points[c]));
+    }
+    node.diagonal += forgetting * edges;
+    node.residual = {-forgetting * edges, 0.0, 0.0, 0.0};
+    if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
+  });
+  system_.solve(frame.threads, tolerance, most_iterations);
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
+  });
+}
+
+/// The contact keeps its first guess, and its neighbours see that. Unreached ones keep their links, which
+/// only lead to others.
+void DepthEstimate::leave_out(std::size_t c) {
+  PlaneSystem::Node& node = system_.nodes[c];
+  node.diagonal = 1.0;
+  node.residual = {};
+  notes_[c].fixed = true;
+  if (notes_[c].level >= 0) node.end = node.begin;
 }
 
 void DepthEstimate::finish(const Frame& frame) {
@@ -283,8 +316,9 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
   };
   const auto& [offset, x, y, z] = system_.corrections()[c];
   const PlaneSystem::Node& node = system_.nodes[c];
-  const Vec3 normal = contacts.direction[c] + Vec3{x, y, z};
-  const double mean = contacts.depth[c] + (offset - dot(node.place, {x, y, z}));
+  const double share = 1.0 / std::max(note.knowledge, least_knowledge);
+  const Vec3 normal = contacts.direction[c] + share * Vec3{x, y, z};
+  const double mean = contacts.depth[c] + share * (offset - dot(node.place, {x, y, z}));
   if (note.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
     const SurfacePoint found = nearest();
     contacts.depth[c] = found.distance;
@@ -293,19 +327,26 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
     return;
   }
   const double agreement = length(normal);
-  contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement);
+  contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement) *
+                      std::min(1.0, note.knowledge / full_knowledge);
   contacts.direction[c] = normalized(normal);
+  contacts.certainty[c] = std::min(1.0, agreement * note.knowledge);
   if (agreement < smallest_normal) {
+    contacts.certainty[c] = 0.0;
     contacts.direction[c] = nearest().outward;
     note.from_surface = cancelled;
   }
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
   if (note.nearest_crossing <= enough) return;
-  const double bound = std::min(note.nearest_crossing,
-                                surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p,
-                                              contacts.direction[c]));
-  if (bound <= enough) return;
+  double bound = note.nearest_crossing;
+  const Vec3& r = contacts.direction[c];
+  for (const Vec3& way : {r, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1},
+                          Vec3{0, 0, -1}}) {
+    bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
+    if (bound <= enough) return;
+  }
+  bound *= 1.0 + 1e-9;  // so that the search finds it
   const SurfacePoint found =
       search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
   if (found.distance <= enough || !std::isfinite(found.distance)) return;

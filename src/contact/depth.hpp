@@ -53,6 +53,7 @@ class DepthEstimate {
     Index without_crossing = 0;    ///< border edges
     double border_weight = 0.0;    ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
+    double knowledge = 1.0;        ///< what reaches it of the planes, 0 to 1
     bool fixed = false;            ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
   };
@@ -69,6 +70,8 @@ class DepthEstimate {
   void propagate(const Frame& frame);
   void next_level(Index level);
   void balance(const Frame& frame);
+  void weigh_knowledge(const Frame& frame);
+  void leave_out(std::size_t c);
   void finish(const Frame& frame);
   void finish_contact(const Frame& frame, std::size_t c, ExitSearch& search);
   Index regions_not_reached();
