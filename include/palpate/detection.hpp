@@ -15,7 +15,8 @@
 namespace palpate {
 
 /// Contacts: points that lie in a tet of another body (closed tets; of several tets of one body, the lowest
-/// index). Structure of arrays, sorted by (point, body); a point in two other bodies is two contacts.
+/// index), or with self-collision in a tet of their own body that they are no corner of and that did not come
+/// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in two other bodies is two contacts.
 struct Contacts {
   std::vector<Index> point;  ///< (n)
   std::vector<Index> body;   ///< (n) the penetrated body
@@ -31,13 +32,15 @@ struct Contacts {
   [[nodiscard]] std::size_t size() const { return point.size(); }
 };
 
-/// An edge with one end in contact with a body and the other end not in contact with it.
+/// An edge with one end in contact with a body and the other end not in contact with it, or in contact with
+/// another layer of it (self-collision only).
 struct BorderEdge {
   Index contact;     ///< index into Contacts: the end that is in contact, and the penetrated body
   Index free_point;  ///< the other end
 };
 
-/// A border edge meets a surface triangle of the body that its contact penetrates.
+/// A border edge meets a surface triangle of the body that its contact penetrates; with self-collision one
+/// that has no point of the edge as a corner.
 struct Crossing {
   Index border_edge;
   Index triangle;
@@ -76,6 +79,7 @@ struct DetectionCounts : DepthCounts {
   std::size_t border_edges = 0;
   std::size_t crossings = 0;
   std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
   /// the cells that were left out.

@@ -71,6 +71,12 @@ struct Detector::State {
       throw Error("detection settings", "immovable", std::to_string(immovable.size()) + " flags",
                   std::to_string(bodies.bodies().size()) + ", one for each body");
     }
+    std::vector<std::uint8_t>& self = settings.self_collision;
+    if (self.empty()) self.assign(bodies.bodies().size(), 0);
+    if (self.size() != bodies.bodies().size()) {
+      throw Error("detection settings", "self_collision", std::to_string(self.size()) + " flags",
+                  std::to_string(bodies.bodies().size()) + ", one for each body");
+    }
     if (settings.cells_per_primitive &&
         (*settings.cells_per_primitive < 1 || *settings.cells_per_primitive > CellSlots::most)) {
       throw Error("detection settings", "cells_per_primitive", std::to_string(*settings.cells_per_primitive),
@@ -182,14 +188,14 @@ void Detector::detect(std::span<const Vec3> positions) {
 
   std::visit(
       [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable}, s.lattice, structure,
+        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
                               slots);
       },
       s.points);
   s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
   s.times.contacts = watch.lap();
 
-  find_border_edges(s.threads, s.bodies, s.contacts, s.border_scratch, s.border_edges);
+  find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
   s.times.border_edges = watch.lap();
 
   std::visit(
@@ -212,6 +218,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.candidates = tally.candidates;
   s.counts.approximated_primitives = tally.approximated_primitives;
   s.counts.dropped_cells = tally.dropped_cells;
+  s.counts.folded_pairs = tally.folded_pairs;
   ++s.step;
   s.counts.cells = s.lattice.cell_count();
   s.counts.cell_size = s.lattice.cell_size();

@@ -85,7 +85,10 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("material", body.material);
   v.list("fixed", body.fixed);
   v.field("obstacle", body.obstacle);
+  v.field("self_collision", body.self_collision);
   v.optional("color", body.color, within(0, 1));
+  v.rule(!body.obstacle || !body.self_collision, "self_collision", "true for an obstacle",
+         "false: an obstacle has one shape");
   v.rule(body.obstacle || body.material, "material", "nothing",
          "the material of a body that is not an obstacle");
 }

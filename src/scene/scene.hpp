@@ -79,6 +79,7 @@ struct SceneBody {
   std::optional<Material> material;            ///< always there for a body that is not an obstacle
   std::vector<Selection> fixed;                ///< points that do not move: the union of the selections
   bool obstacle = false;                       ///< no point of the body moves
+  bool self_collision = false;                 ///< the body also touches itself
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]; none: the picture chooses
 };
 
