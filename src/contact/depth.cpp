@@ -99,14 +99,15 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
   double depth = 0.0;
   Vec3 normal;
   for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index free_point = at(frame.border_edges, e).free_point;
+    const double l2 = squared_distance(frame.bodies, frame.positions, contacts.point[c], free_point);
+    note.edges += 1.0 / l2;
     const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
     const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
     if (first == last) {
       ++note.without_crossing;
       continue;
     }
-    const Index free_point = at(frame.border_edges, e).free_point;
-    const double l2 = squared_distance(frame.bodies, frame.positions, contacts.point[c], free_point);
     const Vec3 edge = at(frame.positions, free_point) - p;
     const EdgeExit exit(frame.bodies, frame.positions, normals_, p, edge,
                         frame.crossings.crossings().subspan(first, last - first));
@@ -118,6 +119,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
       note.border_weight = depth = 0.0;
       normal = {};
     }
+    note.border_edges += 1.0 / l2;
     const double scale = exit.at_point ? 1.0 : 1.0 / l2;
     note.border_weight += scale * exit.weight;
     depth += scale * exit.depth;
@@ -135,8 +137,10 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& s
   PlaneSystem::Node& node = system_.nodes[c];
   if (note.fixed) return;
   const Vec3& p = at(frame.positions, contacts.point[c]);
-  const double others = node.diagonal;
   const double border = note.border_weight;
+  const double links = node.diagonal - border;
+  // The same before and after a neighbour enters the body.
+  const double others = note.edges + (border - link_weight * note.border_edges);
   const double reach = 1.0 / std::sqrt(others);
   constexpr double smallest = 1e-12;
   search.for_each_face(
@@ -151,7 +155,7 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& s
         contacts.direction[c] += weight * normal;
       });
   node.diagonal += note.border_weight - border;
-  note.fixed = note.border_weight > alone * (others - border);
+  note.fixed = note.border_weight > alone * links;
 }
 
 /// The first guess of a contact that has planes of its own: their mean.
@@ -178,11 +182,12 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
       ++border;
       continue;
     }
-    const double link = 1.0 / squared_distance(bodies, frame.positions, point, other);
+    const double link = link_weight / squared_distance(bodies, frame.positions, point, other);
     at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
     weight += link;
   }
   Note& note = notes_[c];
+  note.edges += weight / link_weight;
   note.fixed |= note.border_weight > alone * weight;
   node.diagonal = note.border_weight + weight;
   node.length = std::sqrt((node.end - node.begin) / std::max(weight, std::numeric_limits<double>::min()));
@@ -265,16 +270,11 @@ void DepthEstimate::balance(const Frame& frame) {
 /// What reaches each contact from the planes: 1 at a crossing, less with each edge from there. Solves
 /// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all know all.
 void DepthEstimate::weigh_knowledge(const Frame& frame) {
-  const std::span<const Index> points = frame.list.contacts().point;
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
-    double edges = 0.0;
-    for (const Index edge : frame.bodies.point_edges()[points[c]]) {
-      edges += 1.0 / squared_distance(frame.bodies, frame.positions, points[c],
-                                      frame.bodies.other_end(edge, points[c]));
-    }
-    node.diagonal += forgetting * edges;
-    node.residual = {-forgetting * edges, 0.0, 0.0, 0.0};
+    const double forgotten = forgetting * link_weight * notes_[c].edges;
+    node.diagonal += forgotten;
+    node.residual = {-forgotten, 0.0, 0.0, 0.0};
     if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
   });
   system_.solve(frame.threads, tolerance, most_iterations);

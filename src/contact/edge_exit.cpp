@@ -26,7 +26,7 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
     return SurfacePlane{n, (dot(area, edge) > 0.0 ? 1.0 : -1.0) * std::max(0.0, dot(n, normalized(edge)))};
   };
   const auto add = [&](const Crossing& c, const Vec3& n, double share) {
-    const double w = at_point ? share : share / (c.parameter * c.parameter);
+    const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
     weight += w;
     depth += w * c.parameter * dot(edge, n);
     normal += w * n;

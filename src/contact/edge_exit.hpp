@@ -9,6 +9,10 @@
 
 namespace palpate {
 
+/// Weight of a neighbour's plane, times 1 / (length of the edge)^2; the weight of a crossing at the free end
+/// of an edge is the same, so that nothing jumps where the free end enters the body.
+inline constexpr double link_weight = 0.1;
+
 /// The way out of a body along a border edge: the weighted planes of its crossings.
 ///
 /// One crossing is the usual case. An edge that leaves, enters and leaves again has several, two of which
@@ -21,7 +25,8 @@ struct EdgeExit {
   EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals, const Vec3& p,
            const Vec3& edge, std::span<const Crossing> crossings);
 
-  double weight = 0.0;  ///< sum of 1 / parameter^2 of the crossings, by their shares; 1 where at_point
+  /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their shares; 1 where at_point.
+  double weight = 0.0;
   double depth = 0.0;   ///< weighted sum of distances to the planes
   Vec3 normal;          ///< weighted sum of normals
   double nearest = 1.0;   ///< parameter of the nearest crossing

@@ -1,12 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
-#include <cstdio>
-#include <cstdlib>
 
 #include <palpate/detection.hpp>
 
@@ -14,65 +12,57 @@
 
 namespace palpate::test {
 
-/// How much a contact changed from one step of a sweep to the next.
+/// A change of a contact from one step of a sweep to the next.
 struct Jump {
-  int step = 0;
-  Index point = -1;
-  Index body = -1;
   double size = 0.0;
+  int step = 0;  ///< the later of the two
+  Index point = -1;
+  void take(double other, int at_step, Index of_point) {
+    if (other > size) *this = {other, at_step, of_point};
+  }
 };
 
-/// What a sweep met: jumps of contacts that were there in two steps in a row.
+/// What a sweep met: the largest changes of contacts that were there in two steps in a row.
 struct SweepReport {
-  int steps = 0;
-  std::size_t pairs = 0;     ///< contacts compared
-  double largest_motion = 0.0;  ///< of a point in one step
+  std::size_t pairs = 0;  ///< contacts compared
+  double motion = 0.0;    ///< largest motion of a point in one step
   double deepest = 0.0;
-  Jump depth;      ///< largest change of a depth
-  Jump direction;  ///< largest change of a direction, degrees
+  Jump depth;      ///< change of depth
+  Jump direction;  ///< change of direction, times the smaller certainty and depth
+  Jump turn;       ///< length of the change of direction
+  std::size_t regions_without_border = 0;
   std::size_t fallbacks = 0;
-  DetectionTimes times;
 };
 
-/// Moves the points of `bodies` by `place(step)` and compares each step's contacts with those of the last.
-/// `counts(c)`: whether contact c of a detector is looked at.
-inline SweepReport sweep(const Bodies& bodies, Detector& detector, int steps,
-                         const std::function<void(int, std::vector<Vec3>&)>& place) {
+/// Detects at positions(s) for s = first, first + stride, ... (n of them) and compares each with the last.
+inline SweepReport sweep(Detector& detector, double first, double stride, int n,
+                         const std::function<std::vector<Vec3>(double)>& positions) {
   SweepReport report;
-  report.steps = steps;
-  std::vector<Vec3> x(bodies.points_rest().begin(), bodies.points_rest().end());
   std::vector<Vec3> last_x;
   Contacts last;
-  DetectionCounts last_counts;
-  for (int step = 0; step < steps; ++step) {
-    place(step, x);
+  for (int step = 0; step < n; ++step) {
+    const std::vector<Vec3> x = positions(first + stride * step);
     detector.detect(x);
     const Contacts& now = detector.contacts();
-    report.times.contacts += detector.times().contacts;
-    report.times.crossings += detector.times().crossings;
-    report.times.depth += detector.times().depth;
     report.fallbacks += detector.counts().depth_fallbacks;
-    for (std::size_t i = 0; i < last_x.size(); ++i) {
-      report.largest_motion = std::max(report.largest_motion, length(x[i] - last_x[i]));
-    }
+    report.regions_without_border += detector.counts().regions_without_border;
+    for (std::size_t i = 0; i < last_x.size(); ++i)
+      report.motion = std::max(report.motion, length(x[i] - last_x[i]));
+    const auto key = [](const Contacts& c, std::size_t i) { return std::pair(c.point[i], c.body[i]); };
     std::size_t l = 0;
     for (std::size_t c = 0; c < now.size(); ++c) {
       report.deepest = std::max(report.deepest, now.depth[c]);
-      const auto key = std::pair(now.point[c], now.body[c]);
-      while (l < last.size() && std::pair(last.point[l], last.body[l]) < key) ++l;
-      if (l == last.size() || std::pair(last.point[l], last.body[l]) != key) continue;
+      while (l < last.size() && key(last, l) < key(now, c)) ++l;
+      if (l == last.size() || key(last, l) != key(now, c)) continue;
       ++report.pairs;
-      const double jump = std::abs(now.depth[c] - last.depth[l]);
-      if (jump > report.depth.size) report.depth = {step, key.first, key.second, jump};
-      if (getenv("SWEEP_DEBUG") && jump > 8 * length(x[0]-last_x[0]) + 8 * length(x.back()-last_x.back())) {
-        std::printf("  step %d point %d body %d d %.4f -> %.4f  r (%.2f %.2f %.2f) -> (%.2f %.2f %.2f) regions %zu -> %zu raised %zu contacts %zu->%zu nocross %zu border %zu\n", step, key.first, key.second, last.depth[l], now.depth[c], last.direction[l].x,last.direction[l].y,last.direction[l].z, now.direction[c].x,now.direction[c].y,now.direction[c].z, last_counts.regions_without_border, detector.counts().regions_without_border, detector.counts().raised_depths, last.size(), now.size(), detector.counts().border_edges_without_crossing, detector.counts().border_edges);
-      }
-      const double half = std::min(1.0, 0.5 * length(now.direction[c] - last.direction[l]));
-      const double turn = 2.0 * std::asin(half) * 57.29577951308232;
-      if (turn > report.direction.size) report.direction = {step, key.first, key.second, turn};
+      report.depth.take(std::abs(now.depth[c] - last.depth[l]), step, now.point[c]);
+      const double turn = length(now.direction[c] - last.direction[l]);
+      report.turn.take(turn, step, now.point[c]);
+      report.direction.take(
+          turn * std::min(now.certainty[c], last.certainty[l]) * std::min(now.depth[c], last.depth[l]), step,
+          now.point[c]);
     }
     last = now;
-    last_counts = detector.counts();
     last_x = x;
   }
   return report;
