@@ -23,7 +23,8 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
     const Vec3 area =
         cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
     const Vec3 n = normals.at_point(bodies, positions, c.triangle, p + c.parameter * edge);
-    return SurfacePlane{n, (dot(area, edge) > 0.0 ? 1.0 : -1.0) * std::max(0.0, dot(n, normalized(edge)))};
+    const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
+    return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};
   };
   const auto add = [&](const Crossing& c, const Vec3& n, double share) {
     const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));

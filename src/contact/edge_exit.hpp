@@ -17,7 +17,8 @@ inline constexpr double link_weight = 0.1;
 ///
 /// One crossing is the usual case. An edge that leaves, enters and leaves again has several, two of which
 /// appear or vanish together where it touches the surface. So exits count by max(0, n . e), entries against
-/// them by the same: the two cancel at the touch, and nothing jumps.
+/// them by the same: the two cancel at the touch, and nothing jumps. Exits near the free end count more,
+/// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, whatever it passed.
 struct EdgeExit {
   /// \param p          the point in contact
   /// \param edge       from p to the free end
