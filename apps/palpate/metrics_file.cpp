@@ -35,7 +35,8 @@ std::string header(const Units& units) {
     line += fmt::format(",wall_{} [s]", phase);
   }
   line +=
-      ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,approximated_primitives,dropped_"
+      ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
+      "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,dropped_"
       "cells,"
       "sort,solver_iterations,solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
@@ -67,9 +68,13 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
   }
   const DetectionCounts& c = m.detection;
   const std::string_view sort = c.sort ? sort_names[static_cast<std::size_t>(*c.sort)] : "none";
-  lines_ += fmt::format(",{},{},{},{},{},{},{},{},{},{},{}", c.contacts, c.border_edges, c.crossings,
-                        c.candidates, c.movers, c.depth_fallbacks, c.approximated_primitives, c.dropped_cells,
-                        sort, m.solver_iterations, m.solver_converged ? 1 : 0);
+  for (const std::size_t count :
+       {c.contacts, c.border_edges, c.crossings, c.candidates, c.movers, c.depth_fallbacks, c.raised_depths,
+        c.cancelled_directions, c.regions_without_border, c.border_edges_without_crossing, c.folded_pairs,
+        c.approximated_primitives, c.dropped_cells}) {
+    lines_ += fmt::format(",{}", count);
+  }
+  lines_ += fmt::format(",{},{},{}", sort, m.solver_iterations, m.solver_converged ? 1 : 0);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

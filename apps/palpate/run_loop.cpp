@@ -17,6 +17,11 @@ void count(RunOutcome& outcome, const StepMetrics& m) {
   outcome.candidates.add(m.detection.candidates);
   outcome.movers.add(m.detection.movers);
   outcome.depth_fallbacks.add(m.detection.depth_fallbacks);
+  outcome.raised_depths.add(m.detection.raised_depths);
+  outcome.cancelled_directions.add(m.detection.cancelled_directions);
+  outcome.regions_without_border.add(m.detection.regions_without_border);
+  outcome.border_edges_without_crossing.add(m.detection.border_edges_without_crossing);
+  outcome.folded_pairs.add(m.detection.folded_pairs);
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
 }

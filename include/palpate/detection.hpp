@@ -16,7 +16,8 @@ namespace palpate {
 
 /// Contacts: points that lie in a tet of another body (closed tets; of several tets of one body, the lowest
 /// index), or with self-collision in a tet of their own body that they are no corner of and that did not come
-/// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in two other bodies is two contacts.
+/// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in
+/// two other bodies is two contacts.
 struct Contacts {
   std::vector<Index> point;  ///< (n)
   std::vector<Index> body;   ///< (n) the penetrated body
@@ -78,7 +79,7 @@ struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;
   std::size_t border_edges = 0;
   std::size_t crossings = 0;
-  std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t candidates = 0;    ///< pairs that the structure proposed and that were tested, both queries
   std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and

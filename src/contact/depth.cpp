@@ -143,17 +143,17 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& s
   const double others = note.edges + (border - link_weight * note.border_edges);
   const double reach = 1.0 / std::sqrt(others);
   constexpr double smallest = 1e-12;
-  search.for_each_face(
-      frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
-      [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-        const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
-        const double weight = excess * excess;
-        const Vec3 normal = normals_.at_point(
-            frame.bodies, frame.positions, normals_.triangle_of_face(frame.bodies, tet, opposite), x);
-        note.border_weight += weight;
-        contacts.depth[c] += weight * dot(x - p, normal);
-        contacts.direction[c] += weight * normal;
-      });
+  search.for_each_face(frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
+                       [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
+                         const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
+                         const double weight = excess * excess;
+                         const Vec3 normal =
+                             normals_.at_point(frame.bodies, frame.positions,
+                                               normals_.triangle_of_face(frame.bodies, tet, opposite), x);
+                         note.border_weight += weight;
+                         contacts.depth[c] += weight * dot(x - p, normal);
+                         contacts.direction[c] += weight * normal;
+                       });
   node.diagonal += note.border_weight - border;
   note.fixed = note.border_weight > alone * links;
 }
@@ -214,8 +214,8 @@ void DepthEstimate::propagate(const Frame& frame) {
       for (Index l = node.begin; l < node.end; ++l) {
         const auto& [other, weight] = at(system_.links, l);
         if (at(notes_, other).level < 0 || at(notes_, other).level >= level) continue;
-        const Vec3 offset = at(frame.positions, at(contacts.point, other)) -
-                            at(frame.positions, at(contacts.point, c));
+        const Vec3 offset =
+            at(frame.positions, at(contacts.point, other)) - at(frame.positions, at(contacts.point, c));
         sum += weight;
         depth += weight * (dot(offset, at(contacts.direction, other)) + at(contacts.depth, other));
         normal += weight * at(contacts.direction, other);
@@ -260,8 +260,8 @@ void DepthEstimate::balance(const Frame& frame) {
       for (std::size_t k = 0; k < own.size(); ++k)
         node.residual[k] += link * at(notes_, other).knowledge * (theirs[k] - own[k]);
     }
-    const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) +
-                        std::abs(node.residual[2]) + std::abs(node.residual[3]);
+    const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) + std::abs(node.residual[2]) +
+                        std::abs(node.residual[3]);
     if (!std::isfinite(size)) leave_out(c);
   });
   system_.solve(frame.threads, tolerance, most_iterations);
@@ -341,8 +341,8 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
   if (note.nearest_crossing <= enough) return;
   double bound = note.nearest_crossing;
   const Vec3& r = contacts.direction[c];
-  for (const Vec3& way : {r, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1},
-                          Vec3{0, 0, -1}}) {
+  for (const Vec3& way :
+       {r, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
     if (bound <= enough) return;
   }

@@ -49,14 +49,14 @@ class DepthEstimate {
   };
   /// What is known of a contact besides its plane.
   struct Note {
-    Index level = -1;              ///< 0 at a crossing, else steps of propagation from one; -1: not reached
-    Index without_crossing = 0;    ///< border edges
-    double edges = 0.0;            ///< sum of 1 / length^2 of all edges of the point
-    double border_edges = 0.0;     ///< of those with a crossing
-    double border_weight = 0.0;    ///< of all its crossings
+    Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
+    Index without_crossing = 0;     ///< border edges
+    double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
+    double border_edges = 0.0;      ///< of those with a crossing
+    double border_weight = 0.0;     ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
-    double knowledge = 1.0;        ///< what reaches it of the planes, 0 to 1
-    bool fixed = false;            ///< its plane is that of its crossings alone
+    double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
+    bool fixed = false;             ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
   };
   /// Why depth or direction of a contact is that of the nearest surface point.

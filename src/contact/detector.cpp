@@ -188,7 +188,8 @@ void Detector::detect(std::span<const Vec3> positions) {
 
   std::visit(
       [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
+        s.points_in_tets.find(s.threads, s.bodies, positions,
+                              PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
                               slots);
       },
       s.points);

@@ -23,13 +23,13 @@ struct EdgeExit {
   /// \param p          the point in contact
   /// \param edge       from p to the free end
   /// \param crossings  of this edge, one or more
-  EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals, const Vec3& p,
-           const Vec3& edge, std::span<const Crossing> crossings);
+  EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
+           const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings);
 
   /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their shares; 1 where at_point.
   double weight = 0.0;
-  double depth = 0.0;   ///< weighted sum of distances to the planes
-  Vec3 normal;          ///< weighted sum of normals
+  double depth = 0.0;     ///< weighted sum of distances to the planes
+  Vec3 normal;            ///< weighted sum of normals
   double nearest = 1.0;   ///< parameter of the nearest crossing
   bool at_point = false;  ///< a crossing is at p itself; others do not count
 };

@@ -14,8 +14,8 @@ namespace palpate {
 /// O(tets at the tet's corners).
 bool is_fold(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet);
 
-/// Whether two points of an edge, each in a tet of their own body, are in the same layer of it: the tets share
-/// a corner, or the edge leads from one to the other without leaving the body. Gives the same for both
+/// Whether two points of an edge, each in a tet of their own body, are in the same layer of it: the tets
+/// share a corner, or the edge leads from one to the other without leaving the body. Gives the same for both
 /// orders. O(tets that the edge passes), at most 64.
 bool same_layer(const Bodies& bodies, std::span<const Vec3> positions, Index point_a, Index tet_a,
                 Index point_b, Index tet_b);

@@ -42,7 +42,8 @@ class ExitSearch {
   template <class Found>
   void for_each_face(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      Index without, double radius, Found&& found) {
-    walk(bodies, positions, tet, p, without, [&] { return radius; }, found);
+    walk(
+        bodies, positions, tet, p, without, [&] { return radius; }, found);
   }
 
  private:

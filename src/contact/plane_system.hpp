@@ -42,8 +42,8 @@ class PlaneSystem {
 
   /// Corrections of the first guess, valid until the next solve. Ends where one more sweep of averages would
   /// turn no normal by more than `tolerance` (radians) nor change a depth by more than `tolerance` of the
-  /// node's length, or after `most` iterations. Returns the iterations done. Parallel, the same bits for every
-  /// thread count.
+  /// node's length, or after `most` iterations. Returns the iterations done. Parallel, the same bits for
+  /// every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 

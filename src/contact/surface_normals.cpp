@@ -74,7 +74,8 @@ void SurfaceNormals::find_creases(const Bodies& bodies) {
   const std::vector<Side> sides = sorted_sides(triangles);
   for (std::size_t first = 0; first < sides.size();) {
     std::size_t last = first + 1;
-    while (last < sides.size() && sides[last].low == sides[first].low && sides[last].high == sides[first].high)
+    while (last < sides.size() && sides[last].low == sides[first].low &&
+           sides[last].high == sides[first].high)
       ++last;
     const Side& a = sides[first];
     const Side& b = sides[last - 1];

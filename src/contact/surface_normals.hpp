@@ -46,8 +46,9 @@ class SurfaceNormals {
 
   std::vector<Index> first_triangles_;  ///< (n_tets) triangles are in the order of their tets
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
-  std::vector<std::uint8_t> creases_;                ///< (n_triangles)
-  std::vector<std::array<Index, 3>> across_;         ///< (n_triangles) triangle over the smooth edge opposite corner i
+  std::vector<std::uint8_t> creases_;  ///< (n_triangles)
+  std::vector<std::array<Index, 3>>
+      across_;  ///< (n_triangles) triangle over the smooth edge opposite corner i
   std::vector<std::array<Index, 3>> corner_groups_;  ///< (n_triangles) group of each corner
   Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
   Rows triangles_of_group_;

@@ -239,7 +239,8 @@ bool rational_fold(const Bodies& bodies, std::span<const Vec3> x, Index point, c
   }
   return std::any_of(bodies.tets().begin(), bodies.tets().end(), [&](const Tet& t) {
     const auto in = [&](const auto& set) {
-      return std::any_of(t.begin(), t.end(), [&](Index c) { return std::find(set.begin(), set.end(), c) != set.end(); });
+      return std::any_of(t.begin(), t.end(),
+                         [&](Index c) { return std::find(set.begin(), set.end(), c) != set.end(); });
     };
     if (!in(tet) || !in(near)) return false;
     const test::RationalVec o = test::rational(at(x, t[0]));
@@ -270,7 +271,8 @@ TEST(SelfContact, AgreesWithRationalArithmeticWhateverIsFoldedOrInsideOut) {
         const Tet& tet = at(bodies.tets(), t);
         if (std::find(tet.begin(), tet.end(), p) != tet.end()) continue;
         if (!box_of(std::span<const Vec3>(x), tet).contains(at(x, p))) continue;
-        if (!test::rational_point_in_tet(at(x, p), at(x, tet[0]), at(x, tet[1]), at(x, tet[2]), at(x, tet[3])))
+        if (!test::rational_point_in_tet(at(x, p), at(x, tet[0]), at(x, tet[1]), at(x, tet[2]),
+                                         at(x, tet[3])))
           continue;
         if (rational_fold(bodies, x, p, tet))
           ++folded;

@@ -29,6 +29,7 @@ struct SweepReport {
   double deepest = 0.0;
   Jump depth;      ///< change of depth
   Jump direction;  ///< change of direction, times the smaller certainty and depth
+  Jump swallowed;  ///< change of depth where the number of regions without border changed; not in `depth`
   Jump turn;       ///< length of the change of direction
   std::size_t regions_without_border = 0;
   std::size_t fallbacks = 0;
@@ -40,6 +41,7 @@ inline SweepReport sweep(Detector& detector, double first, double stride, int n,
   SweepReport report;
   std::vector<Vec3> last_x;
   Contacts last;
+  std::size_t last_regions = 0;
   for (int step = 0; step < n; ++step) {
     const std::vector<Vec3> x = positions(first + stride * step);
     detector.detect(x);
@@ -55,7 +57,9 @@ inline SweepReport sweep(Detector& detector, double first, double stride, int n,
       while (l < last.size() && key(last, l) < key(now, c)) ++l;
       if (l == last.size() || key(last, l) != key(now, c)) continue;
       ++report.pairs;
-      report.depth.take(std::abs(now.depth[c] - last.depth[l]), step, now.point[c]);
+      const bool steady = detector.counts().regions_without_border == last_regions;
+      (steady ? report.depth : report.swallowed)
+          .take(std::abs(now.depth[c] - last.depth[l]), step, now.point[c]);
       const double turn = length(now.direction[c] - last.direction[l]);
       report.turn.take(turn, step, now.point[c]);
       report.direction.take(
@@ -64,6 +68,7 @@ inline SweepReport sweep(Detector& detector, double first, double stride, int n,
     }
     last = now;
     last_x = x;
+    last_regions = detector.counts().regions_without_border;
   }
   return report;
 }

@@ -1,11 +1,12 @@
 // Continuity of depth and direction: one body moves through another in 1000 steps. The bounds are those that
 // docs/depth.md states. A jump stays as large however small the steps are, so the worst steps are also looked
 // at in 100 parts: there the change must fall.
+#include "contact/sweep.hpp"
+
 #include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "contact/sweep.hpp"
 #include "io/mesh_reader.hpp"
 #include "support/meshes.hpp"
 
@@ -65,12 +66,15 @@ void expect_continuous(const std::string& name, const Passage& passage, Turns tu
   if (turns == Turns::none) {
     EXPECT_LT(fine_direction, 0.1 * whole.direction.size) << "a jump at step " << whole.direction.step;
   }
-  std::printf("%-10s motion %.4f edges a step; deepest %.2f edges; depth changes %.1f times as fast (%.3f edges a "
-              "step, %.4f in 100 parts); direction times certainty and depth %.1f times as fast (%.4f edges a step, %.5f in "
-              "100 parts); turn %.0f degrees\n",
-              name.c_str(), motion, whole.deepest / passage.edge(), whole.depth.size / whole.motion,
-              whole.depth.size / passage.edge(), fine_depth / passage.edge(), whole.direction.size / whole.motion,
-              whole.direction.size / passage.edge(), fine_direction / passage.edge(), 114.592 * std::asin(0.5 * whole.turn.size));
+  std::printf(
+      "%-10s motion %.4f edges a step; deepest %.2f edges; depth changes %.1f times as fast (%.3f edges a "
+      "step, %.4f in 100 parts); direction times certainty and depth %.1f times as fast (%.4f edges a step, "
+      "%.5f in "
+      "100 parts); turn %.0f degrees\n",
+      name.c_str(), motion, whole.deepest / passage.edge(), whole.depth.size / whole.motion,
+      whole.depth.size / passage.edge(), fine_depth / passage.edge(), whole.direction.size / whole.motion,
+      whole.direction.size / passage.edge(), fine_direction / passage.edge(),
+      114.592 * std::asin(0.5 * whole.turn.size));
 }
 
 TetMesh turned(TetMesh mesh, const Vec3& axis, double angle) {
@@ -79,17 +83,27 @@ TetMesh turned(TetMesh mesh, const Vec3& axis, double angle) {
 }
 
 TEST(Sweep, OfABarThroughABoxIsContinuous) {
-  expect_continuous("box/box",
-                    {test::box_mesh({6, 6, 6}, {-1, -1, -1}, {1, 1, 1}),
-                     turned(test::box_mesh({3, 3, 14}, {-0.41, -0.45, -2.4}, {0.43, 0.4, 2.5}), {1, 2, 3}, 0.2),
-                     {4.0, 0.3, 0.2}});
+  expect_continuous(
+      "box/box", {test::box_mesh({6, 6, 6}, {-1, -1, -1}, {1, 1, 1}),
+                  turned(test::box_mesh({3, 3, 14}, {-0.41, -0.45, -2.4}, {0.43, 0.4, 2.5}), {1, 2, 3}, 0.2),
+                  {4.0, 0.3, 0.2}});
 }
 
 TEST(Sweep, OfABallThroughABallIsContinuous) {
-  expect_continuous("ball/ball",
-                    {test::ball_mesh(8, {0, 0, 0}, 1.0),
-                     turned(test::ball_mesh(8, {0.02, 0.51, 0.03}, 0.8), {1, 2, 3}, 0.01),
-                     {4.0, 0.01, 0.02}});
+  expect_continuous("ball/ball", {test::ball_mesh(8, {0, 0, 0}, 1.0),
+                                  turned(test::ball_mesh(8, {0.02, 0.51, 0.03}, 0.8), {1, 2, 3}, 0.01),
+                                  {4.0, 0.01, 0.02}});
+}
+
+TEST(Sweep, OfASmallBoxJumpsOnlyWhereItIsSwallowedWhole) {
+  const Passage passage(
+      test::box_mesh({4, 4, 4}, {-1, -1, -1}, {1, 1, 1}),
+      turned(test::box_mesh({2, 2, 2}, {-0.21, -0.1, -0.15}, {0.2, 0.3, 0.22}), {1, 2, 3}, 0.3),
+      {3.0, 0.1, 0.2});
+  const test::SweepReport whole = passage.sweep(0.0, 1.0 / (steps - 1), steps);
+  EXPECT_GT(whole.regions_without_border, 100U);
+  EXPECT_LT(whole.depth.size, steepest_depth * whole.motion) << "step " << whole.depth.step;
+  EXPECT_LT(whole.swallowed.size, whole.deepest);
 }
 
 /// A mesh of the test data, centred and of size 1.
