@@ -190,7 +190,7 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   note.edges += weight / link_weight;
   note.fixed |= note.border_weight > alone * weight;
   node.diagonal = note.border_weight + weight;
-  node.length = std::sqrt((node.end - node.begin) / std::max(weight, std::numeric_limits<double>::min()));
+  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
   // Relative to a point of the same body, so that far from the origin no digits are lost.
   node.place = at(frame.positions, point) -
                at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
@@ -340,11 +340,16 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
   if (note.nearest_crossing <= enough) return;
   double bound = note.nearest_crossing;
-  const Vec3& r = contacts.direction[c];
-  for (const Vec3& way :
-       {r, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+  const auto look = [&](const Vec3& way) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
-    if (bound <= enough) return;
+    return bound <= enough;
+  };
+  if (look(contacts.direction[c])) return;
+  if (bound > node.length) {  // deep: a shorter way spares the search many tets
+    for (const Vec3& way :
+         {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+      if (look(way)) return;
+    }
   }
   bound *= 1.0 + 1e-9;  // so that the search finds it
   const SurfacePoint found =
