@@ -135,7 +135,7 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& s
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
   PlaneSystem::Node& node = system_.nodes[c];
-  if (note.fixed) return;
+  if (note.fixed) return;  // on the surface
   const Vec3& p = at(frame.positions, contacts.point[c]);
   const double border = note.border_weight;
   const double links = node.diagonal - border;
@@ -188,7 +188,6 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   }
   Note& note = notes_[c];
   note.edges += weight / link_weight;
-  note.fixed |= note.border_weight > alone * weight;
   node.diagonal = note.border_weight + weight;
   node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
   // Relative to a point of the same body, so that far from the origin no digits are lost.
