@@ -38,7 +38,7 @@ std::string header(const Units& units) {
       ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,dropped_"
       "cells,"
-      "sort,solver_iterations,solver_converged";
+      "sort,solves,solver_iterations,solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
          in("deepest", units.length) + "\n";
@@ -74,7 +74,7 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
         c.approximated_primitives, c.dropped_cells}) {
     lines_ += fmt::format(",{}", count);
   }
-  lines_ += fmt::format(",{},{},{}", sort, m.solver_iterations, m.solver_converged ? 1 : 0);
+  lines_ += fmt::format(",{},{},{},{}", sort, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

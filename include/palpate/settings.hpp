@@ -69,14 +69,13 @@ struct ResponseSettings {
   /// >= 0.
   double damping = 0.3;
   double friction = 0.0;  ///< Coulomb coefficient, >= 0
-  double friction_speed =
-      1e-3;  ///< sliding speed (m/s) below which friction is viscous (regularisation), > 0
 };
 
-/// How the linear system of a step is solved.
+/// How a step is solved.
 struct SolverSettings {
   double tolerance = 1e-4;   ///< relative residual at which the conjugate gradients stop, > 0
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
+  int max_solves = 5;        ///< cap of the linear solves of a step, where friction asks for more than one
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for

@@ -9,6 +9,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
+#include <palpate/model.hpp>
 #include <palpate/settings.hpp>
 
 namespace palpate {
@@ -18,13 +19,14 @@ struct StepMetrics {
   std::int64_t step = 0;  ///< steps done; 0 is the start
   double time = 0.0;      ///< s, of the simulation
   DetectionCounts detection;
-  int solver_iterations = 0;
-  bool solver_converged = true;
-  double kinetic_energy = 0.0;  ///< J
-  double elastic_energy = 0.0;  ///< J
-  double largest_speed = 0.0;   ///< m/s, over all points
-  double fastest_body = 0.0;    ///< m/s, largest root mean square speed (by mass) of a body
-  double deepest = 0.0;         ///< m, largest penetration depth
+  int solves = 0;             ///< linear solves; more than one where contacts change between stick and slide
+  int solver_iterations = 0;  ///< of all solves
+  bool solver_converged = true;  ///< each solve
+  double kinetic_energy = 0.0;   ///< J
+  double elastic_energy = 0.0;   ///< J
+  double largest_speed = 0.0;    ///< m/s, over all points
+  double fastest_body = 0.0;     ///< m/s, largest root mean square speed (by mass) of a body
+  double deepest = 0.0;          ///< m, largest penetration depth
   DetectionTimes detection_seconds;
   double forces_seconds = 0.0;  ///< contact forces
   double solver_seconds = 0.0;  ///< elastic forces, assembly and linear solve
@@ -36,14 +38,11 @@ struct StepMetrics {
 /// for every structure, order, sort and thread count.
 class Simulation {
  public:
-  /// \param bodies        the meshes at their start, at rest
-  /// \param materials     per body; of an obstacle only the density counts, for its mass
-  /// \param fixed_points  per point: 1 does not move (empty: none)
-  /// \param obstacles     per body: 1 does not move at all (empty: none)
-  /// \param threads       number of threads; 0 takes all
-  /// Throws Error on a setting or material out of range.
-  Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
-             std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads = 0);
+  /// \param model    what moves; points on rails start where their motion is at time 0
+  /// \param threads  number of threads; 0 takes all
+  /// Throws Error on a setting, material, motion, force or grab out of range, and on arrays of another length
+  /// than the bodies have.
+  Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.
   Simulation(Simulation&&) noexcept;
@@ -51,6 +50,21 @@ class Simulation {
 
   /// Advances by one time step. Throws Error where the state is no longer finite.
   const StepMetrics& step();
+
+  /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
+  /// Throws Error on a point out of range and a force that is not finite.
+  void set_force(Index point, const Vec3& force);
+  /// Pulls a point by a spring from the next step on; returns the number of the grab. The spring is damped
+  /// critically against the mass of the point. Throws Error on a point out of range, a stiffness that is not
+  /// a number > 0 and a target that is not finite.
+  Index grab(const Grab& grab);
+  /// Another target for a grab. Throws Error on a number that is no grab's.
+  void move_grab(Index number, const Vec3& target);
+  /// Lets go of a point; its number is used again by a later grab(). Throws Error on a number that is no
+  /// grab's.
+  void release(Index number);
+  /// Force of a grab on its point over the last step, N. Throws Error on a number that is no grab's.
+  [[nodiscard]] Vec3 grab_force(Index number) const;
 
   [[nodiscard]] const Bodies& bodies() const;
   [[nodiscard]] const SimulationSettings& settings() const;

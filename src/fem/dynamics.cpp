@@ -45,14 +45,18 @@ std::vector<std::uint8_t> moving_points(const Bodies& bodies, std::span<const do
   return moving;
 }
 
-void check_step(double time_step, const Vec3& gravity, double tolerance, int max_iterations) {
-  const auto require = [](bool good, const char* name, double found, const char* expected) {
-    if (!good) throw Error(source_name, name, number_text(found), expected);
-  };
+void require(bool good, const char* name, double found, const char* expected) {
+  if (!good) throw Error(source_name, name, number_text(found), expected);
+}
+
+void check_step(double time_step, const Vec3& gravity) {
   require(time_step > 0.0 && std::isfinite(time_step), "time_step", time_step, "a number > 0 (s)");
   for (const double component : {gravity.x, gravity.y, gravity.z}) {
     require(std::isfinite(component), "gravity", component, "three finite numbers (m/s^2)");
   }
+}
+
+void check_solve(double tolerance, int max_iterations) {
   require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
   require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
 }
@@ -81,11 +85,14 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
-  for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_}) vector->resize(points);
+  for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_, &point_forces_,
+                       &base_velocities_, &end_velocities_}) {
+    vector->resize(points);
+  }
 }
 
-/// A = (1 + h a) M + (h b + h^2) K' + W, with a and b the damping of each body.
-void Dynamics::assemble(double time_step, std::span<const Coupling> couplings) {
+/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of each body.
+void Dynamics::assemble(double time_step) {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
   }
@@ -93,14 +100,9 @@ void Dynamics::assemble(double time_step, std::span<const Coupling> couplings) {
     factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
   }
   matrix_.assemble(threads_, elements_, diagonal_, factors_);
-  couplings_.set(couplings, time_step, static_cast<Index>(masses_.size()));
-  system_.update_preconditioner(threads_);
 }
 
-/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway.
-void Dynamics::compute_right_side(double time_step, const Vec3& gravity,
-                                  std::span<const Vec3> external_forces) {
-  system_.multiply(threads_, velocities_, right_side_);
+void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces) {
   const auto& elements_of_point = matrix_.elements_of_point();
   const auto corners = matrix_.corner_of_point();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -110,8 +112,18 @@ void Dynamics::compute_right_side(double time_step, const Vec3& gravity,
     for (Index entry = elements_of_point.begin[i]; entry < elements_of_point.begin[i + 1]; ++entry) {
       force += elements_.force(at(elements_of_point.values, entry), at(corners, entry));
     }
-    force += couplings_.start_force(static_cast<Index>(i));
-    right_side_[i] = time_step * force + masses_[i] * velocities_[i] - right_side_[i];
+    point_forces_[i] = force;
+  });
+}
+
+/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
+/// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows.
+void Dynamics::compute_right_side() {
+  system_.multiply(threads_, base_velocities_, right_side_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
+    right_side_[i] = time_step_ * force + masses_[i] * velocities_[i] - right_side_[i];
   });
 }
 
@@ -129,28 +141,68 @@ void Dynamics::guess_solution(double time_step, const Vec3& gravity) {
 
 Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
-  check_step(time_step, gravity, tolerance, max_iterations);
+  check_solve(tolerance, max_iterations);
+  begin_step(time_step, gravity, external_forces);
+  const Report report = solve(couplings, tolerance, max_iterations);
+  end_step();
+  return report;
+}
+
+void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> positions) {
+  prescribed_points_.assign(points.begin(), points.end());
+  prescribed_positions_.assign(positions.begin(), positions.end());
+}
+
+void Dynamics::set_base_velocities() {
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    base_velocities_[i] = system_.free()[i] != 0 ? velocities_[i] : Vec3{};
+  });
+  for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
+    const Index i = prescribed_points_[k];
+    at(base_velocities_, i) = (1.0 / time_step_) * (prescribed_positions_[k] - at(positions_, i));
+  }
+}
+
+void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces) {
+  check_step(time_step, gravity);
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
+  time_step_ = time_step;
   elements_.update(threads_, positions_);
-  assemble(time_step, couplings);
-  compute_right_side(time_step, gravity, external_forces);
+  set_base_velocities();
+  assemble(time_step);
+  compute_point_forces(gravity, external_forces);
+  guess_solution(time_step, gravity);
+}
+
+Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tolerance, int max_iterations) {
+  check_solve(tolerance, max_iterations);
+  couplings_.set(couplings, time_step_, static_cast<Index>(masses_.size()));
+  system_.update_preconditioner(threads_);
+  compute_right_side();
   if (!all_finite(right_side_)) {
     throw Error(source_name, "step", "a force that is not finite", "finite forces, positions and velocities");
   }
-  guess_solution(time_step, gravity);
   const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
   if (!all_finite(solution_)) {
     throw Error(source_name, "step", "a velocity that is not finite",
                 "numbers within the range of double precision");
   }
-  std::swap(velocity_changes_, solution_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    velocities_[i] += velocity_changes_[i];
-    positions_[i] += time_step * velocities_[i];
-  });
+  parallel::for_each(threads_, masses_.size(), point_grain,
+                     [&](std::size_t i) { end_velocities_[i] = base_velocities_[i] + solution_[i]; });
   return report;
+}
+
+void Dynamics::end_step() {
+  std::swap(velocity_changes_, solution_);
+  std::swap(velocities_, end_velocities_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
+  });
+  for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
+    at(positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
+  }
+  prescribed_points_.clear();
 }
 
 bool Dynamics::all_finite(std::span<const Vec3> values) {
@@ -180,8 +232,9 @@ void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
 }
 
 double Dynamics::kinetic_energy() {
-  return parallel::sum(threads_, masses_.size(), partial_,
-                       [&](std::size_t i) { return 0.5 * masses_[i] * squared_length(velocities_[i]); });
+  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return system_.free()[i] != 0 ? 0.5 * masses_[i] * squared_length(velocities_[i]) : 0.0;
+  });
 }
 
 double Dynamics::elastic_energy() {

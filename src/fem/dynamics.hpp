@@ -19,10 +19,10 @@ namespace palpate::fem {
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
 /// step.
 ///
-/// A point moves if it is not fixed, is in no obstacle body and has mass. All others have velocity zero and
-/// keep their position bit for bit. Copies what it needs of the bodies; takes its memory in the constructor
-/// (room for couplings grows with them), so that a steady step allocates nothing. The same bits for every
-/// thread count.
+/// A point is free if it is not fixed, is in no obstacle body and has mass. All others go where prescribe()
+/// sends them; without it they have velocity zero and keep their position bit for bit. Copies what it needs
+/// of the bodies; takes its memory in the constructor (room for couplings grows with them), so that a steady
+/// step allocates nothing. The same bits for every thread count.
 class Dynamics {
  public:
   using Report = SolveReport;
@@ -39,8 +39,8 @@ class Dynamics {
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
 
-  /// One implicit Euler step of length h with one linearisation (Baraff & Witkin, "Large steps in cloth
-  /// simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
+  /// One implicit Euler step of length h with one linearisation of the tissue (Baraff & Witkin, "Large steps
+  /// in cloth simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
   ///   (M + h C + h^2 K' + W) dv = h (f_elastic + f_external + f_couplings - C v - h K' v) - W v,
   /// with C = mass_damping M + stiffness_damping K' (per body), K' the turned stiffness of Elements at the
   /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own share.
@@ -55,6 +55,20 @@ class Dynamics {
   /// state as it was, on a parameter out of range and where the right side or the solution is not finite.
   Report step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
               std::span<const Coupling> couplings, double tolerance, int max_iterations);
+
+  /// Moves points that are not free to these positions in the next step, at constant velocity. The points
+  /// are not checked; the positions (one for each) are copied.
+  void prescribe(std::span<const Index> points, std::span<const Vec3> positions);
+
+  /// The same in three parts, for couplings that depend on the velocities at the end of the step (friction):
+  /// begin_step(), then solve() as often as the couplings change, each from the last solution, then
+  /// end_step(). Positions and velocities change in end_step() only. The arguments and errors are those of
+  /// step().
+  void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  Report solve(std::span<const Coupling> couplings, double tolerance, int max_iterations);
+  /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
+  [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
+  void end_step();
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
@@ -76,14 +90,16 @@ class Dynamics {
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
 
-  /// Sum of m v^2 / 2 over all points, J.
+  /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
   /// Elastic energy of all elements at the positions as they are now, J. O(n_elements), rotations included.
   [[nodiscard]] double elastic_energy();
 
  private:
-  void assemble(double time_step, std::span<const Coupling> couplings);
-  void compute_right_side(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  void assemble(double time_step);
+  void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
+  void compute_right_side();
+  void set_base_velocities();
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
@@ -105,6 +121,12 @@ class Dynamics {
   std::vector<Vec3> velocity_changes_;
   std::vector<Vec3> solution_;
   std::vector<Vec3> right_side_;
+  std::vector<Vec3> point_forces_;          ///< at the start of the step, couplings apart
+  std::vector<Vec3> end_velocities_;        ///< as the last solve() has them
+  std::vector<Index> prescribed_points_;    ///< for the next step
+  std::vector<Vec3> prescribed_positions_;  ///< of them, at its end
+  std::vector<Vec3> base_velocities_;       ///< at the start of the step; where not free, as prescribed
+  double time_step_ = 0.0;                  ///< of the step that has begun
 };
 
 }  // namespace palpate::fem

@@ -76,6 +76,43 @@ void describe(Visitor& v, Selection& selection) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, SceneKeyframe& key) {
+  v.required("time", key.time);
+  v.field("translate", key.translate);
+  v.object("rotate", key.rotate);
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneMotion& motion) {
+  v.field("center", motion.center);
+  v.choice("interpolation", motion.interpolation, interpolation_names);
+  v.list("keyframes", motion.keyframes);
+  v.rule(!motion.keyframes.empty(), "keyframes", "none", "one or more");
+  const auto late = std::adjacent_find(motion.keyframes.begin(), motion.keyframes.end(),
+                                       [](const auto& a, const auto& b) { return b.time <= a.time; });
+  v.rule(late == motion.keyframes.end(), "keyframes", "times that do not grow", "one later than the other");
+}
+
+template <class Visitor>
+void describe(Visitor& v, Attachment& attachment) {
+  v.required("to", attachment.to);
+  v.one_of(attachment.points, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, Load& load) {
+  v.required("force", load.force);
+  v.one_of(load.points, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneGrab& grab) {
+  v.required("from", grab.from);
+  v.required("target", grab.target);
+  v.required("stiffness", grab.stiffness, above(0));
+}
+
+template <class Visitor>
 void describe(Visitor& v, SceneBody& body) {
   v.field("name", body.name);
   v.one_of(body.source, {"mesh", "box", "ball"});
@@ -86,11 +123,21 @@ void describe(Visitor& v, SceneBody& body) {
   v.list("fixed", body.fixed);
   v.field("obstacle", body.obstacle);
   v.field("self_collision", body.self_collision);
+  v.optional("motion", body.motion);
+  v.list("attached", body.attached);
+  v.list("loads", body.loads);
+  v.list("grabs", body.grabs);
   v.optional("color", body.color, within(0, 1));
-  v.rule(!body.obstacle || !body.self_collision, "self_collision", "true for an obstacle",
-         "false: an obstacle has one shape");
-  v.rule(body.obstacle || body.material, "material", "nothing",
-         "the material of a body that is not an obstacle");
+  v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
+         "false: a rigid body has one shape");
+  v.rule(is_rigid(body) || body.material, "material", "nothing",
+         "the material of a body that is neither an obstacle nor has a motion");
+  const auto only_soft = [&](const auto& list, const char* key) {
+    v.rule(list.empty() || !is_rigid(body), key, "it in a rigid body", "a body that deforms");
+  };
+  only_soft(body.attached, "attached");
+  only_soft(body.loads, "loads");
+  only_soft(body.grabs, "grabs");
 }
 
 /// The contact block joins how contacts are found and how they push back.
@@ -109,13 +156,13 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
   v.field("damping", contact.response.damping, at_least(0));
   v.field("friction", contact.response.friction, at_least(0));
-  v.field("friction_speed", contact.response.friction_speed, above(0).in_si());
 }
 
 template <class Visitor>
 void describe(Visitor& v, SolverSettings& solver) {
   v.field("tolerance", solver.tolerance, strictly_within(0, 1));
   v.field("max_iterations", solver.max_iterations, at_least(1));
+  v.field("max_solves", solver.max_solves, at_least(1));
 }
 
 template <class Visitor>

@@ -1,15 +1,17 @@
 #include "scene/load.hpp"
 
-#include <cmath>
-#include <numbers>
+#include <algorithm>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
 #include <palpate/error.hpp>
 
+#include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
 #include "scene/generators.hpp"
+#include "scene/suggest.hpp"
 
 namespace palpate {
 namespace {
@@ -29,26 +31,14 @@ TetMesh source_mesh(const Scene& scene, const BodySource& source, const MeshRead
       source);
 }
 
-/// A unit quaternion: scalar part and vector part.
-struct Turn {
-  double scalar;
-  Vec3 vector;
-};
-
 Turn turn_of(const Rotation& rotation) {
-  if (rotation.quaternion) {
-    const auto& [w, x, y, z] = *rotation.quaternion;
-    const double norm = std::hypot(w, length({x, y, z}));
-    return {w / norm, (1.0 / norm) * Vec3{x, y, z}};
-  }
-  const double half = 0.5 * rotation.angle * std::numbers::pi / 180.0;
-  return {std::cos(half), std::sin(half) * normalized(rotation.axis)};
+  return rotation.quaternion ? palpate::turn_of(*rotation.quaternion)
+                             : turn_about(rotation.axis, rotation.angle);
 }
 
 Vec3 place(const Transform& transform, const Turn& turn, const Vec3& point) {
   const Vec3 scaled{transform.scale.x * point.x, transform.scale.y * point.y, transform.scale.z * point.z};
-  const Vec3 t = 2.0 * cross(turn.vector, scaled);
-  return scaled + turn.scalar * t + cross(turn.vector, t) + transform.translate;
+  return rotated(turn, scaled) + transform.translate;
 }
 
 bool contains(const BoxSelection& box, const Vec3& p) {
@@ -73,31 +63,124 @@ std::vector<Index> selected(const Selection& selection, std::span<const Vec3> po
   return indices;
 }
 
-void check_indices(const Scene& scene, const std::string& path, const Selection& selection, Index n_points) {
-  const auto* list = std::get_if<PointSelection>(&selection);
-  if (list == nullptr) return;
-  for (std::size_t i = 0; i < list->indices.size(); ++i) {
-    if (list->indices[i] >= 0 && list->indices[i] < n_points) continue;
-    throw Error(scene.source, path + ".points[" + std::to_string(i) + "]", std::to_string(list->indices[i]),
-                "a point index in [0, " + std::to_string(n_points - 1) + "]");
+/// The points of a body that a selection selects: at least one. `path` is its key path, for errors.
+std::vector<Index> checked_selection(const Scene& scene, const std::string& path, const SceneBody& body,
+                                     const Selection& selection, std::span<const Vec3> points) {
+  if (const auto* list = std::get_if<PointSelection>(&selection)) {
+    for (std::size_t i = 0; i < list->indices.size(); ++i) {
+      if (list->indices[i] >= 0 && static_cast<std::size_t>(list->indices[i]) < points.size()) continue;
+      throw Error(scene.source, path + ".points[" + std::to_string(i) + "]", std::to_string(list->indices[i]),
+                  "a point index in [0, " + std::to_string(points.size() - 1) + "]");
+    }
   }
+  std::vector<Index> indices = selected(selection, points);
+  if (indices.empty())
+    throw Error(scene.source, path, "no point of '" + body.name + "'", "one or more points selected");
+  return indices;
 }
 
-std::vector<std::uint8_t> fixed_points(const Scene& scene, std::size_t body, std::span<const Vec3> points) {
-  std::vector<std::uint8_t> fixed(points.size(), scene.bodies[body].obstacle ? 1 : 0);
-  const auto& selections = scene.bodies[body].fixed;
-  for (std::size_t s = 0; s < selections.size(); ++s) {
-    const std::string path = "bodies[" + std::to_string(body) + "].fixed[" + std::to_string(s) + "]";
-    check_indices(scene, path, selections[s], static_cast<Index>(points.size()));
-    const auto indices = selected(selections[s], points);
-    if (indices.empty()) {
-      throw Error(scene.source, path, "no point of '" + scene.bodies[body].name + "'",
-                  "one or more points selected");
-    }
-    for (const Index i : indices) at(fixed, i) = 1;
+Motion motion_of(const SceneMotion& scene_motion) {
+  Motion motion{scene_motion.center, {}, scene_motion.interpolation};
+  for (const SceneKeyframe& key : scene_motion.keyframes) {
+    const Turn turn = turn_of(key.rotate);
+    motion.keyframes.push_back(
+        {key.time, key.translate, {turn.scalar, turn.vector.x, turn.vector.y, turn.vector.z}});
   }
-  return fixed;
+  return motion;
 }
+
+/// Fills in what a model knows of the points of one body.
+class BodyPoints {
+ public:
+  /// \param motions  (n_bodies) index of the motion of each body, or -1
+  BodyPoints(const Scene& scene, std::size_t body, std::span<const Index> motions, Model& model)
+      : scene_(scene),
+        body_(scene.bodies[body]),
+        motions_(motions),
+        path_("bodies[" + std::to_string(body) + "]"),
+        range_(model.bodies.bodies()[body].points),
+        points_(model.bodies.points_rest().subspan(static_cast<std::size_t>(range_.begin),
+                                                   static_cast<std::size_t>(range_.size()))),
+        model_(model) {
+    fill_rigid(at(motions, body));
+    fill_fixed();
+    fill_attached();
+    fill_loads();
+    fill_grabs();
+  }
+
+ private:
+  [[nodiscard]] std::string path(const char* key, std::size_t i) const {
+    return path_ + "." + key + "[" + std::to_string(i) + "]";
+  }
+  void fill_rigid(Index motion) {
+    for (Index p = range_.begin; p < range_.end; ++p) {
+      if (is_rigid(body_)) at(model_.fixed_points, p) = 1;
+      at(model_.motion_of_point, p) = motion;
+    }
+  }
+  void fill_fixed() {
+    for (std::size_t s = 0; s < body_.fixed.size(); ++s) {
+      for (const Index i : checked_selection(scene_, path("fixed", s), body_, body_.fixed[s], points_)) {
+        at(model_.fixed_points, range_.begin + i) = 1;
+      }
+    }
+  }
+  void fill_attached() {
+    for (std::size_t a = 0; a < body_.attached.size(); ++a) {
+      const auto& [to, selection] = body_.attached[a];
+      const Index motion = motion_of_body(to, path("attached", a));
+      for (const Index i : checked_selection(scene_, path("attached", a), body_, selection, points_)) {
+        Index& there = at(model_.motion_of_point, range_.begin + i);
+        if (there >= 0 && there != motion) {
+          throw Error(scene_.source, path("attached", a),
+                      "point " + std::to_string(i) + ", which is attached to another body too",
+                      "points that follow one body");
+        }
+        there = motion;
+      }
+    }
+  }
+  [[nodiscard]] Index motion_of_body(const std::string& name, const std::string& where) const {
+    std::vector<std::string_view> known;
+    for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+      if (at(motions_, b) < 0) continue;
+      if (scene_.bodies[b].name == name) return at(motions_, b);
+      known.push_back(scene_.bodies[b].name);
+    }
+    const std::string expected = known.empty() ? "a body with a motion (there is none)"
+                                               : expected_name(name, known) + ", with a motion";
+    throw Error(scene_.source, where + ".to", "'" + name + "'", expected);
+  }
+  void fill_loads() {
+    for (std::size_t l = 0; l < body_.loads.size(); ++l) {
+      const auto& [force, selection] = body_.loads[l];
+      const auto indices = checked_selection(scene_, path("loads", l), body_, selection, points_);
+      model_.forces.resize(model_.bodies.points_rest().size());
+      for (const Index i : indices) {
+        at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * force;
+      }
+    }
+  }
+  void fill_grabs() {
+    for (const SceneGrab& grab : body_.grabs) {
+      const auto nearer = [&](const Vec3& a, const Vec3& b) {
+        return squared_length(a - grab.from) < squared_length(b - grab.from);
+      };
+      const auto nearest = std::min_element(points_.begin(), points_.end(), nearer);
+      model_.grabs.push_back(
+          {range_.begin + static_cast<Index>(nearest - points_.begin()), grab.target, grab.stiffness});
+    }
+  }
+
+  const Scene& scene_;
+  const SceneBody& body_;
+  std::span<const Index> motions_;
+  std::string path_;
+  Range range_;
+  std::span<const Vec3> points_;
+  Model& model_;
+};
 
 }  // namespace
 
@@ -105,20 +188,25 @@ Vec3 transformed(const Transform& transform, const Vec3& point) {
   return place(transform, turn_of(transform.rotate), point);
 }
 
-LoadedScene load_bodies(const Scene& scene, const MeshReader& read_mesh) {
-  LoadedScene loaded;
+Model load_model(const Scene& scene, const MeshReader& read_mesh) {
+  Model model;
+  std::vector<Index> motions(scene.bodies.size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
     TetMesh mesh = source_mesh(scene, body.source, read_mesh);
     const Turn turn = turn_of(body.transform.rotate);
     for (Vec3& point : mesh.points) point = place(body.transform, turn, point);
-    const auto fixed = fixed_points(scene, b, mesh.points);
-    loaded.bodies.add(body.name, std::move(mesh));
-    loaded.materials.push_back(body.material.value_or(Material{}));
-    loaded.fixed.insert(loaded.fixed.end(), fixed.begin(), fixed.end());
-    loaded.obstacle.push_back(body.obstacle);
+    model.bodies.add(body.name, std::move(mesh));
+    model.materials.push_back(body.material.value_or(Material{}));
+    model.obstacles.push_back(is_rigid(body) ? 1 : 0);
+    if (!body.motion) continue;
+    motions[b] = static_cast<Index>(model.motions.size());
+    model.motions.push_back(motion_of(*body.motion));
   }
-  return loaded;
+  model.fixed_points.assign(model.bodies.points_rest().size(), 0);
+  model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) BodyPoints(scene, b, motions, model);
+  return model;
 }
 
 }  // namespace palpate

@@ -22,6 +22,32 @@ fem::SymmetricMatrix3 outer_product(double s, const Vec3& r) {
   return {s * r.x * r.x, s * r.y * r.y, s * r.z * r.z, s * r.x * r.y, s * r.x * r.z, s * r.y * r.z};
 }
 
+Vec3 across(const Vec3& a, const Vec3& r) {
+  return a - dot(a, r) * r;
+}
+
+Vec3 bounded(const Vec3& a, double most) {
+  return length(a) > most ? (most / length(a)) * a : a;
+}
+
+/// m += s (I - r r^T)
+void add_across(double s, const Vec3& r, fem::SymmetricMatrix3& m) {
+  m.xx += s * (1.0 - r.x * r.x);
+  m.yy += s * (1.0 - r.y * r.y);
+  m.zz += s * (1.0 - r.z * r.z);
+  m.xy -= s * r.x * r.y;
+  m.xz -= s * r.x * r.z;
+  m.yz -= s * r.y * r.z;
+}
+
+constexpr std::size_t grain = 256;
+/// Share of the calming that stays from step to step: it fades within a hundred steps.
+constexpr double calming_kept = 0.99;
+/// Bound of the calming: so many times the stiffness times the time step.
+constexpr double most_calming = 20.0;
+/// Root mean square of the friction forces' errors, by that of their bounds, which ends a step.
+constexpr double friction_tolerance = 0.01;
+
 }  // namespace
 
 ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material> materials,
@@ -36,7 +62,6 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
     check(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
   check(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
   check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
-  check(settings.friction_speed > 0.0, "friction_speed", settings.friction_speed, "a finite number > 0");
   for (Index b = 0; b < bodies.body_count(); ++b) {
     const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
     at(rim_width_, b) = 0.25 * h;
@@ -66,81 +91,104 @@ double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> p
   return side.distance / width;
 }
 
-/// Contacts are sorted by (point, body), so those that were there before are found in one pass.
-void ContactResponse::carry_slips(const Contacts& contacts) {
-  std::swap(slips_, last_slips_);
-  slips_.resize(contacts.size());
-  std::size_t last = 0;
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const auto key = std::pair(contacts.point[c], contacts.body[c]);
-    const auto key_of = [&](std::size_t i) { return std::pair(last_slips_[i].point, last_slips_[i].body); };
-    while (last < last_slips_.size() && key_of(last) < key) ++last;
-    const bool known = last < last_slips_.size() && key_of(last) == key;
-    slips_[c] = {key.first, key.second, known, known ? last_slips_[last].slip : Vec3{}};
-  }
+/// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
+/// step's model foresaw. Damping of that error per speed holds it (see the class).
+void ContactResponse::update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity,
+                                     double most) const {
+  contact.calming *= calming_kept;
+  const bool turns = contact.lost > 0 || dot(velocity, contact.velocity) < 0.0;
+  const double speed = length(velocity);
+  if (!turns || speed == 0.0) return;
+  const Vec3 foreseen =
+      contact.force - (time_step_ * contact.stiffness * dot(contact.direction, velocity)) * contact.direction;
+  contact.calming = std::min(std::max(contact.calming, length(force - foreseen) / speed), most);
 }
 
-void ContactResponse::add_friction(double k, double depth, double damping, const Vec3& r,
-                                   const Vec3& velocity, double time_step, Vec3& slip,
-                                   fem::Coupling& coupling) const {
-  const double most = settings_.friction * depth;  // slip at which the spring pulls mu k d
-  if (most <= 0.0) {
-    slip = {};
-    return;
-  }
-  const auto across = [&](const Vec3& a) { return a - dot(a, r) * r; };
-  const auto bounded = [&](const Vec3& a) { return length(a) > most ? (most / length(a)) * a : a; };
-  const Vec3 sliding = across(velocity);
-  slip = bounded(across(slip));
-  const Vec3 ahead = slip + time_step * sliding;
-  const auto add_across = [&](double s, fem::SymmetricMatrix3& m) {
-    m.xx += s * (1.0 - r.x * r.x);
-    m.yy += s * (1.0 - r.y * r.y);
-    m.zz += s * (1.0 - r.z * r.z);
-    m.xy -= s * r.x * r.y;
-    m.xz -= s * r.x * r.z;
-    m.yz -= s * r.y * r.z;
-  };
-  const double viscosity = most * k / std::max(length(sliding), settings_.friction_speed);
-  if (length(ahead) > most) {
-    add_across(viscosity, coupling.damping);
-    return;
-  }
-  // The spring carries the load; the viscosity calms contacts that tremble on a rim.
-  constexpr double share_while_sticking = 0.5;
-  add_across(damping + share_while_sticking * viscosity, coupling.damping);
-  add_across(k, coupling.stiffness);
-  coupling.force -= k * slip;
+/// Share of the friction spring, with its damping, at which it pulls no more than mu k d.
+double ContactResponse::spring_share(const Friction& friction, const Vec3& velocity) const {
+  const Vec3 sliding = across(velocity, friction.direction);
+  const double stretch = length(friction.slip + (time_step_ + friction.lag) * sliding);
+  return stretch > friction.most ? friction.most / stretch : 1.0;
+}
+
+/// Puts another share of the friction spring into a coupling.
+void ContactResponse::set_share(Friction& friction, double share, fem::Coupling& coupling) {
+  const double change = (share - friction.share) * friction.stiffness;
+  friction.share = share;
+  coupling.force -= change * friction.slip;
+  add_across(change, friction.direction, coupling.stiffness);
+  add_across(change * friction.lag, friction.direction, coupling.damping);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions,
                               std::span<const Vec3> velocities, double time_step,
                               std::vector<fem::Coupling>& couplings) {
-  carry_slips(contacts);
+  memory_.update(contacts);
+  time_step_ = time_step;
   couplings.resize(contacts.size());
-  parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
+  frictions_.resize(contacts.size());
+  parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
     const Index point = contacts.point[c];
     const Tet& tet = at(bodies.tets(), contacts.tet[c]);
     const std::array<double, 4>& w = contacts.weights[c];
     const Vec3& r = contacts.direction[c];
-    const double share = side_share(bodies, positions, contacts, c);
-    const double k = share * stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
+    const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
+    const double k = side_share(bodies, positions, contacts, c) * full;
     const double damping = 2.0 * settings_.damping * std::sqrt(k * reduced_mass(point, tet, w));
 
-    fem::Coupling coupling;
+    fem::Coupling& coupling = couplings[c];
     coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
     coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
     coupling.force = k * contacts.depth[c] * r;
     coupling.stiffness = outer_product(k, r);
-    coupling.damping = outer_product(damping, r);
+
     const Vec3 velocity = fem::relative(coupling, velocities);
-    Vec3& slip = slips_[c].slip;
-    if (slips_[c].known)
-      slip += time_step * velocity;  // by the last step; add_friction() keeps what is across r
-    add_friction(k, contacts.depth[c], damping, r, velocity, time_step, slip, coupling);
-    couplings[c] = coupling;
+    RememberedContact& remembered = memory_.of_contact(c);
+    if (remembered.seen > 1) remembered.slip += time_step * velocity;
+    if (remembered.seen > 1 || remembered.lost > 0)
+      update_calming(remembered, coupling.force, velocity, most_calming * time_step * full);
+    const double most_slip = settings_.friction * contacts.depth[c];
+    remembered.slip = bounded(across(remembered.slip, r), most_slip);
+    remembered.force = coupling.force;
+    remembered.direction = r;
+    remembered.velocity = velocity;
+    remembered.stiffness = k;
+    remembered.lost = 0;
+
+    const double calmed = damping + remembered.calming;
+    coupling.damping = outer_product(calmed, r);
+    frictions_[c] = {k, k > 0.0 ? calmed / k : 0.0, most_slip, 0.0, remembered.slip, r};
+    set_share(frictions_[c], spring_share(frictions_[c], velocity), coupling);
   });
+}
+
+bool ContactResponse::refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
+                             std::span<fem::Coupling> couplings) {
+  refined_.resize(couplings.size());
+  parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
+    Friction& friction = frictions_[c];
+    const Vec3 velocity = fem::relative(couplings[c], velocities_end);
+    if (friction.stiffness > 0.0) {
+      const double depth_end = dot(couplings[c].force, friction.direction) / friction.stiffness -
+                               (time_step_ + friction.lag) * dot(velocity, friction.direction);
+      friction.most = settings_.friction * std::max(depth_end, 0.0);
+    }
+    const Vec3 stretch = friction.slip + (time_step_ + friction.lag) * across(velocity, friction.direction);
+    const double share = spring_share(friction, velocity);
+    const double error = (share - friction.share) * friction.stiffness * length(stretch);
+    refined_[c] = {share, error * error};
+  });
+  const double errors =
+      parallel::sum(threads, couplings.size(), partial_, [&](std::size_t c) { return refined_[c].error; });
+  const double bounds = parallel::sum(threads, couplings.size(), partial_, [&](std::size_t c) {
+    const double bound = frictions_[c].stiffness * frictions_[c].most;
+    return bound * bound;
+  });
+  if (errors <= friction_tolerance * friction_tolerance * bounds) return false;
+  parallel::for_each(threads, couplings.size(), grain,
+                     [&](std::size_t c) { set_share(frictions_[c], refined_[c].share, couplings[c]); });
+  return true;
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/material.hpp>
 
 #include "fem/coupling.hpp"
+#include "sim/contact_memory.hpp"
 
 namespace palpate {
 
@@ -15,19 +16,23 @@ namespace palpate {
 ///
 /// For the relative position u = p - sum_j w_j x_j of a point and the place of the tet where it lies:
 /// - along the direction r: force k d, on the point and by the weights on the tet (so forces and torques add
-/// up to zero),
-///   stiffness k r r^T, implicit in the solver, damping c r r^T;
-/// - across it, where the contact sticks: a spring of the same k that remembers the slip s since the contact
-/// began
-///   (Cundall & Strack, "A discrete numerical model for granular assemblies", 1979), force -k s, with damping
-///   c and a viscosity of half of mu k d / max(|v_t|, v_0), v_0 = friction_speed, which calms contacts that
-///   tremble on a rim;
-/// - across it, where it slides (the spring would pull more than mu k d before the step ends): mu k d against
-/// the sliding,
-///   as an implicit viscosity mu k d / max(|v_t|, v_0); s stays at its bound. Below v_0 that is less than
-///   Coulomb's force, so contacts at their bound creep. (A constant force there makes light points on stiff
-///   springs tremble.)
-/// A viscous law alone, however steep, creeps under a steady load: a stack then leans until it falls.
+/// up to zero), stiffness k r r^T, implicit in the solver, damping c r r^T;
+/// - across it: a spring of the same k and c that remembers the slip s since the contact began (Cundall &
+/// Strack, "A discrete numerical model for granular assemblies", 1979). Where spring and damper would pull
+/// more than mu k d they slide: that much, against the motion, and s stays at its bound. So a body below the
+/// friction angle stands still, and one above it slides with Coulomb's force at any speed.
+///
+/// Whether a contact sticks or slides, and its bound, are decided by the velocities at the END of the step: d
+/// in mu k d is the normal force there by k. At a given bound the force is the derivative of a convex function
+/// of the velocities (quadratic up to the bound, linear beyond: Huber's), and refine() is one round of
+/// iteratively reweighted least squares on it, which lowers it: the spring of a sliding contact is weakened
+/// until at the last velocities it pulls just the bound. A steady stick or slide needs one round.
+///
+/// Depth and direction of a step are those at its start. Where they change faster than the model of the step
+/// foresees (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
+/// of it is a relative velocity that turns round, or a contact that comes back. To c then comes (force -
+/// foreseen force) / speed, the secant of the error, which fades over a hundred steps: a rule without a scale
+/// of its own that is silent elsewhere. Across r it stays within mu k d, so that sliding is not braked.
 ///
 /// Near a side of the penetrated body (a surface that faces another way than r), within a quarter of its mean
 /// edge length, k falls linearly to zero: a point that slips over a rim loses its force little by little
@@ -41,12 +46,18 @@ class ContactResponse {
                   std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                   std::span<const double> masses, std::span<const std::uint8_t> moves);
 
-  /// One coupling for each contact, in their order. `positions` are those that the contacts were found at,
-  /// `time_step` is the time since the last call and to the next; slips are kept from call to call.
-  /// O(contacts), parallel.
+  /// One coupling for each contact, in their order; friction by the velocities at the start of the step.
+  /// `positions` are those that the contacts were found at, `time_step` is the time since the last call and
+  /// to the next; what contacts remember is kept from call to call. O(contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                std::vector<fem::Coupling>& couplings);
+
+  /// Compares the friction in the couplings with what the velocities that they led to ask for (n_points x 3,
+  /// at the end of the step). Where it is off by more than 1 % of the bounds mu k d, in root mean square,
+  /// adapts the couplings and returns true: another solve is needed. O(contacts), parallel.
+  [[nodiscard]] bool refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
+                            std::span<fem::Coupling> couplings);
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
@@ -54,26 +65,32 @@ class ContactResponse {
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
 
  private:
-  /// How far a contact has slipped since it began, m; zero along the direction.
-  struct Slip {
-    Index point;
-    Index body;
-    bool known;  ///< the contact was there at the last call
-    Vec3 slip;
+  struct Friction {
+    double stiffness;  ///< N/m
+    double lag;        ///< damping by stiffness, s
+    double most;       ///< slip at which the spring pulls mu k d, m
+    double share;      ///< of spring and damper that the coupling holds, 0 to 1
+    Vec3 slip;         ///< at the start of the step, m
+    Vec3 direction;    ///< of the contact
   };
-  void carry_slips(const Contacts& contacts);
-  /// Adds friction to a coupling and moves its slip on.
-  void add_friction(double k, double depth, double damping, const Vec3& r, const Vec3& velocity,
-                    double time_step, Vec3& slip, fem::Coupling& coupling) const;
+  struct Refined {
+    double share;
+    double error;  ///< of the force, squared, N^2
+  };
+  [[nodiscard]] double spring_share(const Friction& friction, const Vec3& velocity) const;
+  static void set_share(Friction& friction, double share, fem::Coupling& coupling);
+  void update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity, double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
-
-  ResponseSettings settings_;
   /// Share of the stiffness that a contact has so near to a side of the body: 0 to 1.
   [[nodiscard]] double side_share(const Bodies& bodies, std::span<const Vec3> positions,
                                   const Contacts& contacts, std::size_t c) const;
 
-  std::vector<Slip> slips_;  ///< of the contacts, in their order
-  std::vector<Slip> last_slips_;
+  ResponseSettings settings_;
+  ContactMemory memory_;
+  double time_step_ = 0.0;
+  std::vector<Friction> frictions_;      ///< of the contacts, in their order
+  std::vector<Refined> refined_;         ///< scratch of refine()
+  std::vector<double> partial_;          ///< scratch
   std::vector<double> body_compliance_;  ///< (n_bodies) m/N; 0 for obstacles
   std::vector<double> rim_width_;        ///< (n_bodies) m
   std::span<const double> masses_;

@@ -11,6 +11,8 @@
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 #include "parallel/parallel.hpp"
+#include "sim/grabs.hpp"
+#include "sim/rails.hpp"
 #include "sim/response.hpp"
 #include "sim/state_hash.hpp"
 #include "stopwatch.hpp"
@@ -27,6 +29,7 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(is_finite(s.gravity), "gravity", s.gravity.x + s.gravity.y + s.gravity.z, "three finite numbers");
   check(s.solver.tolerance > 0.0, "solver.tolerance", s.solver.tolerance, "a finite number > 0");
   check(s.solver.max_iterations > 0, "solver.max_iterations", s.solver.max_iterations, "at least 1");
+  check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
   return s;
@@ -42,47 +45,88 @@ std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::si
   return flags;
 }
 
+/// Points on rails are not free.
+std::vector<std::uint8_t> not_free(std::vector<std::uint8_t> fixed, const Rails& rails) {
+  for (const Index p : rails.points()) at(fixed, p) = 1;
+  return fixed;
+}
+
+std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
+  if (!forces.empty() && forces.size() != count) {
+    throw Error("simulation", "forces", std::to_string(forces.size()) + " values", std::to_string(count));
+  }
+  for (std::size_t p = 0; p < forces.size(); ++p) {
+    if (!is_finite(forces[p])) {
+      throw Error("simulation", "forces", "a force on point " + std::to_string(p) + " that is not finite",
+                  "three finite numbers");
+    }
+  }
+  return forces;
+}
+
 }  // namespace
 
 struct Simulation::State {
-  State(Bodies b, std::vector<Material> m, std::vector<std::uint8_t> fixed, std::vector<std::uint8_t> o,
-        const SimulationSettings& s, int n)
-      : bodies(std::move(b)),
+  State(Model model, const SimulationSettings& s, int n)
+      : bodies(std::move(model.bodies)),
         settings(checked(s)),
-        obstacles(flags_or_none(std::move(o), bodies.bodies().size(), "obstacles")),
+        obstacles(flags_or_none(std::move(model.obstacles), bodies.bodies().size(), "obstacles")),
         threads(n),
-        dynamics(bodies, m, flags_or_none(std::move(fixed), bodies.points_rest().size(), "fixed_points"),
+        rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
+        forces(forces_or_none(std::move(model.forces), bodies.points_rest().size())),
+        grabs(static_cast<Index>(bodies.points_rest().size())),
+        dynamics(bodies, model.materials,
+                 not_free(flags_or_none(std::move(model.fixed_points), bodies.points_rest().size(),
+                                        "fixed_points"),
+                          rails),
                  obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
-        response(bodies, m, obstacles, settings.response, dynamics.point_masses(), dynamics.free_points()),
+        response(bodies, model.materials, obstacles, settings.response, dynamics.point_masses(),
+                 dynamics.free_points()),
         contact_forces(bodies.bodies().size()),
         masses(bodies.bodies().size(), 0.0),
         squared_speeds(bodies.bodies().size(), 0.0) {
     for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
       at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
     }
+    for (const Grab& grab : model.grabs) grabs.add(grab);
+    start_on_rails();
     detect();
     measure();
   }
 
+  void start_on_rails();
   void detect();
   void measure();
+  void solve();
   void sum_contact_forces();
 
   Bodies bodies;
   SimulationSettings settings;
   std::vector<std::uint8_t> obstacles;
   parallel::Threads threads;
+  Rails rails;
+  std::vector<Vec3> forces;  ///< on points; empty: none
+  Grabs grabs;
   fem::Dynamics dynamics;
   Detector detector;
   ContactResponse response;
-  std::vector<fem::Coupling> couplings;
+  std::vector<fem::Coupling> couplings;  ///< of the contacts, then of the grabs
+  std::size_t contact_couplings = 0;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
   StepMetrics metrics;
   int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
+
+void Simulation::State::start_on_rails() {
+  if (rails.points().empty()) return;
+  std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+  const std::span<const Vec3> placed = rails.positions(threads, 0.0);
+  for (std::size_t k = 0; k < placed.size(); ++k) at(positions, rails.points()[k]) = placed[k];
+  dynamics.set_positions(positions);
+}
 
 void Simulation::State::detect() {
   detector.detect(dynamics.positions());
@@ -97,6 +141,7 @@ void Simulation::State::measure() {
   double fastest = 0.0;
   std::fill(squared_speeds.begin(), squared_speeds.end(), 0.0);
   for (std::size_t p = 0; p < dynamics.velocities().size(); ++p) {
+    if (dynamics.free_points()[p] == 0) continue;
     const double v2 = squared_length(dynamics.velocities()[p]);
     fastest = std::max(fastest, v2);
     at(squared_speeds, bodies.body_of_point()[p]) += dynamics.point_masses()[p] * v2;
@@ -110,19 +155,37 @@ void Simulation::State::measure() {
   metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
+/// Solves, and again with the friction that the solution leads to, until both agree.
+void Simulation::State::solve() {
+  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
+  dynamics.prescribe(rails.points(), rails.positions(threads, end));
+  dynamics.begin_step(settings.time_step, settings.gravity, forces);
+  metrics.solves = 0;
+  metrics.solver_iterations = 0;
+  metrics.solver_converged = true;
+  do {
+    const fem::SolveReport report =
+        dynamics.solve(couplings, settings.solver.tolerance, settings.solver.max_iterations);
+    ++metrics.solves;
+    metrics.solver_iterations += report.iterations;
+    metrics.solver_converged = metrics.solver_converged && report.converged;
+  } while (
+      metrics.solves < settings.solver.max_solves &&
+      response.refine(threads, dynamics.end_velocities(), std::span(couplings).first(contact_couplings)));
+  dynamics.end_step();
+}
+
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
-  for (const fem::Coupling& coupling : couplings) {
+  for (const fem::Coupling& coupling : std::span(couplings).first(contact_couplings)) {
     const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
     at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
     at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
   }
 }
 
-Simulation::Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
-                       std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads)
-    : state_(std::make_unique<State>(std::move(bodies), std::move(materials), std::move(fixed_points),
-                                     std::move(obstacles), settings, threads)) {}
+Simulation::Simulation(Model model, const SimulationSettings& settings, int threads)
+    : state_(std::make_unique<State>(std::move(model), settings, threads)) {}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -132,21 +195,48 @@ const StepMetrics& Simulation::step() {
   Stopwatch watch;
   s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.positions(),
                      s.dynamics.velocities(), s.settings.time_step, s.couplings);
+  s.contact_couplings = s.couplings.size();
+  s.grabs.append(s.dynamics.positions(), s.dynamics.point_masses(), s.couplings);
   s.metrics.forces_seconds = watch.lap();
 
-  const auto report = s.dynamics.step(s.settings.time_step, s.settings.gravity, {}, s.couplings,
-                                      s.settings.solver.tolerance, s.settings.solver.max_iterations);
+  s.solve();
   s.metrics.solver_seconds = watch.lap();
-  s.metrics.solver_iterations = report.iterations;
-  s.metrics.solver_converged = report.converged;
   s.sum_contact_forces();
+  s.grabs.take_forces(std::span(s.couplings).subspan(s.contact_couplings), s.settings.time_step,
+                      s.dynamics.velocities());
 
   s.detect();
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  s.slow_steps = s.metrics.fastest_body <= s.settings.rest.speed ? s.slow_steps + 1 : 0;
+  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.rails.end();
+  s.slow_steps = slow ? s.slow_steps + 1 : 0;
   return s.metrics;
+}
+
+void Simulation::set_force(Index point, const Vec3& force) {
+  State& s = *state_;
+  const std::size_t count = s.bodies.points_rest().size();
+  if (point < 0 || static_cast<std::size_t>(point) >= count) {
+    throw Error("simulation", "point", std::to_string(point), "less than " + std::to_string(count));
+  }
+  if (!is_finite(force)) {
+    throw Error("simulation", "force", "a number that is not finite", "three finite numbers");
+  }
+  if (s.forces.empty()) s.forces.resize(count);
+  at(s.forces, point) = force;
+}
+Index Simulation::grab(const Grab& grab) {
+  return state_->grabs.add(grab);
+}
+void Simulation::move_grab(Index number, const Vec3& target) {
+  state_->grabs.move(number, target);
+}
+void Simulation::release(Index number) {
+  state_->grabs.release(number);
+}
+Vec3 Simulation::grab_force(Index number) const {
+  return state_->grabs.force(number);
 }
 
 const Bodies& Simulation::bodies() const {

@@ -67,7 +67,7 @@ TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {
 TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
   write("tet.mesh", one_tet(inverted_corner));
   write("scene.json", R"({"units": {"length": "mm"}, "time_step": 0.02, "duration": 3, "gravity": [0, 0, 0],
-    "contact": {"friction_speed": 1}, "rest": {"speed": 1, "time": 0.05}, "bodies": [
+    "rest": {"speed": 1, "time": 0.05}, "bodies": [
     {"name": "cube", "box": {"cells": [1, 1, 1], "size": [2, 2, 2]}, "obstacle": true},
     {"name": "tet", "mesh": "tet.mesh", "scale": 3, "translate": [0.5, 0.5, 0.5], "fixed": [{"points": [1, 2]}],
      "material": {"young_modulus": 10, "density": 2}}]})");

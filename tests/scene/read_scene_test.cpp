@@ -125,8 +125,19 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[1].material.density: found -1, expected a number > 0"},
       {R"({"bodies": [{"material": {"poisson_ratio": 0.5}, )" + ball + "}]}",
        "bodies[0].material.poisson_ratio: found 0.5, expected a number in (-1, 0.5)"},
+      {with_body(ball + R"(, "motion": {"keyframes": []})"),
+       "bodies[0].motion.keyframes: found none, expected one or more"},
+      {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}, {"time": 1}]})"),
+       "bodies[0].motion.keyframes: found times that do not grow, expected one later than the other"},
+      {with_body(ball + R"(, "motion": {"keyframes": [{"tme": 1}]})"),
+       "bodies[0].motion.keyframes[0].time: found nothing, expected a value"},
+      {with_body(ball + R"(, "loads": [{"force": [0, 0, 1]}])"), "bodies[0].loads[0]"},
+      {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}]}, "grabs": [
+           {"from": [0, 0, 0], "target": [0, 0, 0], "stiffness": 1}])"),
+       "bodies[0].grabs: found it in a rigid body, expected a body that deforms"},
       {"{\"bodies\": [{" + ball + "}]}",
-       "bodies[0].material: found nothing, expected the material of a body that is not an obstacle"},
+       "bodies[0].material: found nothing, expected the material of a body that is neither an obstacle nor "
+       "has a motion"},
       {with_body(R"("name": "a")"),
        "bodies[0]: found none of its alternatives, expected one of 'mesh', 'box', 'ball'"},
       {with_body(R"("bal": {})"), "bodies[0].bal: found unknown key, expected 'ball'"},
@@ -146,7 +157,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(ball + R"(, "color": [0, 0, 1.5])"),
        "bodies[0].color[2]: found 1.5, expected a number in [0, 1]"},
       {with_body(ball + R"(, "obstacle": true, "self_collision": true)"),
-       "bodies[0].self_collision: found true for an obstacle, expected false: an obstacle has one shape"},
+       "bodies[0].self_collision: found true for a rigid body, expected false: a rigid body has one shape"},
       {with_body(ball + R"(, "obstacle": 1)"), "bodies[0].obstacle: found 1, expected true or false"},
       {with_body(ball + R"(, "fixed": {})"), "bodies[0].fixed: found an object, expected an array"},
       {with_body(ball + R"(, "fixed": [{"point": [1]}])"),
@@ -175,7 +186,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
 
 TEST(ReadScene, KeepsOtherUnitsWhenAllNumbersAreGiven) {
   const Scene scene = read(R"({"units": {"length": "mm", "mass": "g"}, "time_step": 0.01, "duration": 1,
-      "gravity": [0, 0, -9810], "contact": {"friction_speed": 1}, "rest": {"speed": 1, "time": 0.05},
+      "gravity": [0, 0, -9810], "rest": {"speed": 1, "time": 0.05},
       "bodies": [{"obstacle": true, "ball": {"radius": 1, "resolution": 1}}]})");
   EXPECT_EQ(scene.units, (Units{"mm", "g", "s"}));
   EXPECT_EQ(scene.settings.gravity.z, -9810.0);
@@ -247,7 +258,9 @@ TEST(ReadScene, TellsDetectionWhichBodiesTouchThemselves) {
     {"ball": {"radius": 1, "resolution": 1}, "material": {}},
     {"ball": {"radius": 1, "resolution": 1}, "material": {}, "self_collision": true}]})");
   EXPECT_EQ(scene.settings.detection.self_collision, (std::vector<std::uint8_t>{0, 1}));
-  const Scene again = read(write_scene(scene));
+  Scene named = scene;
+  named.name = "strips";
+  const Scene again = read(write_scene(named));
   EXPECT_FALSE(again.bodies[0].self_collision);
   EXPECT_TRUE(again.bodies[1].self_collision);
 }

@@ -21,11 +21,10 @@ Simulation strip(bool self_collision, int threads, Structure structure = Structu
   Scene scene = read_scene(PALPATE_SOURCE_DIR "/scenes/folding-strip.json");
   if (!self_collision) scene.settings.detection.self_collision.clear();
   scene.settings.detection.structure = structure;
-  LoadedScene loaded = load_bodies(scene, [](const std::filesystem::path& path) -> TetMesh {
+  Model model = load_model(scene, [](const std::filesystem::path& path) -> TetMesh {
     throw Error(path.string(), "", "a mesh file", "none in this scene");
   });
-  return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
-                    {loaded.obstacle.begin(), loaded.obstacle.end()}, scene.settings, threads);
+  return Simulation(std::move(model), scene.settings, threads);
 }
 
 struct SelfContacts {

@@ -98,12 +98,84 @@ TEST(ContactResponse, PushesAlongTheDirectionAndFrictionOpposesSliding) {
     const double normal_force = 100.0 * pressed.contacts.depth[c];
     EXPECT_NEAR(length(couplings[c].force - normal_force * r), 0.0, 1e-12)
         << "far from the rim: all of k d r";
-    // The ball slides at 0.2 m/s, far above friction_speed: Coulomb's force, against the motion.
-    const Vec3 friction = fem::end_force(couplings[c], 0.0, velocities) - couplings[c].force;
-    EXPECT_NEAR(length(friction), 0.5 * normal_force, 1e-9 * normal_force);
-    EXPECT_LT(friction.x, 0.0);
+    const Vec3 force = fem::end_force(couplings[c], 1.0, velocities);
+    const Vec3 friction = force - dot(force, r) * r;
+    EXPECT_NEAR(length(friction), 0.5 * normal_force, 1e-9 * normal_force) << "Coulomb's force";
+    EXPECT_LT(friction.x, 0.0) << "against the motion";
   }
   EXPECT_GT(checked, 3U);
+}
+
+TEST(ContactResponse, RefinesFrictionUntilItFitsTheVelocitiesAtTheEndOfTheStep) {
+  // The step starts at rest, so the contacts are taken to stick; at its end the ball slides.
+  Pressed pressed;
+  ResponseSettings settings;
+  settings.stiffness = 100.0;
+  settings.friction = 0.5;
+  std::vector<Vec3> velocities(pressed.bodies.points_rest().size());
+  Detector detector(pressed.bodies, {}, {}, 1);
+  detector.detect(pressed.bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  ContactResponse response(pressed.bodies, pressed.materials, std::vector<std::uint8_t>{0, 0}, settings,
+                           pressed.masses, pressed.moves);
+  const parallel::Threads threads(2);
+  std::vector<fem::Coupling> couplings;
+  response.compute(threads, pressed.bodies, contacts, pressed.bodies.points_rest(), velocities, 1.0,
+                   couplings);
+  EXPECT_FALSE(response.refine(threads, velocities, couplings)) << "nothing moved: sticking was right";
+  const Range ball = pressed.bodies.bodies()[1].points;
+  for (Index p = ball.begin; p < ball.end; ++p) at(velocities, p) = {0.2, 0.1, 0.0};
+  EXPECT_TRUE(response.refine(threads, velocities, couplings));
+  for (std::size_t c = 0; c < couplings.size(); ++c) {
+    const Vec3& r = contacts.direction[c];
+    const Vec3 force = fem::end_force(couplings[c], 1.0, velocities);
+    const double bound = 0.5 * 100.0 * contacts.depth[c];
+    EXPECT_NEAR(length(force - dot(force, r) * r), bound, 1e-9 * bound);
+  }
+  EXPECT_FALSE(response.refine(threads, velocities, couplings)) << "now it fits";
+}
+
+TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsIt) {
+  // A spike dips into a box; it goes in at 1 m/s, then comes out at 1 m/s, deeper than the model foresaw.
+  Bodies bodies;
+  bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));
+  bodies.add("spike",
+             {{{0.01, 0.02, -0.01}, {0.06, 0.02, 0.5}, {0.01, 0.07, 0.5}, {-0.04, 0, 0.5}}, {{0, 1, 2, 3}}});
+  const std::vector<Material> materials(2);
+  const std::vector<double> masses(bodies.points_rest().size(), 1.0);
+  const std::vector<std::uint8_t> moves(bodies.points_rest().size(), 1);
+  ResponseSettings settings;
+  settings.stiffness = 100.0;
+  settings.damping = 0.0;
+  ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
+  const double h = 0.001;
+  std::vector<fem::Coupling> couplings;
+  const auto damping = [&](double z, double speed) {
+    std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+    std::vector<Vec3> velocities(positions.size());
+    const Range spike = bodies.bodies()[1].points;
+    for (Index p = spike.begin; p < spike.end; ++p) {
+      at(positions, p).z += z;
+      at(velocities, p).z = speed;
+    }
+    Detector detector(bodies, {}, {}, 1);
+    detector.detect(positions);
+    response.compute(parallel::Threads(1), bodies, detector.contacts(), positions, velocities, h, couplings);
+    return couplings.empty() ? 0.0 : couplings.front().damping.zz;
+  };
+  EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
+  EXPECT_EQ(damping(-0.001, -1.0), 0.0) << "goes on as before";
+  // Force 100 N/m times 0.015 m; foreseen: 1.1 N less 100 N/m times 0.001 m. By 1 m/s.
+  const double first = damping(-0.005, 1.0);
+  EXPECT_NEAR(first, 1.5 - 1.0, 1e-9);
+  EXPECT_NEAR(damping(-0.004, 1.0), 0.99 * first, 1e-9) << "fades";
+  ASSERT_EQ(damping(0.02, 1.0), 0.0) << "gone";
+  EXPECT_NEAR(damping(0.0, -1.0), 1.0, 1e-9) << "back: nothing of the force was foreseen, 1 N by 1 m/s";
+  ASSERT_EQ(damping(0.02, 1.0), 0.0);
+  for (int i = 0; i < ContactMemory::longest_absence; ++i) damping(0.02, 1.0);
+  EXPECT_EQ(damping(0.0, -1.0), 0.0) << "forgotten";
+  damping(0.0, -1.0);
+  EXPECT_NEAR(damping(-0.005, 1e-9), 20.0 * h * 100.0, 1e-9) << "bounded";
 }
 
 TEST(ContactResponse, FadesOutOverARim) {
