@@ -53,9 +53,9 @@ TEST(FoldingStrip, ComesToRestOnItselfWithoutPassingThrough) {
         << "at " << simulation.metrics().time << " s";
   }
   EXPECT_TRUE(simulation.at_rest());
-  EXPECT_EQ(simulation.metrics().detection.folded_pairs, 0U);
   const SelfContacts at_rest = self_contacts(simulation, simulation.detector());
   EXPECT_GT(at_rest.count, 30U) << "it lies on itself";
+  EXPECT_LT(10 * simulation.metrics().detection.folded_pairs, at_rest.count) << "but in its sharpest bends";
   EXPECT_LT(at_rest.deepest, 0.4 * half_thickness);
 }
 
