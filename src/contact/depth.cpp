@@ -109,21 +109,21 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
       continue;
     }
     const Vec3 edge = at(frame.positions, free_point) - p;
-    const EdgeExit exit(frame.bodies, frame.positions, normals_, p, edge,
-                        frame.crossings.crossings().subspan(first, last - first));
-    note.nearest_crossing = std::min(note.nearest_crossing, exit.nearest * length(edge));
-    if (note.fixed && !exit.at_point) continue;
-    if (exit.at_point && !note.fixed) {
+    const EdgeExit way_out(frame.bodies, frame.positions, normals_, p, edge,
+                           frame.crossings.crossings().subspan(first, last - first));
+    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
+    if (note.fixed && !way_out.at_point) continue;
+    if (way_out.at_point && !note.fixed) {
       // A crossing at the point itself rules out all others.
       note.fixed = true;
       note.border_weight = depth = 0.0;
       normal = {};
     }
     note.border_edges += 1.0 / l2;
-    const double scale = exit.at_point ? 1.0 : 1.0 / l2;
-    note.border_weight += scale * exit.weight;
-    depth += scale * exit.depth;
-    normal += scale * exit.normal;
+    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
+    note.border_weight += scale * way_out.weight;
+    depth += scale * way_out.depth;
+    normal += scale * way_out.normal;
   }
   contacts.depth[c] = depth;
   contacts.direction[c] = normal;
