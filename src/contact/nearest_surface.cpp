@@ -140,7 +140,7 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
 
 SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                const Vec3& p, const Vec3& direction, double radius) {
-  constexpr double along = 0.5;
+  constexpr double along = 0.75;  // of two faces at a right angle never both
   constexpr double against = -0.3;
   std::array<Index, 64> reached{tet};
   std::size_t count = 1;

@@ -105,7 +105,7 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
                                    const Vec3& p, Index without = -1);
 
 /// The nearest side exit of p, a point in `tet`: the nearest point within `radius` on a surface triangle
-/// whose normal is neither along `direction` (cosine over 0.5) nor against it (under -0.3). None: `distance`
+/// whose normal is neither along `direction` (cosine over 0.75) nor against it (under -0.3). None: `distance`
 /// is `radius`.
 ///
 /// Walks from tet to tet through the faces that are nearer than `radius`, so a small radius costs a few tets;
