@@ -19,6 +19,11 @@ void count(RunOutcome& outcome, const StepMetrics& m) {
   outcome.depth_fallbacks.add(m.detection.depth_fallbacks);
   if (m.detection.cuckoo_points) outcome.cuckoo_points.add(*m.detection.cuckoo_points);
   if (m.detection.cuckoo_edges) outcome.cuckoo_edges.add(*m.detection.cuckoo_edges);
+  outcome.raised_depths.add(m.detection.raised_depths);
+  outcome.cancelled_directions.add(m.detection.cancelled_directions);
+  outcome.regions_without_border.add(m.detection.regions_without_border);
+  outcome.border_edges_without_crossing.add(m.detection.border_edges_without_crossing);
+  outcome.folded_pairs.add(m.detection.folded_pairs);
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
 }

@@ -49,6 +49,11 @@ struct RunOutcome {
   Tally depth_fallbacks;
   CuckooRun cuckoo_points;
   CuckooRun cuckoo_edges;
+  Tally raised_depths;
+  Tally cancelled_directions;
+  Tally regions_without_border;
+  Tally border_edges_without_crossing;
+  Tally folded_pairs;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_at_solver_cap = 0;
 };

@@ -121,6 +121,11 @@ void add_outcome(Json& json, const RunReport& report) {
                        ? Json()
                        : Json{{"points", cuckoo_json(outcome.cuckoo_points)},
                               {"edges", cuckoo_json(outcome.cuckoo_edges)}};
+  json["raised_depths"] = tally_json(outcome.raised_depths);
+  json["cancelled_directions"] = tally_json(outcome.cancelled_directions);
+  json["regions_without_border"] = tally_json(outcome.regions_without_border);
+  json["border_edges_without_crossing"] = tally_json(outcome.border_edges_without_crossing);
+  json["folded_pairs"] = tally_json(outcome.folded_pairs);
   json["solver"] = {{"iterations", outcome.solver_iterations}, {"steps_at_cap", outcome.steps_at_solver_cap}};
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;

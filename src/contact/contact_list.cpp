@@ -35,6 +35,7 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   resize_with_room(contacts_.weights, n);
   assign_with_room(contacts_.depth, n, 0.0);
   assign_with_room(contacts_.direction, n, Vec3{});
+  assign_with_room(contacts_.certainty, n, 0.0);
   parallel::for_each(threads, n, 512, [&](std::size_t c) {
     const Tet& tet = at(bodies.tets(), contacts_.tet[c]);
     contacts_.weights[c] =

@@ -83,6 +83,9 @@ class CrossingQuery {
             const Vec3& t2 = at(positions, triangle[2]);
             for (const Index e : near) {
               const auto ends = ends_of(e);
+              // A body's own triangles at the edge's ends: they meet it there and nowhere else.
+              const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
+              if (std::any_of(triangle.begin(), triangle.end(), own)) continue;
               const Vec3& in = at(positions, ends[0]);
               const Vec3& out = at(positions, ends[1]);
               if (!box.overlaps(box_of(positions, ends)) || !segment_meets_triangle(in, out, t0, t1, t2))

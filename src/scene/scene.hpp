@@ -109,6 +109,7 @@ struct SceneBody {
   std::optional<Material> material;   ///< always there for a body that is not an obstacle
   std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
+  bool self_collision = false;        ///< the body also touches itself
   std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;
