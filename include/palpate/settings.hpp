@@ -82,6 +82,12 @@ struct RestSettings {
   double time = 0.05;   ///< s
 };
 
+/// When a run counts as blown up and stops with an Error; a value that is not finite always does.
+struct LimitSettings {
+  double max_speed = 1e3;      ///< m/s, > 0; no point may be faster
+  double inverted_time = 1.0;  ///< s, > 0; no tet may be inverted for so long without a break
+};
+
 /// Everything of a simulation that is not a body.
 struct SimulationSettings {
   double time_step = 0.01;        ///< s, > 0
@@ -90,6 +96,7 @@ struct SimulationSettings {
   ResponseSettings response;
   SolverSettings solver;
   RestSettings rest;
+  LimitSettings limits;
 };
 
 }  // namespace palpate

@@ -38,19 +38,22 @@ struct StepMetrics {
 class Simulation {
  public:
   /// \param bodies        the meshes at their start, at rest
-  /// \param materials     per body; of an obstacle only the density counts, for its mass
+  /// \param materials     per body, or several in a body; of an obstacle only the density counts, for its
+  ///                      mass
   /// \param fixed_points  per point: 1 does not move (empty: none)
   /// \param obstacles     per body: 1 does not move at all (empty: none)
   /// \param threads       number of threads; 0 takes all
   /// Throws Error on a setting or material out of range.
-  Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+  Simulation(Bodies bodies, Materials materials, std::vector<std::uint8_t> fixed_points,
              std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Advances by one time step. Throws Error where the state is no longer finite.
+  /// Advances by one time step. Throws Error where the run blows up (a value that is not finite, or beyond
+  /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all that
+  /// this class tells (positions, velocities, contacts, metrics, forces) is that of the last good step.
   const StepMetrics& step();
 
   [[nodiscard]] const Bodies& bodies() const;
@@ -66,6 +69,9 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3> contact_forces() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
+  /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its
+  /// own with the mean of Young's modulus by volume.
+  [[nodiscard]] std::span<const Material> contact_materials() const;
   /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
   /// bytes).
   [[nodiscard]] std::string state_hash() const;

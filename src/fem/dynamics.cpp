@@ -22,16 +22,31 @@ void check_length(const char* name, std::size_t found, std::size_t expected, con
               std::to_string(expected) + " values, one per " + per);
 }
 
+void check_materials(const Bodies& bodies, const Materials& materials) {
+  const std::size_t body_count = bodies.bodies().size();
+  const bool per_body = materials.of_tet.empty();
+  if (per_body || materials.all.size() < body_count)
+    check_length("materials", materials.all.size(), body_count, "body");
+  for (std::size_t i = 0; i < materials.all.size(); ++i)
+    check_material(materials.all[i],
+                   i < body_count ? "body " + bodies.bodies()[i].name : "material " + std::to_string(i));
+  if (per_body) return;
+  check_length("material of tets", materials.of_tet.size(), bodies.tets().size(), "tet");
+  for (const Index material : materials.of_tet) {
+    if (material >= 0 && static_cast<std::size_t>(material) < materials.all.size()) continue;
+    throw Error(source_name, "material of tets", std::to_string(material),
+                "an index of " + std::to_string(materials.all.size()) + " materials");
+  }
+}
+
 /// Masses, once all arguments of the constructor are known to be good.
-std::vector<double> checked_masses(const Bodies& bodies, std::span<const Material> materials,
+std::vector<double> checked_masses(const Bodies& bodies, const Materials& materials,
                                    std::span<const std::uint8_t> fixed,
                                    std::span<const std::uint8_t> obstacles) {
   const auto body_count = static_cast<std::size_t>(bodies.body_count());
-  check_length("materials", materials.size(), body_count, "body");
+  check_materials(bodies, materials);
   check_length("obstacle_bodies", obstacles.size(), body_count, "body");
   check_length("fixed_points", fixed.size(), bodies.points_rest().size(), "point");
-  for (std::size_t body = 0; body < body_count; ++body)
-    check_material(materials[body], bodies.bodies()[body].name);
   return lumped_masses(bodies, materials);
 }
 
@@ -45,6 +60,30 @@ std::vector<std::uint8_t> moving_points(const Bodies& bodies, std::span<const do
   return moving;
 }
 
+/// Mass damping of each point: the mean over its tets by mass, bit for bit that of the tets where they agree.
+std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
+                                  std::span<const double> masses) {
+  std::vector<double> dampings(masses.size());
+  for (std::size_t point = 0; point < masses.size(); ++point) {
+    dampings[point] = at(materials.all, bodies.body_of_point()[point]).mass_damping;
+  }
+  if (materials.of_tet.empty()) return dampings;
+  std::vector<double> changes(masses.size(), 0.0);  // from the body's own, times mass
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const Material& material = materials.of(tet, body);
+      const double change = material.mass_damping - at(materials.all, body).mass_damping;
+      const double quarter = 0.25 * material.density * tet_volume_rest(bodies, tet);
+      for (const Index point : at(bodies.tets(), tet)) at(changes, point) += quarter * change;
+    }
+  }
+  for (std::size_t point = 0; point < masses.size(); ++point) {
+    if (changes[point] != 0.0) dampings[point] += changes[point] / masses[point];
+  }
+  return dampings;
+}
+
 void require(bool good, const char* name, double found, const char* expected) {
   if (!good) throw Error(source_name, name, number_text(found), expected);
 }
@@ -56,6 +95,10 @@ void check_step(double time_step, const Vec3& gravity) {
   }
 }
 
+double largest_component(const Vec3& a) {
+  return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
+}
+
 void check_solve(double tolerance, int max_iterations) {
   require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
   require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
@@ -63,10 +106,11 @@ void check_solve(double tolerance, int max_iterations) {
 
 }  // namespace
 
-Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
-                   std::vector<std::uint8_t> fixed_points, std::vector<std::uint8_t> obstacle_bodies,
-                   parallel::Threads threads)
+Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
+                   std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads)
     : threads_(std::move(threads)),
+      bodies_(bodies.bodies().begin(), bodies.bodies().end()),
+      body_of_point_(bodies.body_of_point().begin(), bodies.body_of_point().end()),
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
       matrix_(elements_, static_cast<Index>(masses_.size())),
@@ -74,14 +118,17 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
-  point_mass_damping_.resize(points);
-  for (std::size_t i = 0; i < points; ++i) {
-    point_mass_damping_[i] = at(materials, bodies.body_of_point()[i]).mass_damping;
-  }
+  point_mass_damping_ = mass_dampings(bodies, materials, masses_);
   element_stiffness_damping_.resize(elements);
   for (std::size_t e = 0; e < elements; ++e) {
-    element_stiffness_damping_[e] = at(materials, elements_.body_of_element()[e]).stiffness_damping;
+    element_stiffness_damping_[e] =
+        materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
+  inverted_seconds_.resize(elements, 0.0);
+  inverted_seconds_prev_ = inverted_seconds_;
+  plastic_strains_prev_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
+  plastic_strains_next_ = plastic_strains_prev_;
+  positions_prev_ = positions_;
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
@@ -91,7 +138,7 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
   }
 }
 
-/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of each body.
+/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets.
 void Dynamics::assemble(double time_step) {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
@@ -164,24 +211,88 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
   system_.update_preconditioner(threads_);
   compute_right_side();
   if (!all_finite(right_side_)) {
-    throw Error(source_name, "step", "a force that is not finite", "finite forces, positions and velocities");
+    const auto bad = std::ranges::find_if_not(right_side_, is_finite);
+    throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
+                         "finite forces, positions and velocities");
   }
   const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
   if (!all_finite(solution_)) {
-    throw Error(source_name, "step", "a velocity that is not finite",
-                "numbers within the range of double precision");
+    // The solver carries what is not finite to all points; where the force is largest it began.
+    const auto largest = std::ranges::max_element(right_side_, {}, largest_component);
+    throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
+                         "a velocity that is not finite", "numbers within the range of double precision");
   }
   parallel::for_each(threads_, masses_.size(), point_grain,
                      [&](std::size_t i) { end_velocities_[i] = velocities_[i] + solution_[i]; });
   return report;
 }
 
+Error Dynamics::error_at_element(Index element, const std::string& found, const std::string& expected) const {
+  const Body& body = at(bodies_, at(elements_.body_of_element(), element));
+  const Index tet = at(elements_.tet_of_element(), element) - body.tets.begin;
+  return {"body " + body.name, "tet " + std::to_string(tet), found, expected};
+}
+
+/// Names the first element at a point; the point itself where it has none.
+Error Dynamics::error_at_point(std::size_t point, const std::string& found,
+                               const std::string& expected) const {
+  const auto elements = matrix_.elements_of_point()[static_cast<Index>(point)];
+  if (!elements.empty()) return error_at_element(elements.front(), found, expected);
+  const Body& body = at(bodies_, body_of_point_[point]);
+  const Index own = static_cast<Index>(point) - body.points.begin;
+  return {"body " + body.name, "point " + std::to_string(own), found, expected};
+}
+
+void Dynamics::check_limits(const LimitSettings& limits) {
+  // Not by squares, which overflow before the speeds do.
+  const auto speed = [](const Vec3& v) { return std::hypot(v.x, v.y, v.z); };
+  const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return speed(end_velocities_[i]) > limits.max_speed ? 1.0 : 0.0;
+  });
+  if (too_fast > 0.0) {
+    const auto fastest = std::ranges::max_element(end_velocities_, {}, speed);
+    throw error_at_point(static_cast<std::size_t>(fastest - end_velocities_.begin()),
+                         "a speed of " + number_text(speed(*fastest)),
+                         "at most " + number_text(limits.max_speed) + " (limits.max_speed)");
+  }
+  // Rounding of the sum must not ask for one step more.
+  const double most = limits.inverted_time * (1.0 - 1e-9);
+  const auto stuck = [&](std::size_t e) {
+    return elements_.inverted(static_cast<Index>(e)) && inverted_seconds_[e] >= most;
+  };
+  const double all_stuck = parallel::sum(threads_, inverted_seconds_.size(), partial_,
+                                         [&](std::size_t e) { return stuck(e) ? 1.0 : 0.0; });
+  if (all_stuck == 0.0) return;
+  std::size_t first = 0;
+  while (!stuck(first)) ++first;
+  throw error_at_element(static_cast<Index>(first),
+                         "it inverted for a time of " + number_text(inverted_seconds_[first]),
+                         "less than " + number_text(limits.inverted_time) + " (limits.inverted_time)");
+}
+
 void Dynamics::end_step() {
   std::swap(velocity_changes_, solution_);
   std::swap(velocities_, end_velocities_);
+  std::ranges::copy(positions_, positions_prev_.begin());
+  std::swap(inverted_seconds_, inverted_seconds_prev_);
+  parallel::for_each(threads_, inverted_seconds_.size(), point_grain, [&](std::size_t e) {
+    const bool inverted = elements_.inverted(static_cast<Index>(e));
+    inverted_seconds_[e] = inverted ? inverted_seconds_prev_[e] + time_step_ : 0.0;
+  });
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
   });
+  std::ranges::copy(elements_.plastic_strains(), plastic_strains_prev_.begin());
+  elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
+  elements_.set_plastic_strains(plastic_strains_next_);
+}
+
+void Dynamics::undo_step() {
+  std::swap(velocity_changes_, solution_);
+  std::swap(velocities_, end_velocities_);
+  std::swap(positions_, positions_prev_);
+  std::swap(inverted_seconds_, inverted_seconds_prev_);
+  elements_.set_plastic_strains(plastic_strains_prev_);
 }
 
 bool Dynamics::all_finite(std::span<const Vec3> values) {
@@ -208,6 +319,23 @@ void Dynamics::set_velocities(std::span<const Vec3> velocities) {
 
 void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
   set_moving(changes, "velocity_changes", velocity_changes_);
+}
+
+void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  check_length("plastic_strains", strains.size(), elements_.plastic_strains().size(),
+               "element that can yield");
+  for (const SymmetricMatrix3& strain : strains) {
+    if (!std::isfinite(norm(strain)))
+      throw Error(source_name, "plastic_strains", "a value that is not finite", "finite values");
+  }
+  elements_.set_plastic_strains(strains);
+}
+
+void Dynamics::set_inverted_seconds(std::span<const double> seconds) {
+  check_length("inverted_seconds", seconds.size(), inverted_seconds_.size(), "element");
+  for (const double value : seconds)
+    require(std::isfinite(value), "inverted_seconds", value, "finite values");
+  std::ranges::copy(seconds, inverted_seconds_.begin());
 }
 
 double Dynamics::kinetic_energy() {

@@ -30,6 +30,8 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
+  check(s.limits.max_speed > 0.0, "limits.max_speed", s.limits.max_speed, "a finite number > 0");
+  check(s.limits.inverted_time > 0.0, "limits.inverted_time", s.limits.inverted_time, "a finite number > 0");
   return s;
 }
 
@@ -43,10 +45,29 @@ std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::si
   return flags;
 }
 
+/// See Simulation::contact_materials(). A body without volume keeps its own.
+std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials) {
+  std::vector<Material> means(materials.all.begin(), materials.all.begin() + bodies.body_count());
+  if (materials.of_tet.empty()) return means;
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const double own = at(means, body).young_modulus;
+    double change = 0.0;
+    double volume = 0.0;
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const double share = fem::tet_volume_rest(bodies, tet);
+      change += share * (materials.of(tet, body).young_modulus - own);
+      volume += share;
+    }
+    if (change != 0.0) at(means, body).young_modulus += change / volume;
+  }
+  return means;
+}
+
 }  // namespace
 
 struct Simulation::State {
-  State(Bodies b, std::vector<Material> m, std::vector<std::uint8_t> fixed, std::vector<std::uint8_t> o,
+  State(Bodies b, const Materials& m, std::vector<std::uint8_t> fixed, std::vector<std::uint8_t> o,
         const SimulationSettings& s, int n)
       : bodies(std::move(b)),
         settings(checked(s)),
@@ -55,7 +76,9 @@ struct Simulation::State {
         dynamics(bodies, m, flags_or_none(std::move(fixed), bodies.points_rest().size(), "fixed_points"),
                  obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
-        response(bodies, m, obstacles, settings.response, dynamics.point_masses(), dynamics.free_points()),
+        contact_materials(mean_materials(bodies, m)),
+        response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
+                 dynamics.free_points()),
         contact_forces(bodies.bodies().size()),
         masses(bodies.bodies().size(), 0.0),
         squared_speeds(bodies.bodies().size(), 0.0) {
@@ -69,6 +92,7 @@ struct Simulation::State {
   void detect();
   void measure();
   void solve();
+  void advance();
   void sum_contact_forces();
 
   Bodies bodies;
@@ -77,6 +101,7 @@ struct Simulation::State {
   parallel::Threads threads;
   fem::Dynamics dynamics;
   Detector detector;
+  std::vector<Material> contact_materials;
   ContactResponse response;
   std::vector<fem::Coupling> couplings;
   std::vector<Vec3> contact_forces;
@@ -126,7 +151,7 @@ void Simulation::State::solve() {
     metrics.solver_converged = metrics.solver_converged && report.converged;
   } while (metrics.solves < settings.solver.max_solves &&
            response.refine(threads, dynamics.end_velocities(), couplings));
-  dynamics.end_step();
+  dynamics.check_limits(settings.limits);
 }
 
 void Simulation::State::sum_contact_forces() {
@@ -138,26 +163,45 @@ void Simulation::State::sum_contact_forces() {
   }
 }
 
-Simulation::Simulation(Bodies bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+Simulation::Simulation(Bodies bodies, Materials materials, std::vector<std::uint8_t> fixed_points,
                        std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads)
-    : state_(std::make_unique<State>(std::move(bodies), std::move(materials), std::move(fixed_points),
+    : state_(std::make_unique<State>(std::move(bodies), materials, std::move(fixed_points),
                                      std::move(obstacles), settings, threads)) {}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
+/// The parts of a step that can fail, from forces to the contacts of the new positions; where they do, the
+/// state is as it was.
+void Simulation::State::advance() {
+  Stopwatch watch;
+  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
+                   settings.time_step, couplings);
+  metrics.forces_seconds = watch.lap();
+  solve();
+  dynamics.end_step();
+  metrics.solver_seconds = watch.lap();
+  try {
+    detect();
+  } catch (...) {
+    dynamics.undo_step();
+    detect();
+    throw;
+  }
+}
+
 const StepMetrics& Simulation::step() {
   State& s = *state_;
-  Stopwatch watch;
-  s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.positions(),
-                     s.dynamics.velocities(), s.settings.time_step, s.couplings);
-  s.metrics.forces_seconds = watch.lap();
-
-  s.solve();
-  s.metrics.solver_seconds = watch.lap();
+  const StepMetrics last = s.metrics;
+  try {
+    s.advance();
+  } catch (const Error& error) {
+    s.metrics = last;
+    const std::string step = "step " + std::to_string(last.step + 1);
+    const std::string where = error.where().empty() ? step : error.where() + ", " + step;
+    throw Error(error.source(), where, error.found(), error.expected());
+  }
   s.sum_contact_forces();
-
-  s.detect();
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
@@ -194,6 +238,10 @@ std::span<const Vec3> Simulation::contact_forces() const {
 }
 std::span<const double> Simulation::masses() const {
   return state_->masses;
+}
+
+std::span<const Material> Simulation::contact_materials() const {
+  return state_->contact_materials;
 }
 
 std::string Simulation::state_hash() const {
