@@ -87,7 +87,8 @@ std::vector<std::uint8_t> obstacle_flags(const LoadedScene& loaded) {
 Simulation make_simulation(const Scene& scene, LoadedScene loaded, int threads) {
   std::vector<std::uint8_t> obstacles = obstacle_flags(loaded);
   return as_input([&] {
-    return Simulation(std::move(loaded.bodies), std::move(loaded.materials), std::move(loaded.fixed),
+    Materials materials(std::move(loaded.materials), std::move(loaded.material_of_tet));
+    return Simulation(std::move(loaded.bodies), std::move(materials), std::move(loaded.fixed),
                       std::move(obstacles), scene.settings, threads);
   });
 }

@@ -82,10 +82,13 @@ struct RestSettings {
   double time = 0.05;   ///< s
 };
 
-/// When a run counts as blown up and stops with an Error; a value that is not finite always does.
+/// When a run has blown up and stops with an Error; a value that is not finite always stops it.
 struct LimitSettings {
-  double max_speed = 1e3;      ///< m/s, > 0; no point may be faster
-  double inverted_time = 1.0;  ///< s, > 0; no tet may be inverted for so long without a break
+  /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
+  /// step.
+  std::optional<double> max_speed;
+  /// > 0; a tet that has been inverted (volume <= 0) for so many steps in a row is beyond recovery.
+  int inverted_steps = 300;
 };
 
 /// Everything of a simulation that is not a body.

@@ -124,8 +124,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
     element_stiffness_damping_[e] =
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
-  inverted_seconds_.resize(elements, 0.0);
-  inverted_seconds_prev_ = inverted_seconds_;
+  inverted_steps_.resize(elements, 0);
+  inverted_steps_prev_ = inverted_steps_;
   plastic_strains_prev_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
   plastic_strains_next_ = plastic_strains_prev_;
   positions_prev_ = positions_;
@@ -243,41 +243,39 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   return {"body " + body.name, "point " + std::to_string(own), found, expected};
 }
 
-void Dynamics::check_limits(const LimitSettings& limits) {
+void Dynamics::check_limits(double max_speed, int inverted_steps) {
   // Not by squares, which overflow before the speeds do.
   const auto speed = [](const Vec3& v) { return std::hypot(v.x, v.y, v.z); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return speed(end_velocities_[i]) > limits.max_speed ? 1.0 : 0.0;
+    return speed(end_velocities_[i]) > max_speed ? 1.0 : 0.0;
   });
   if (too_fast > 0.0) {
     const auto fastest = std::ranges::max_element(end_velocities_, {}, speed);
     throw error_at_point(static_cast<std::size_t>(fastest - end_velocities_.begin()),
                          "a speed of " + number_text(speed(*fastest)),
-                         "at most " + number_text(limits.max_speed) + " (limits.max_speed)");
+                         "at most " + number_text(max_speed) + " (limits.max_speed)");
   }
-  // Rounding of the sum must not ask for one step more.
-  const double most = limits.inverted_time * (1.0 - 1e-9);
   const auto stuck = [&](std::size_t e) {
-    return elements_.inverted(static_cast<Index>(e)) && inverted_seconds_[e] >= most;
+    return elements_.inverted(static_cast<Index>(e)) && inverted_steps_[e] >= inverted_steps;
   };
-  const double all_stuck = parallel::sum(threads_, inverted_seconds_.size(), partial_,
+  const double all_stuck = parallel::sum(threads_, inverted_steps_.size(), partial_,
                                          [&](std::size_t e) { return stuck(e) ? 1.0 : 0.0; });
   if (all_stuck == 0.0) return;
   std::size_t first = 0;
   while (!stuck(first)) ++first;
   throw error_at_element(static_cast<Index>(first),
-                         "it inverted for a time of " + number_text(inverted_seconds_[first]),
-                         "less than " + number_text(limits.inverted_time) + " (limits.inverted_time)");
+                         "it inverted for " + std::to_string(inverted_steps_[first]) + " steps in a row",
+                         "fewer than " + std::to_string(inverted_steps) + " (limits.inverted_steps)");
 }
 
 void Dynamics::end_step() {
   std::swap(velocity_changes_, solution_);
   std::swap(velocities_, end_velocities_);
   std::ranges::copy(positions_, positions_prev_.begin());
-  std::swap(inverted_seconds_, inverted_seconds_prev_);
-  parallel::for_each(threads_, inverted_seconds_.size(), point_grain, [&](std::size_t e) {
+  std::swap(inverted_steps_, inverted_steps_prev_);
+  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
     const bool inverted = elements_.inverted(static_cast<Index>(e));
-    inverted_seconds_[e] = inverted ? inverted_seconds_prev_[e] + time_step_ : 0.0;
+    inverted_steps_[e] = inverted ? inverted_steps_prev_[e] + 1 : 0;
   });
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
@@ -291,7 +289,7 @@ void Dynamics::undo_step() {
   std::swap(velocity_changes_, solution_);
   std::swap(velocities_, end_velocities_);
   std::swap(positions_, positions_prev_);
-  std::swap(inverted_seconds_, inverted_seconds_prev_);
+  std::swap(inverted_steps_, inverted_steps_prev_);
   elements_.set_plastic_strains(plastic_strains_prev_);
 }
 
@@ -331,11 +329,10 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
   elements_.set_plastic_strains(strains);
 }
 
-void Dynamics::set_inverted_seconds(std::span<const double> seconds) {
-  check_length("inverted_seconds", seconds.size(), inverted_seconds_.size(), "element");
-  for (const double value : seconds)
-    require(std::isfinite(value), "inverted_seconds", value, "finite values");
-  std::ranges::copy(seconds, inverted_seconds_.begin());
+void Dynamics::set_inverted_steps(std::span<const Index> steps) {
+  check_length("inverted_steps", steps.size(), inverted_steps_.size(), "element");
+  for (const Index count : steps) require(count >= 0, "inverted_steps", count, "numbers >= 0");
+  std::ranges::copy(steps, inverted_steps_.begin());
 }
 
 double Dynamics::kinetic_energy() {

@@ -8,7 +8,6 @@
 #include <palpate/error.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
-#include <palpate/settings.hpp>
 
 #include "fem/block_matrix.hpp"
 #include "fem/conjugate_gradients.hpp"
@@ -69,9 +68,9 @@ class Dynamics {
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
   [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where end_velocities() are above
-  /// `max_speed`, or where an element has been inverted for `inverted_time` and still is at the start of this
-  /// step. The state stays as it is.
-  void check_limits(const LimitSettings& limits);
+  /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
+  /// the start of this one. The state stays as it is.
+  void check_limits(double max_speed, int inverted_steps);
   void end_step();
   /// Takes the last end_step() back, bit for bit: positions, velocities and all other state. Once a step.
   void undo_step();
@@ -82,11 +81,11 @@ class Dynamics {
   /// needs.
   [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
   /// Plastic strain of each element in its turned frame, (n_elements), or empty where no material yields; and
-  /// for how long each has been inverted without a break, s (n_elements). Part of the state, too.
+  /// for how many steps in a row each has started inverted (n_elements). Part of the state, too.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const {
     return elements_.plastic_strains();
   }
-  [[nodiscard]] std::span<const double> inverted_seconds() const { return inverted_seconds_; }
+  [[nodiscard]] std::span<const Index> inverted_steps() const { return inverted_steps_; }
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
   }  ///< (n_points), kg, also of obstacles
@@ -101,10 +100,10 @@ class Dynamics {
   void set_positions(std::span<const Vec3> positions);
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
-  /// The same for values per element, of the lengths of plastic_strains() and inverted_seconds(). A strain is
+  /// The same for values per element, of the lengths of plastic_strains() and inverted_steps(). A strain is
   /// taken where the material can yield and stays zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
-  void set_inverted_seconds(std::span<const double> seconds);
+  void set_inverted_steps(std::span<const Index> steps);
 
   /// Sum of m v^2 / 2 over all points, J.
   [[nodiscard]] double kinetic_energy();
@@ -139,8 +138,8 @@ class Dynamics {
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
   std::vector<Vec3> positions_prev_;
-  std::vector<double> inverted_seconds_;  ///< (n_elements), before the step that has begun
-  std::vector<double> inverted_seconds_prev_;
+  std::vector<Index> inverted_steps_;  ///< (n_elements), before the step that has begun
+  std::vector<Index> inverted_steps_prev_;
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
   std::vector<SymmetricMatrix3> plastic_strains_prev_;
   std::vector<Vec3> velocities_;

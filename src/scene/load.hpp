@@ -19,8 +19,11 @@ using MeshReader = std::function<TetMesh(const std::filesystem::path&)>;
 
 /// The bodies of a scene, placed, with what belongs to each body or point. Same order as in the scene.
 struct LoadedScene {
-  Bodies bodies;                    ///< rest positions are world positions at the start
-  std::vector<Material> materials;  ///< (n_bodies); the default where an obstacle names none
+  Bodies bodies;  ///< rest positions are world positions at the start
+  std::vector<Material>
+      materials;  ///< of each body (the default where an obstacle names none), then of regions
+  std::vector<Index>
+      material_of_tet;  ///< (n_tets) into materials, as Materials takes it; empty without regions
   std::vector<std::uint8_t>
       fixed;                   ///< (n_points); 1 where a point does not move: selected, or of an obstacle
   std::vector<bool> obstacle;  ///< (n_bodies)

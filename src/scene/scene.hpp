@@ -71,12 +71,26 @@ struct PointSelection {
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection>;
 
+/// Selects tets by their 0-based index in the body's own mesh.
+struct TetSelection {
+  std::vector<Index> indices;
+};
+/// The tets of a region: by index, or all whose centre (mean of the corners) is in the box or ball.
+using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection>;
+
+/// A part of a body with a material of its own.
+struct Region {
+  RegionSelection tets;
+  Material material;
+};
+
 /// One body of a scene.
 struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
   std::optional<Material> material;            ///< always there for a body that is not an obstacle
+  std::vector<Region> regions;                 ///< other materials; of several for a tet the last counts
   std::vector<Selection> fixed;                ///< points that do not move: the union of the selections
   bool obstacle = false;                       ///< no point of the body moves
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]; none: the picture chooses

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -30,8 +31,9 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
-  check(s.limits.max_speed > 0.0, "limits.max_speed", s.limits.max_speed, "a finite number > 0");
-  check(s.limits.inverted_time > 0.0, "limits.inverted_time", s.limits.inverted_time, "a finite number > 0");
+  const double max_speed = s.limits.max_speed.value_or(1.0);
+  check(max_speed > 0.0, "limits.max_speed", max_speed, "a finite number > 0");
+  check(s.limits.inverted_steps > 0, "limits.inverted_steps", s.limits.inverted_steps, "at least 1");
   return s;
 }
 
@@ -43,6 +45,20 @@ std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::si
     throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
   }
   return flags;
+}
+
+/// The speed that LimitSettings says, or the one that stands for none.
+double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
+  constexpr double diagonals = 100.0;
+  if (settings.limits.max_speed || bodies.points_rest().empty())
+    return settings.limits.max_speed.value_or(std::numeric_limits<double>::max());
+  Vec3 lower = bodies.points_rest().front();
+  Vec3 upper = lower;
+  for (const Vec3& p : bodies.points_rest()) {
+    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+  }
+  return diagonals * length(upper - lower) / settings.time_step;
 }
 
 /// See Simulation::contact_materials(). A body without volume keeps its own.
@@ -79,6 +95,7 @@ struct Simulation::State {
         contact_materials(mean_materials(bodies, m)),
         response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                  dynamics.free_points()),
+        max_speed(speed_limit(bodies, settings)),
         contact_forces(bodies.bodies().size()),
         masses(bodies.bodies().size(), 0.0),
         squared_speeds(bodies.bodies().size(), 0.0) {
@@ -104,6 +121,7 @@ struct Simulation::State {
   std::vector<Material> contact_materials;
   ContactResponse response;
   std::vector<fem::Coupling> couplings;
+  double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
@@ -151,7 +169,7 @@ void Simulation::State::solve() {
     metrics.solver_converged = metrics.solver_converged && report.converged;
   } while (metrics.solves < settings.solver.max_solves &&
            response.refine(threads, dynamics.end_velocities(), couplings));
-  dynamics.check_limits(settings.limits);
+  dynamics.check_limits(max_speed, settings.limits.inverted_steps);
 }
 
 void Simulation::State::sum_contact_forces() {
