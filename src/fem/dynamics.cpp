@@ -216,8 +216,8 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
                          "finite forces, positions and velocities");
   }
   const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
-  if (!all_finite(solution_)) {
-    // The solver carries what is not finite to all points; where the force is largest it began.
+  if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
+    // The solver carries what overflows to all points; where the force is largest it began.
     const auto largest = std::ranges::max_element(right_side_, {}, largest_component);
     throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
                          "a velocity that is not finite", "numbers within the range of double precision");
