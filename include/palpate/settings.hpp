@@ -86,7 +86,7 @@ struct RestSettings {
 struct LimitSettings {
   /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
   /// step.
-  std::optional<double> max_speed;
+  std::optional<double> max_speed{};
   /// > 0; a tet that has been inverted (volume <= 0) for so many steps in a row is beyond recovery.
   int inverted_steps = 300;
 };

@@ -10,9 +10,9 @@ namespace palpate::fem {
 
 /// When and how fast an element yields; see Material.
 struct Plasticity {
-  std::optional<double> yield;    ///< none: never
-  double creep = 0.0;             ///< 1/s
-  std::optional<double> maximum;  ///< none: no bound
+  std::optional<double> yield{};    ///< none: never
+  double creep = 0.0;               ///< 1/s
+  std::optional<double> maximum{};  ///< none: no bound
 };
 
 /// Frobenius norm, sqrt(a : a).

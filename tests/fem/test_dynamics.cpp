@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fem/meshes.hpp"
+#include "support/meshes.hpp"
 
 namespace palpate::fem::test {
 namespace {
@@ -225,6 +226,17 @@ TEST(Dynamics, InvertedFlatAndCollapsedElementsRecoverToRest) {
   expect_recovery(box, pushed, "box with inverted tets");
   expect_recovery(box, mapped(box, [](const Vec3& p) { return Vec3{p.x, p.y, 0.0}; }), "flat box");
   expect_recovery(box, mapped(box, [](const Vec3&) { return Vec3{}; }), "box in a point");
+}
+
+TEST(Dynamics, ABallInAPointOrInsideOutRecovers) {
+  const Bodies ball = single_body(palpate::test::ball_mesh(3, {0.0, 0.0, 0.0}, 0.15));
+  expect_recovery(ball, mapped(ball, [](const Vec3&) { return Vec3{1.0, 2.0, 3.0}; }), "ball in a point");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return 1e-12 * p; }), "ball nearly in a point");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{0.0, 0.0, p.z}; }), "ball on a line");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{p.x, p.y, 0.0}; }), "flat ball");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{p.x, p.y, -p.z}; }), "mirrored ball");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return -p; }), "ball inside out");
+  expect_recovery(ball, random_vectors(ball.points_rest().size(), 0.1, 51), "points anywhere");
 }
 
 TEST(Dynamics, KeepsEachBodysOwnMaterial) {

@@ -96,7 +96,7 @@ void expect_no_growth(double time_step, double friction, double contact_damping,
   const double first = balls.energy();
   double energy = first;
   std::size_t most_contacts = 0;
-  for (int n = 0; n < 400; ++n) {
+  for (int n = 0; n < 300; ++n) {
     balls.step();
     const double next = balls.energy();
     ASSERT_LE(next, energy * (1.0 + 1e-7) + (counted ? balls.new_contact_energy() : 0.0))
@@ -110,19 +110,15 @@ void expect_no_growth(double time_step, double friction, double contact_damping,
 }
 
 TEST(Energy, OfADampedIsolatedSceneNeverGrows) {
-  for (const double friction : {0.0, 0.3}) {
-    for (const double contact_damping : {0.3, 0.0}) {
-      expect_no_growth(0.02, friction, contact_damping, false);
-      expect_no_growth(0.01, friction, contact_damping, false);
-    }
-  }
+  expect_no_growth(0.02, 0.0, 0.0, false);
+  expect_no_growth(0.02, 0.3, 0.3, false);
+  expect_no_growth(0.01, 0.0, 0.3, false);
+  expect_no_growth(0.01, 0.3, 0.0, false);
 }
 
 TEST(Energy, WithShortStepsGrowsByNewContactsOnly) {
-  for (const double friction : {0.0, 0.3}) {
-    expect_no_growth(0.005, friction, 0.3, true);
-    expect_no_growth(0.002, friction, 0.0, true);
-  }
+  expect_no_growth(0.005, 0.3, 0.3, true);
+  expect_no_growth(0.002, 0.0, 0.0, true);
 }
 
 }  // namespace
