@@ -85,9 +85,9 @@ std::string json(const Scene& scene, const Bodies& bodies, const Contacts& conta
 int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
   options.detection.apply(input.scene.settings.detection);
-  const Bodies& bodies = input.loaded.bodies;
+  const Bodies& bodies = input.model.bodies;
   const Detector detector = as_input([&] {
-    Detector made(bodies, input.scene.settings.detection, obstacle_flags(input.loaded), options.threads);
+    Detector made(bodies, input.scene.settings.detection, input.model.obstacles, options.threads);
     made.detect(bodies.points_rest());
     return made;
   });

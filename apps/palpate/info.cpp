@@ -134,9 +134,9 @@ std::string scene_text(const SceneFacts& facts) {
 
 int scene_info(const InfoOptions& options) {
   SceneInput input = read_scene_input(options.path);
-  std::vector<std::uint8_t> obstacles = obstacle_flags(input.loaded);
-  std::vector<std::uint8_t> fixed = input.loaded.fixed;
-  Simulation simulation = make_simulation(input.scene, std::move(input.loaded), 0);
+  std::vector<std::uint8_t> obstacles = input.model.obstacles;
+  std::vector<std::uint8_t> fixed = input.model.fixed_points;
+  Simulation simulation = make_simulation(input.scene, std::move(input.model), 0);
   const SceneFacts facts{std::move(input), std::move(simulation), std::move(obstacles), std::move(fixed)};
   print_out(options.json ? format_json(scene_json(facts)) + "\n" : scene_text(facts));
   return exit_done;

@@ -128,9 +128,9 @@ int run(const RunOptions& options) {
   Scene& scene = input.scene;
   options.detection.apply(scene.settings.detection);
   scene.output.every = options.every.value_or(scene.output.every);
-  const std::vector<std::uint8_t> obstacles = obstacle_flags(input.loaded);
+  const std::vector<std::uint8_t> obstacles = input.model.obstacles;
   const std::int64_t steps = most_steps(options, scene);
-  Simulation simulation = make_simulation(scene, std::move(input.loaded), options.threads);
+  Simulation simulation = make_simulation(scene, std::move(input.model), options.threads);
 
   const fs::path folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
   FrameWriter frames(folder, scene.output.every);

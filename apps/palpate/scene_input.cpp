@@ -66,7 +66,7 @@ SceneInput read_scene_input(const std::filesystem::path& path) {
     input.scene = read_scene(path);
     if (input.scene.name.empty()) input.scene.name = path.stem().string();
     std::vector<MeshRecord> records;
-    input.loaded = load_bodies(input.scene, [&](const std::filesystem::path& file) {
+    input.model = load_model(input.scene, [&](const std::filesystem::path& file) {
       MeshInput mesh = read_checked(file);
       records.push_back(std::move(mesh.record));
       return std::move(mesh.mesh);
@@ -80,17 +80,8 @@ SceneInput read_scene_input(const std::filesystem::path& path) {
   });
 }
 
-std::vector<std::uint8_t> obstacle_flags(const LoadedScene& loaded) {
-  return {loaded.obstacle.begin(), loaded.obstacle.end()};
-}
-
-Simulation make_simulation(const Scene& scene, LoadedScene loaded, int threads) {
-  std::vector<std::uint8_t> obstacles = obstacle_flags(loaded);
-  return as_input([&] {
-    Materials materials(std::move(loaded.materials), std::move(loaded.material_of_tet));
-    return Simulation(std::move(loaded.bodies), std::move(materials), std::move(loaded.fixed),
-                      std::move(obstacles), scene.settings, threads);
-  });
+Simulation make_simulation(const Scene& scene, Model model, int threads) {
+  return as_input([&] { return Simulation(std::move(model), scene.settings, threads); });
 }
 
 }  // namespace palpate::app

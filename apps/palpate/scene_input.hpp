@@ -30,7 +30,7 @@ struct MeshInput {
 /// A scene with its bodies.
 struct SceneInput {
   Scene scene;  ///< named: after its file where it has no name
-  LoadedScene loaded;
+  Model model;
   std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), of those from a mesh file
 };
 
@@ -41,10 +41,7 @@ bool is_scene(const std::filesystem::path& path);
 MeshInput read_mesh_input(const std::filesystem::path& path);
 SceneInput read_scene_input(const std::filesystem::path& path);
 
-/// The simulation of a scene; takes the bodies out of `loaded`. Throws BadInput where a setting is refused.
-Simulation make_simulation(const Scene& scene, LoadedScene loaded, int threads);
-
-/// Obstacle flags as the library takes them, (n_bodies).
-std::vector<std::uint8_t> obstacle_flags(const LoadedScene& loaded);
+/// The simulation of a scene; takes the model. Throws BadInput where a setting is refused.
+Simulation make_simulation(const Scene& scene, Model model, int threads);
 
 }  // namespace palpate::app

@@ -9,6 +9,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
+#include <palpate/model.hpp>
 #include <palpate/settings.hpp>
 
 namespace palpate {
@@ -37,15 +38,11 @@ struct StepMetrics {
 /// for every structure, order, sort and thread count.
 class Simulation {
  public:
-  /// \param bodies        the meshes at their start, at rest
-  /// \param materials     per body, or several in a body; of an obstacle only the density counts, for its
-  ///                      mass
-  /// \param fixed_points  per point: 1 does not move (empty: none)
-  /// \param obstacles     per body: 1 does not move at all (empty: none)
-  /// \param threads       number of threads; 0 takes all
-  /// Throws Error on a setting or material out of range.
-  Simulation(Bodies bodies, Materials materials, std::vector<std::uint8_t> fixed_points,
-             std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads = 0);
+  /// \param model    what moves; points on rails start where their motion is at time 0
+  /// \param threads  number of threads; 0 takes all
+  /// Throws Error on a setting, material, motion, force or grab out of range, and on arrays of another length
+  /// than the bodies have.
+  Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.
   Simulation(Simulation&&) noexcept;
@@ -55,6 +52,21 @@ class Simulation {
   /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all that
   /// this class tells (positions, velocities, contacts, metrics, forces) is that of the last good step.
   const StepMetrics& step();
+
+  /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
+  /// Throws Error on a point out of range and a force that is not finite.
+  void set_force(Index point, const Vec3& force);
+  /// Pulls a point by a spring from the next step on; returns the number of the grab. The spring is damped
+  /// critically against the mass of the point. Throws Error on a point out of range, a stiffness that is not
+  /// a number > 0 and a target that is not finite.
+  Index grab(const Grab& grab);
+  /// Another target for a grab. Throws Error on a number that is no grab's.
+  void move_grab(Index number, const Vec3& target);
+  /// Lets go of a point; its number is used again by a later grab(). Throws Error on a number that is no
+  /// grab's.
+  void release(Index number);
+  /// Force of a grab on its point over the last step, N. Throws Error on a number that is no grab's.
+  [[nodiscard]] Vec3 grab_force(Index number) const;
 
   [[nodiscard]] const Bodies& bodies() const;
   [[nodiscard]] const SimulationSettings& settings() const;

@@ -132,8 +132,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
-  for (auto* vector :
-       {&velocities_, &velocity_changes_, &solution_, &right_side_, &point_forces_, &end_velocities_}) {
+  for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_, &point_forces_,
+                       &base_velocities_, &end_velocities_}) {
     vector->resize(points);
   }
 }
@@ -163,9 +163,10 @@ void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> e
   });
 }
 
-/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway.
+/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
+/// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows.
 void Dynamics::compute_right_side() {
-  system_.multiply(threads_, velocities_, right_side_);
+  system_.multiply(threads_, base_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
@@ -194,12 +195,28 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   return report;
 }
 
+void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> positions) {
+  prescribed_points_.assign(points.begin(), points.end());
+  prescribed_positions_.assign(positions.begin(), positions.end());
+}
+
+void Dynamics::set_base_velocities() {
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    base_velocities_[i] = system_.free()[i] != 0 ? velocities_[i] : Vec3{};
+  });
+  for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
+    const Index i = prescribed_points_[k];
+    at(base_velocities_, i) = (1.0 / time_step_) * (prescribed_positions_[k] - at(positions_, i));
+  }
+}
+
 void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces) {
   check_step(time_step, gravity);
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   time_step_ = time_step;
   elements_.update(threads_, positions_);
+  set_base_velocities();
   assemble(time_step);
   compute_point_forces(gravity, external_forces);
   guess_solution(time_step, gravity);
@@ -223,7 +240,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
                          "a velocity that is not finite", "numbers within the range of double precision");
   }
   parallel::for_each(threads_, masses_.size(), point_grain,
-                     [&](std::size_t i) { end_velocities_[i] = velocities_[i] + solution_[i]; });
+                     [&](std::size_t i) { end_velocities_[i] = base_velocities_[i] + solution_[i]; });
   return report;
 }
 
@@ -280,6 +297,10 @@ void Dynamics::end_step() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
   });
+  for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
+    at(positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
+  }
+  prescribed_points_.clear();
   std::ranges::copy(elements_.plastic_strains(), plastic_strains_prev_.begin());
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
@@ -336,8 +357,9 @@ void Dynamics::set_inverted_steps(std::span<const Index> steps) {
 }
 
 double Dynamics::kinetic_energy() {
-  return parallel::sum(threads_, masses_.size(), partial_,
-                       [&](std::size_t i) { return 0.5 * masses_[i] * squared_length(velocities_[i]); });
+  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return system_.free()[i] != 0 ? 0.5 * masses_[i] * squared_length(velocities_[i]) : 0.0;
+  });
 }
 
 double Dynamics::elastic_energy() {

@@ -21,10 +21,10 @@ namespace palpate::fem {
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
 /// step.
 ///
-/// A point moves if it is not fixed, is in no obstacle body and has mass. All others have velocity zero and
-/// keep their position bit for bit. Copies what it needs of the bodies; takes its memory in the constructor
-/// (room for couplings grows with them), so that a steady step allocates nothing. The same bits for every
-/// thread count.
+/// A point is free if it is not fixed, is in no obstacle body and has mass. All others go where prescribe()
+/// sends them; without it they have velocity zero and keep their position bit for bit. Copies what it needs
+/// of the bodies; takes its memory in the constructor (room for couplings grows with them), so that a steady
+/// step allocates nothing. The same bits for every thread count.
 class Dynamics {
  public:
   using Report = SolveReport;
@@ -58,6 +58,10 @@ class Dynamics {
   /// solution is not finite. Tissue that can yield does so at the end, at the positions that the step led to.
   Report step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
               std::span<const Coupling> couplings, double tolerance, int max_iterations);
+
+  /// Moves points that are not free to these positions in the next step, at constant velocity. The points
+  /// are not checked; the positions (one for each) are copied.
+  void prescribe(std::span<const Index> points, std::span<const Vec3> positions);
 
   /// The same in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() as often as the couplings change, each from the last solution, then
@@ -105,7 +109,7 @@ class Dynamics {
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
   void set_inverted_steps(std::span<const Index> steps);
 
-  /// Sum of m v^2 / 2 over all points, J.
+  /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
   /// Elastic energy of all elements at the positions as they are now, J. O(n_elements), rotations included.
   [[nodiscard]] double elastic_energy();
@@ -114,6 +118,7 @@ class Dynamics {
   void assemble(double time_step);
   void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_right_side();
+  void set_base_velocities();
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
@@ -146,9 +151,12 @@ class Dynamics {
   std::vector<Vec3> velocity_changes_;
   std::vector<Vec3> solution_;
   std::vector<Vec3> right_side_;
-  std::vector<Vec3> point_forces_;    ///< at the start of the step, couplings apart
-  std::vector<Vec3> end_velocities_;  ///< as the last solve() has them
-  double time_step_ = 0.0;            ///< of the step that has begun
+  std::vector<Vec3> point_forces_;          ///< at the start of the step, couplings apart
+  std::vector<Vec3> end_velocities_;        ///< as the last solve() has them
+  std::vector<Index> prescribed_points_;    ///< for the next step
+  std::vector<Vec3> prescribed_positions_;  ///< of them, at its end
+  std::vector<Vec3> base_velocities_;       ///< at the start of the step; where not free, as prescribed
+  double time_step_ = 0.0;                  ///< of the step that has begun
 };
 
 }  // namespace palpate::fem

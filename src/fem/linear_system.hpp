@@ -25,8 +25,7 @@ class LinearSystem {
   /// Inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
-  /// y = A x at free points, 0 elsewhere; x is (n_points x 3) and zero at points that are not free.
-  /// O(n_blocks).
+  /// y = A x at free points, 0 elsewhere; x is (n_points x 3). O(n_blocks).
   void multiply(const parallel::Threads& threads, std::span<const Vec3> x, std::span<Vec3> y);
   /// Point i of the inverted diagonal of A times r; 0 where the point is not free.
   [[nodiscard]] Vec3 precondition(std::size_t i, const Vec3& r) const { return inverse_diagonal_[i] * r; }

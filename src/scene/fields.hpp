@@ -87,6 +87,43 @@ void describe(Visitor& v, Region& region) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, SceneKeyframe& key) {
+  v.required("time", key.time);
+  v.field("translate", key.translate);
+  v.object("rotate", key.rotate);
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneMotion& motion) {
+  v.field("center", motion.center);
+  v.choice("interpolation", motion.interpolation, interpolation_names);
+  v.list("keyframes", motion.keyframes);
+  v.rule(!motion.keyframes.empty(), "keyframes", "none", "one or more");
+  const auto late = std::adjacent_find(motion.keyframes.begin(), motion.keyframes.end(),
+                                       [](const auto& a, const auto& b) { return b.time <= a.time; });
+  v.rule(late == motion.keyframes.end(), "keyframes", "times that do not grow", "one later than the other");
+}
+
+template <class Visitor>
+void describe(Visitor& v, Attachment& attachment) {
+  v.required("to", attachment.to);
+  v.one_of(attachment.points, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, Load& load) {
+  v.required("force", load.force);
+  v.one_of(load.points, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneGrab& grab) {
+  v.required("from", grab.from);
+  v.required("target", grab.target);
+  v.required("stiffness", grab.stiffness, above(0));
+}
+
+template <class Visitor>
 void describe(Visitor& v, SceneBody& body) {
   v.field("name", body.name);
   v.one_of(body.source, {"mesh", "box", "ball"});
@@ -97,9 +134,19 @@ void describe(Visitor& v, SceneBody& body) {
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
   v.field("obstacle", body.obstacle);
+  v.optional("motion", body.motion);
+  v.list("attached", body.attached);
+  v.list("loads", body.loads);
+  v.list("grabs", body.grabs);
   v.optional("color", body.color, within(0, 1));
-  v.rule(body.obstacle || body.material, "material", "nothing",
-         "the material of a body that is not an obstacle");
+  v.rule(is_rigid(body) || body.material, "material", "nothing",
+         "the material of a body that is neither an obstacle nor has a motion");
+  const auto only_soft = [&](const auto& list, const char* key) {
+    v.rule(list.empty() || !is_rigid(body), key, "it in a rigid body", "a body that deforms");
+  };
+  only_soft(body.attached, "attached");
+  only_soft(body.loads, "loads");
+  only_soft(body.grabs, "grabs");
 }
 
 /// The contact block joins how contacts are found and how they push back.

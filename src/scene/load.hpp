@@ -8,6 +8,7 @@
 
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
+#include <palpate/model.hpp>
 
 #include "scene/scene.hpp"
 
@@ -17,22 +18,13 @@ namespace palpate {
 /// VTK.
 using MeshReader = std::function<TetMesh(const std::filesystem::path&)>;
 
-/// The bodies of a scene, placed, with what belongs to each body or point. Same order as in the scene.
-struct LoadedScene {
-  Bodies bodies;  ///< rest positions are world positions at the start
-  std::vector<Material>
-      materials;  ///< of each body (the default where an obstacle names none), then of regions
-  std::vector<Index>
-      material_of_tet;  ///< (n_tets) into materials, as Materials takes it; empty without regions
-  std::vector<std::uint8_t>
-      fixed;                   ///< (n_points); 1 where a point does not move: selected, or of an obstacle
-  std::vector<bool> obstacle;  ///< (n_bodies)
-};
-
-/// Makes or reads the mesh of each body, places it, and finds its fixed points. Throws Error naming the scene
-/// and key path where a selection selects no point or an index is out of range, and whatever the reader or
-/// Bodies::add() throws. O(points x selections + n log n).
-LoadedScene load_bodies(const Scene& scene, const MeshReader& read_mesh);
+/// Makes or reads the mesh of each body, places it, and finds its fixed, attached, loaded and grabbed points.
+/// Bodies are in the order of the scene, their rest positions are world positions; a rigid body that names no
+/// material gets the default, and the materials of regions follow those of the bodies. Throws Error naming
+/// the scene and key path where a selection selects no point, an index is out of range, a point is attached
+/// twice or to a body without a motion, and whatever the reader or Bodies::add() throws. O(points x
+/// selections + n log n).
+Model load_model(const Scene& scene, const MeshReader& read_mesh);
 
 /// Where a point of a mesh ends up: scaled, then rotated, then translated.
 Vec3 transformed(const Transform& transform, const Vec3& point);

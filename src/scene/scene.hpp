@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <palpate/material.hpp>
+#include <palpate/model.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
 
@@ -83,16 +84,48 @@ struct Region {
   RegionSelection tets;
   Material material;
 };
+/// One keyframe of a motion; see Keyframe.
+struct SceneKeyframe {
+  double time = 0.0;
+  Vec3 translate{};
+  Rotation rotate;
+};
+/// The rails of a rigid body; see Motion.
+struct SceneMotion {
+  Vec3 center{};
+  Interpolation interpolation = Interpolation::linear;
+  std::vector<SceneKeyframe> keyframes;
+};
+/// Points that follow the motion of another body, as if glued to it.
+struct Attachment {
+  std::string to;  ///< name of a body with a motion
+  Selection points;
+};
+/// A force, shared equally by the selected points.
+struct Load {
+  Vec3 force{};
+  Selection points;
+};
+/// A spring from the point of the body nearest to `from` to a place in space.
+struct SceneGrab {
+  Vec3 from{};
+  Vec3 target{};
+  double stiffness = 0.0;
+};
 
 /// One body of a scene.
 struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
-  std::optional<Material> material;            ///< always there for a body that is not an obstacle
-  std::vector<Region> regions;                 ///< other materials; of several for a tet the last counts
-  std::vector<Selection> fixed;                ///< points that do not move: the union of the selections
-  bool obstacle = false;                       ///< no point of the body moves
+  std::optional<Material> material;   ///< always there for a body that is not an obstacle
+  std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
+  std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
+  bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
+  std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
+  std::vector<Attachment> attached;
+  std::vector<Load> loads;
+  std::vector<SceneGrab> grabs;
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]; none: the picture chooses
 };
 
@@ -110,6 +143,11 @@ struct OutputSettings {
   int every = 10;  ///< steps from one frame file to the next
   Picture picture;
 };
+
+/// Whether a body is rigid.
+inline bool is_rigid(const SceneBody& body) {
+  return body.obstacle || body.motion;
+}
 
 /// Everything that `palpate run` needs to know.
 struct Scene {

@@ -167,8 +167,13 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
                              std::span<fem::Coupling> couplings) {
   refined_.resize(couplings.size());
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
-    const Friction& friction = frictions_[c];
+    Friction& friction = frictions_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);
+    if (friction.stiffness > 0.0) {
+      const double depth_end = dot(couplings[c].force, friction.direction) / friction.stiffness -
+                               (time_step_ + friction.lag) * dot(velocity, friction.direction);
+      friction.most = settings_.friction * std::max(depth_end, 0.0);
+    }
     const Vec3 stretch = friction.slip + (time_step_ + friction.lag) * across(velocity, friction.direction);
     const double share = spring_share(friction, velocity);
     const double error = (share - friction.share) * friction.stiffness * length(stretch);

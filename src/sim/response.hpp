@@ -22,11 +22,11 @@ namespace palpate {
 /// more than mu k d they slide: that much, against the motion, and s stays at its bound. So a body below the
 /// friction angle stands still, and one above it slides with Coulomb's force at any speed.
 ///
-/// Whether a contact sticks or slides is decided by the velocities at the END of the step. The force then is
-/// the derivative of a convex function of them (quadratic up to the bound, linear beyond: Huber's), and
-/// refine() is one round of iteratively reweighted least squares on it: the spring of a sliding contact is
-/// weakened until at the last velocities it pulls just mu k d. Each round lowers the function, so rounds do
-/// not cycle; a steady stick or slide needs one.
+/// Whether a contact sticks or slides, and its bound, are decided by the velocities at the END of the step: d
+/// in mu k d is the normal force there by k. At a given bound the force is the derivative of a convex function
+/// of the velocities (quadratic up to the bound, linear beyond: Huber's), and refine() is one round of
+/// iteratively reweighted least squares on it, which lowers it: the spring of a sliding contact is weakened
+/// until at the last velocities it pulls just the bound. A steady stick or slide needs one round.
 ///
 /// Depth and direction of a step are those at its start. Where they change faster than the model of the step
 /// foresees (two rims against each other, an edge that leaves a face), a light point would chatter. The sign

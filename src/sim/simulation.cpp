@@ -12,6 +12,8 @@
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 #include "parallel/parallel.hpp"
+#include "sim/grabs.hpp"
+#include "sim/rails.hpp"
 #include "sim/response.hpp"
 #include "sim/state_hash.hpp"
 #include "stopwatch.hpp"
@@ -80,19 +82,44 @@ std::vector<Material> mean_materials(const Bodies& bodies, const Materials& mate
   return means;
 }
 
+/// Points on rails are not free.
+std::vector<std::uint8_t> not_free(std::vector<std::uint8_t> fixed, const Rails& rails) {
+  for (const Index p : rails.points()) at(fixed, p) = 1;
+  return fixed;
+}
+
+std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
+  if (!forces.empty() && forces.size() != count) {
+    throw Error("simulation", "forces", std::to_string(forces.size()) + " values", std::to_string(count));
+  }
+  for (std::size_t p = 0; p < forces.size(); ++p) {
+    if (!is_finite(forces[p])) {
+      throw Error("simulation", "forces", "a force on point " + std::to_string(p) + " that is not finite",
+                  "three finite numbers");
+    }
+  }
+  return forces;
+}
+
 }  // namespace
 
 struct Simulation::State {
-  State(Bodies b, const Materials& m, std::vector<std::uint8_t> fixed, std::vector<std::uint8_t> o,
-        const SimulationSettings& s, int n)
-      : bodies(std::move(b)),
+  State(Model model, const SimulationSettings& s, int n)
+      : bodies(std::move(model.bodies)),
         settings(checked(s)),
-        obstacles(flags_or_none(std::move(o), bodies.bodies().size(), "obstacles")),
+        obstacles(flags_or_none(std::move(model.obstacles), bodies.bodies().size(), "obstacles")),
         threads(n),
-        dynamics(bodies, m, flags_or_none(std::move(fixed), bodies.points_rest().size(), "fixed_points"),
+        materials(std::move(model.materials), std::move(model.material_of_tet)),
+        rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
+        forces(forces_or_none(std::move(model.forces), bodies.points_rest().size())),
+        grabs(static_cast<Index>(bodies.points_rest().size())),
+        dynamics(bodies, materials,
+                 not_free(flags_or_none(std::move(model.fixed_points), bodies.points_rest().size(),
+                                        "fixed_points"),
+                          rails),
                  obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
-        contact_materials(mean_materials(bodies, m)),
+        contact_materials(mean_materials(bodies, materials)),
         response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                  dynamics.free_points()),
         max_speed(speed_limit(bodies, settings)),
@@ -102,10 +129,13 @@ struct Simulation::State {
     for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
       at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
     }
+    for (const Grab& grab : model.grabs) grabs.add(grab);
+    start_on_rails();
     detect();
     measure();
   }
 
+  void start_on_rails();
   void detect();
   void measure();
   void solve();
@@ -116,11 +146,16 @@ struct Simulation::State {
   SimulationSettings settings;
   std::vector<std::uint8_t> obstacles;
   parallel::Threads threads;
+  Materials materials;
+  Rails rails;
+  std::vector<Vec3> forces;  ///< on points; empty: none
+  Grabs grabs;
   fem::Dynamics dynamics;
   Detector detector;
   std::vector<Material> contact_materials;
   ContactResponse response;
-  std::vector<fem::Coupling> couplings;
+  std::vector<fem::Coupling> couplings;  ///< of the contacts, then of the grabs
+  std::size_t contact_couplings = 0;
   double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
@@ -128,6 +163,14 @@ struct Simulation::State {
   StepMetrics metrics;
   int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
+
+void Simulation::State::start_on_rails() {
+  if (rails.points().empty()) return;
+  std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+  const std::span<const Vec3> placed = rails.positions(threads, 0.0);
+  for (std::size_t k = 0; k < placed.size(); ++k) at(positions, rails.points()[k]) = placed[k];
+  dynamics.set_positions(positions);
+}
 
 void Simulation::State::detect() {
   detector.detect(dynamics.positions());
@@ -142,6 +185,7 @@ void Simulation::State::measure() {
   double fastest = 0.0;
   std::fill(squared_speeds.begin(), squared_speeds.end(), 0.0);
   for (std::size_t p = 0; p < dynamics.velocities().size(); ++p) {
+    if (dynamics.free_points()[p] == 0) continue;
     const double v2 = squared_length(dynamics.velocities()[p]);
     fastest = std::max(fastest, v2);
     at(squared_speeds, bodies.body_of_point()[p]) += dynamics.point_masses()[p] * v2;
@@ -157,7 +201,9 @@ void Simulation::State::measure() {
 
 /// Solves, and again with the friction that the solution leads to, until both agree.
 void Simulation::State::solve() {
-  dynamics.begin_step(settings.time_step, settings.gravity, {});
+  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
+  dynamics.prescribe(rails.points(), rails.positions(threads, end));
+  dynamics.begin_step(settings.time_step, settings.gravity, forces);
   metrics.solves = 0;
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
@@ -167,24 +213,23 @@ void Simulation::State::solve() {
     ++metrics.solves;
     metrics.solver_iterations += report.iterations;
     metrics.solver_converged = metrics.solver_converged && report.converged;
-  } while (metrics.solves < settings.solver.max_solves &&
-           response.refine(threads, dynamics.end_velocities(), couplings));
+  } while (
+      metrics.solves < settings.solver.max_solves &&
+      response.refine(threads, dynamics.end_velocities(), std::span(couplings).first(contact_couplings)));
   dynamics.check_limits(max_speed, settings.limits.inverted_steps);
 }
 
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
-  for (const fem::Coupling& coupling : couplings) {
+  for (const fem::Coupling& coupling : std::span(couplings).first(contact_couplings)) {
     const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
     at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
     at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
   }
 }
 
-Simulation::Simulation(Bodies bodies, Materials materials, std::vector<std::uint8_t> fixed_points,
-                       std::vector<std::uint8_t> obstacles, const SimulationSettings& settings, int threads)
-    : state_(std::make_unique<State>(std::move(bodies), materials, std::move(fixed_points),
-                                     std::move(obstacles), settings, threads)) {}
+Simulation::Simulation(Model model, const SimulationSettings& settings, int threads)
+    : state_(std::make_unique<State>(std::move(model), settings, threads)) {}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -195,6 +240,8 @@ void Simulation::State::advance() {
   Stopwatch watch;
   response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
                    settings.time_step, couplings);
+  contact_couplings = couplings.size();
+  grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   metrics.forces_seconds = watch.lap();
   solve();
   dynamics.end_step();
@@ -220,11 +267,39 @@ const StepMetrics& Simulation::step() {
     throw Error(error.source(), where, error.found(), error.expected());
   }
   s.sum_contact_forces();
+  s.grabs.take_forces(std::span(s.couplings).subspan(s.contact_couplings), s.settings.time_step,
+                      s.dynamics.velocities());
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  s.slow_steps = s.metrics.fastest_body <= s.settings.rest.speed ? s.slow_steps + 1 : 0;
+  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.rails.end();
+  s.slow_steps = slow ? s.slow_steps + 1 : 0;
   return s.metrics;
+}
+
+void Simulation::set_force(Index point, const Vec3& force) {
+  State& s = *state_;
+  const std::size_t count = s.bodies.points_rest().size();
+  if (point < 0 || static_cast<std::size_t>(point) >= count) {
+    throw Error("simulation", "point", std::to_string(point), "less than " + std::to_string(count));
+  }
+  if (!is_finite(force)) {
+    throw Error("simulation", "force", "a number that is not finite", "three finite numbers");
+  }
+  if (s.forces.empty()) s.forces.resize(count);
+  at(s.forces, point) = force;
+}
+Index Simulation::grab(const Grab& grab) {
+  return state_->grabs.add(grab);
+}
+void Simulation::move_grab(Index number, const Vec3& target) {
+  state_->grabs.move(number, target);
+}
+void Simulation::release(Index number) {
+  state_->grabs.release(number);
+}
+Vec3 Simulation::grab_force(Index number) const {
+  return state_->grabs.force(number);
 }
 
 const Bodies& Simulation::bodies() const {

@@ -78,12 +78,12 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
     ASSERT_EQ(fields.size(), names.size()) << lines[row];
     EXPECT_EQ(fields[0], std::to_string(row - 1));
     EXPECT_NEAR(std::stod(fields[1]), 0.01 * static_cast<double>(row - 1), 1e-15);
-    EXPECT_EQ(fields[20], "1");
+    EXPECT_EQ(fields[21], "1");
     most_contacts = std::max<std::size_t>(most_contacts, std::stoul(fields[10]));
   }
   EXPECT_GT(most_contacts, 0U) << "1 mm of fall takes 15 ms";
   // Implicit Euler from rest: v1 = g h less damping, and no contact yet.
-  EXPECT_NEAR(std::stod(fields_of(lines[2])[23]), 9.81 * 0.01 / (1.0 + 0.01), 1e-4);
+  EXPECT_NEAR(std::stod(fields_of(lines[2])[24]), 9.81 * 0.01 / (1.0 + 0.01), 1e-4);
 }
 
 TEST_F(Run, ReportHoldsWhatARunIsComparedBy) {

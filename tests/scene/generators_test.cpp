@@ -151,19 +151,19 @@ TEST(MakeBall, RefusesWhatIsNoBall) {
 }
 
 TEST(StackingScene, IsThePapers) {
-  const auto loaded = load_bodies(make_stacking_scene(), {});
+  const auto loaded = load_model(make_stacking_scene(), {});
   const auto statistics = mesh_statistics(loaded.bodies, loaded.bodies.points_rest());
   EXPECT_EQ(statistics.points, 4840);
   EXPECT_EQ(statistics.edges, 19620);
   EXPECT_EQ(statistics.triangles, 9600);
   EXPECT_EQ(statistics.tets, 10000);
-  EXPECT_EQ(std::count(loaded.obstacle.begin(), loaded.obstacle.end(), true), 1);
-  EXPECT_TRUE(loaded.obstacle[0]);
-  EXPECT_EQ(std::count(loaded.fixed.begin(), loaded.fixed.end(), 1), 242);
+  EXPECT_EQ(std::count(loaded.obstacles.begin(), loaded.obstacles.end(), 1), 1);
+  EXPECT_EQ(loaded.obstacles[0], 1);
+  EXPECT_EQ(std::count(loaded.fixed_points.begin(), loaded.fixed_points.end(), 1), 242);
 }
 
 TEST(StackingScene, LeavesTheGapBetweenMembranes) {
-  const auto loaded = load_bodies(make_stacking_scene(), {});
+  const auto loaded = load_model(make_stacking_scene(), {});
   for (Index b = 1; b < loaded.bodies.body_count(); ++b) {
     const auto below = mesh_statistics(loaded.bodies, loaded.bodies.points_rest(), b - 1);
     const auto above = mesh_statistics(loaded.bodies, loaded.bodies.points_rest(), b);
@@ -190,7 +190,7 @@ TEST(StackingScene, ShiftsAndTurnsWithinBoundsAndDifferently) {
 TEST(StackingScene, TakesOptions) {
   const StackingOptions options{
       .count = 3, .cells = {4, 2, 1}, .size = {0.4, 0.2, 0.1}, .gap = 0.0, .max_shift = 0.0, .max_turn = 0.0};
-  const auto loaded = load_bodies(make_stacking_scene(options), {});
+  const auto loaded = load_model(make_stacking_scene(options), {});
   const auto statistics = mesh_statistics(loaded.bodies, loaded.bodies.points_rest());
   EXPECT_EQ(statistics.tets, 3 * 8 * 5);
   EXPECT_NEAR(statistics.upper.x, 0.2, 1e-15);

@@ -20,12 +20,12 @@ Scene scene_of(const std::string& body) {
 }
 
 Index fixed_count(const std::string& body) {
-  const auto fixed = load_bodies(scene_of(body), {}).fixed;
+  const auto fixed = load_model(scene_of(body), {}).fixed_points;
   return std::accumulate(fixed.begin(), fixed.end(), Index{0});
 }
 
 std::string load_problem(const std::string& body) {
-  return message_of([&] { load_bodies(scene_of(body), {}); });
+  return message_of([&] { load_model(scene_of(body), {}); });
 }
 
 const std::string box = R"("box": {"cells": [2, 2, 2], "size": [2, 2, 2]})";
@@ -62,16 +62,16 @@ TEST(LoadBodies, PlacesBodiesInOrderWithTheirMaterials) {
       {"name": "floor", "obstacle": true, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}},
       {"name": "ball", "material": {"density": 7}, "ball": {"radius": 1, "resolution": 1}, "translate": [0, 0, 5]}]})",
                                       "s.json");
-  const auto loaded = load_bodies(scene, {});
+  const auto loaded = load_model(scene, {});
   ASSERT_EQ(loaded.bodies.body_count(), 2);
   EXPECT_EQ(loaded.bodies.bodies()[0].name, "floor");
   EXPECT_EQ(loaded.bodies.bodies()[1].name, "ball");
-  EXPECT_EQ(loaded.obstacle, (std::vector<bool>{true, false}));
+  EXPECT_EQ(loaded.obstacles, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_EQ(loaded.materials[1].density, 7.0);
   EXPECT_EQ(loaded.materials[1].young_modulus, Material{}.young_modulus);
   std::vector<std::uint8_t> expected(8 + 13, 0);
   std::fill_n(expected.begin(), 8, std::uint8_t{1});
-  EXPECT_EQ(loaded.fixed, expected);
+  EXPECT_EQ(loaded.fixed_points, expected);
   EXPECT_EQ(loaded.bodies.points_rest()[8], (Vec3{0, 0, 5}));
 }
 
@@ -81,8 +81,8 @@ TEST(LoadBodies, ReadsMeshesRelativeToTheScene) {
     asked.push_back(path.string());
     return TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
   };
-  const auto loaded = load_bodies(scene_of(R"("mesh": "data/a.vtu", "scale": 2)"), reader);
-  load_bodies(scene_of(R"("mesh": "/abs/b.vtu")"), reader);
+  const auto loaded = load_model(scene_of(R"("mesh": "data/a.vtu", "scale": 2)"), reader);
+  load_model(scene_of(R"("mesh": "/abs/b.vtu")"), reader);
   EXPECT_EQ(asked, (std::vector<std::string>{"/base/data/a.vtu", "/abs/b.vtu"}));
   EXPECT_EQ(loaded.bodies.points_rest()[1], (Vec3{2, 0, 0}));
 }
@@ -97,10 +97,10 @@ TEST(LoadBodies, SelectsInWorldCoordinatesWithTheBoundary) {
 }
 
 TEST(LoadBodies, AddsSelectionsUp) {
-  const auto fixed = load_bodies(scene_of(box + R"(, "fixed": [
+  const auto fixed = load_model(scene_of(box + R"(, "fixed": [
       {"points": [3, 1]}, {"sphere": {"center": [-1, -1, -1], "radius": 0.1}}, {"points": [3]}])"),
-                                 {})
-                         .fixed;
+                                {})
+                         .fixed_points;
   std::vector<std::uint8_t> expected(27, 0);
   expected[0] = expected[1] = expected[3] = 1;
   EXPECT_EQ(fixed, expected);
@@ -117,7 +117,7 @@ TEST(LoadBodies, RefusesSelectionsOfNothing) {
 TEST(LoadBodies, GivesTheTetsOfRegionsTheirMaterials) {
   // Cells of 1 m, 5 tets each, from x = 4 on; the second cell's centres are at x > 5.
   const std::string bar = R"("box": {"cells": [2, 1, 1], "size": [2, 1, 1]}, "translate": [5, 0, 0])";
-  const auto loaded = load_bodies(read_scene_text(R"({"bodies": [
+  const auto loaded = load_model(read_scene_text(R"({"bodies": [
       {"name": "floor", "obstacle": true, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}},
       {"name": "bar", "material": {"density": 1}, )" + bar +
                                                       R"(, "regions": [
@@ -145,7 +145,7 @@ TEST(LoadBodies, GivesTheTetsOfRegionsTheirMaterials) {
   at(expected, middle) = 3.0;
   expected[5] = expected[12] = 4.0;
   EXPECT_EQ(densities, expected);
-  EXPECT_TRUE(load_bodies(scene_of(box), {}).material_of_tet.empty());
+  EXPECT_TRUE(load_model(scene_of(box), {}).material_of_tet.empty());
 }
 
 TEST(LoadBodies, RefusesRegionsOfNothing) {
@@ -160,10 +160,68 @@ TEST(LoadBodies, PassesMeshErrorsOn) {
   const MeshReader broken = [](const std::filesystem::path& path) -> TetMesh {
     throw Error(path.string(), "line 3", "nothing", "a point");
   };
-  EXPECT_EQ(message_of([&] { load_bodies(scene_of(R"("mesh": "a.vtu")"), broken); }),
+  EXPECT_EQ(message_of([&] { load_model(scene_of(R"("mesh": "a.vtu")"), broken); }),
             "/base/a.vtu: line 3: found nothing, expected a point");
   const std::string huge = R"("box": {"cells": [1, 1, 1], "size": [1e300, 1, 1]}, "scale": 1e300)";
   EXPECT_TRUE(load_problem(huge).starts_with("body 0: point 0: found")) << load_problem(huge);
+}
+
+constexpr const char* jaw_and_tissue = R"({"bodies": [
+    {"name": "jaw", "box": {"cells": [1, 1, 1], "size": [2, 2, 2]}, "motion": {
+        "center": [0, 0, 5], "interpolation": "smooth",
+        "keyframes": [{"time": 0}, {"time": 2, "translate": [1, 0, 0], "rotate": {"axis": [0, 0, 2], "angle": 180}}]}},
+    {"name": "tissue", "material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, "translate": [10, 0, 0],
+     "attached": [{"to": "jaw", "box": {"lower": [9, -1, -1], "upper": [9, 1, 1]}}],
+     "loads": [{"force": [0, 0, 18], "box": {"lower": [11, -1, -1], "upper": [11, 1, 1]}},
+               {"force": [1, 0, 0], "points": [26]}],
+     "grabs": [{"from": [11.1, 1.2, 0.9], "target": [20, 0, 0], "stiffness": 7}]}]})";
+
+TEST(LoadModel, PutsMotionsAttachmentsLoadsAndGrabsOnTheirPoints) {
+  const Model model = load_model(read_scene_text(jaw_and_tissue, "s.json"), {});
+  EXPECT_EQ(model.obstacles, (std::vector<std::uint8_t>{1, 0}));
+  ASSERT_EQ(model.motions.size(), 1U);
+  EXPECT_EQ(model.motions[0].center, (Vec3{0, 0, 5}));
+  EXPECT_EQ(model.motions[0].interpolation, Interpolation::smooth);
+  ASSERT_EQ(model.motions[0].keyframes.size(), 2U);
+  EXPECT_EQ(model.motions[0].keyframes[1].time, 2.0);
+  EXPECT_EQ(model.motions[0].keyframes[1].translate, (Vec3{1, 0, 0}));
+  EXPECT_NEAR(model.motions[0].keyframes[1].quaternion[0], 0.0, 1e-15);
+  EXPECT_NEAR(model.motions[0].keyframes[1].quaternion[3], 1.0, 1e-15);
+  const auto points = model.bodies.points_rest();
+  ASSERT_EQ(points.size(), 8U + 27U);
+  ASSERT_EQ(model.forces.size(), points.size());
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    EXPECT_EQ(model.fixed_points[p], p < 8 ? 1 : 0);
+    EXPECT_EQ(model.motion_of_point[p], p < 8 || points[p].x == 9.0 ? 0 : -1);
+    Vec3 force{0, 0, p >= 8 && points[p].x == 11.0 ? 2.0 : 0.0};  // 18 N over 9 points
+    if (p == 8 + 26) force.x = 1.0;
+    EXPECT_EQ(model.forces[p], force) << p;
+  }
+  ASSERT_EQ(model.grabs.size(), 1U);
+  EXPECT_EQ(points[static_cast<std::size_t>(model.grabs[0].point)], (Vec3{11, 1, 1}));
+  EXPECT_EQ(model.grabs[0].stiffness, 7.0);
+}
+
+TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
+  const auto attached = [](const std::string& list) {
+    return message_of([&] {
+      load_model(read_scene_text(R"({"bodies": [
+          {"name": "jaw", "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "motion": {"keyframes": [{"time": 0}]}},
+          {"name": "skull", "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "motion": {"keyframes": [{"time": 0}]}},
+          {"name": "tissue", "material": {}, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "attached": )" +
+                                     list + "}]}",
+                                 "s.json"),
+                 {});
+    });
+  };
+  EXPECT_EQ(attached(R"([{"to": "jav", "points": [0]}])"),
+            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', with a motion");
+  EXPECT_EQ(
+      attached(R"([{"to": "jaw", "points": [0]}, {"to": "skull", "points": [1, 0]}])"),
+      "s.json: bodies[2].attached[1]: found point 0, which is attached to another body too, expected points "
+      "that follow one body");
+  EXPECT_EQ(attached(R"([{"to": "jaw", "points": [8]}])"),
+            "s.json: bodies[2].attached[0].points[0]: found 8, expected a point index in [0, 7]");
 }
 
 }  // namespace

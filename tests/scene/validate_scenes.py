@@ -17,7 +17,7 @@ def without_comments(text):
 
 
 def scenes_of(root):
-    for path in sorted(root.glob("scenes/*.json")) + sorted(root.glob("examples/**/*.scene.json")):
+    for path in sorted(root.glob("scenes/*.json")) + sorted(root.glob("examples/scenes/*.json")):
         yield str(path), json.loads(without_comments(path.read_text()))
     blocks = re.findall(r"```json\n(.*?)```", (root / "docs/scene.md").read_text(), re.DOTALL)
     for number, block in enumerate(blocks):
@@ -45,6 +45,16 @@ def broken_scenes(good):
         "selection of two kinds": lambda s: s["bodies"][1].update(
             fixed=[{"points": [0], "sphere": {"center": [0, 0, 0], "radius": 1}}]),
         "fractional index": lambda s: s["bodies"][1].update(fixed=[{"points": [0.5]}]),
+        "motion without keyframes": lambda s: s["bodies"][0].update(motion={"keyframes": []}),
+        "keyframe without time": lambda s: s["bodies"][0].update(motion={"keyframes": [{"translate": [0, 0, 1]}]}),
+        "unknown interpolation": lambda s: s["bodies"][0].update(
+            motion={"keyframes": [{"time": 0}], "interpolation": "cubic"}),
+        "load of two selections": lambda s: s["bodies"][1].update(
+            loads=[{"force": [0, 0, 1], "points": [0], "sphere": {"center": [0, 0, 0], "radius": 1}}]),
+        "load of no selection": lambda s: s["bodies"][1].update(loads=[{"force": [0, 0, 1]}]),
+        "attached to nothing": lambda s: s["bodies"][1].update(attached=[{"points": [0]}]),
+        "grab of no stiffness": lambda s: s["bodies"][1].update(
+            grabs=[{"from": [0, 0, 0], "target": [0, 0, 1], "stiffness": 0}]),
         "color above 1": lambda s: s["bodies"][1].update(color=[0, 0, 2]),
     }
     for name, edit in edits.items():

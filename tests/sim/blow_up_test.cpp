@@ -22,6 +22,10 @@ Bodies plate_and_box() {
   return bodies;
 }
 
+Model plate_and_box_model() {
+  return {.bodies = plate_and_box(), .materials = {Material{}, Material{}}, .obstacles = {1, 0}};
+}
+
 std::string message_of_step(Simulation& simulation) {
   try {
     simulation.step();
@@ -62,7 +66,7 @@ void expect_last_state_kept(Simulation& simulation, const std::string& start, co
 TEST(BlowUp, SpeedAboveTheLimit) {
   SimulationSettings settings;
   settings.limits.max_speed = 1.0;
-  Simulation simulation(plate_and_box(), {Material{}, Material{}}, {}, {1, 0}, settings, 1);
+  Simulation simulation(plate_and_box_model(), settings, 1);
   // 9.81 m/s^2 for 10 ms a step: the first speed above 1 m/s is that of step 11.
   expect_last_state_kept(simulation, "body liver: tet ", ", expected at most 1 (limits.max_speed)");
   EXPECT_EQ(simulation.metrics().step, 10);
@@ -74,7 +78,7 @@ TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
   SimulationSettings settings;
   settings.gravity = {0, 0, -29900.0 / 0.1};  // 29900 m/s after a step of 0.1 s
   settings.time_step = 0.1;
-  Simulation simulation(std::move(bodies), {Material{}}, {}, {}, settings, 1);
+  Simulation simulation({.bodies = std::move(bodies), .materials = {Material{}}}, settings, 1);
   const std::string message = message_of_step(simulation);
   EXPECT_TRUE(message.ends_with(", expected at most 3000 (limits.max_speed)")) << message;
   EXPECT_TRUE(message.starts_with("body box: tet 0, step 1: found a speed of 299")) << message;
@@ -83,7 +87,7 @@ TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
 TEST(BlowUp, NumbersThatAreNotFinite) {
   SimulationSettings settings;
   settings.gravity = {0, 0, -1e308};
-  Simulation simulation(plate_and_box(), {Material{}, Material{}}, {}, {1, 0}, settings, 1);
+  Simulation simulation(plate_and_box_model(), settings, 1);
   expect_last_state_kept(simulation, "body liver: tet ", "");
   EXPECT_EQ(simulation.metrics().step, 0);
 }
@@ -96,7 +100,11 @@ TEST(BlowUp, ATetThatStaysInverted) {
   std::vector<std::uint8_t> fixed;
   for (const Vec3& p : bodies.points_rest()) fixed.push_back(p.z == 1.0 ? 1 : 0);
   const Material material{.young_modulus = 300.0, .poisson_ratio = 0.0, .mass_damping = 20.0};
-  Simulation simulation(std::move(bodies), {material, material}, fixed, {1, 0}, settings, 1);
+  Simulation simulation({.bodies = std::move(bodies),
+                         .materials = {material, material},
+                         .fixed_points = fixed,
+                         .obstacles = {1, 0}},
+                        settings, 1);
   expect_last_state_kept(
       simulation, "body liver: tet ",
       ": found it inverted for 40 steps in a row, expected fewer than 40 (limits.inverted_steps)");
@@ -108,7 +116,7 @@ TEST(BlowUp, LimitsOutOfRangeAreRefused) {
     SimulationSettings settings;
     settings.limits = limits;
     try {
-      Simulation(plate_and_box(), {Material{}, Material{}}, {}, {1, 0}, settings, 1);
+      Simulation(plate_and_box_model(), settings, 1);
     } catch (const Error& error) {
       return error.what();
     }
@@ -128,7 +136,9 @@ TEST(Regions, ContactStiffnessComesFromTheMeanByVolume) {
   std::fill_n(of_tet.begin(), plate_tets, 0);
   for (std::size_t t = plate_tets; t < plate_tets + 12; ++t) of_tet[t] = 2;  // a quarter of 48 equal tets
   const std::vector<Material> materials{{}, {.young_modulus = 1000.0}, {.young_modulus = 9000.0}};
-  Simulation simulation(std::move(bodies), {materials, of_tet}, {}, {1, 0}, {}, 1);
+  Simulation simulation(
+      {.bodies = std::move(bodies), .materials = materials, .material_of_tet = of_tet, .obstacles = {1, 0}},
+      {}, 1);
   ASSERT_EQ(simulation.contact_materials().size(), 2U);
   EXPECT_NEAR(simulation.contact_materials()[1].young_modulus, 3000.0, 1e-9);
   EXPECT_EQ(simulation.contact_materials()[0].young_modulus, Material{}.young_modulus);

@@ -22,12 +22,11 @@ TetMesh no_file(const std::filesystem::path& path) {
 
 Simulation simulate(const Scene& scene, int threads, Structure structure = Structure::compact,
                     Order order = Order::linear) {
-  LoadedScene loaded = load_bodies(scene, no_file);
+  Model model = load_model(scene, no_file);
   SimulationSettings settings = scene.settings;
   settings.detection.structure = structure;
   settings.detection.order = order;
-  return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
-                    {loaded.obstacle.begin(), loaded.obstacle.end()}, settings, threads);
+  return Simulation(std::move(model), settings, threads);
 }
 
 /// A small stack: six membranes of 4x4x1 cells.
@@ -106,7 +105,7 @@ TEST(Simulation, ABodyAloneFallsFreely) {
   const std::vector<Vec3> start(bodies.points_rest().begin(), bodies.points_rest().end());
   SimulationSettings settings;
   settings.time_step = 0.01;
-  Simulation simulation(std::move(bodies), {Material{}}, {}, {}, settings, 1);
+  Simulation simulation({.bodies = std::move(bodies), .materials = {Material{}}}, settings, 1);
   for (int n = 1; n <= 50; ++n) {
     simulation.step();
     const double fallen = 9.81 * 1e-4 * n * (n + 1) / 2.0;  // implicit Euler's own sum
@@ -127,8 +126,10 @@ TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
   SimulationSettings settings;
   settings.response.stiffness = 500.0;
   settings.rest.speed = 1e-6;
-  Simulation simulation(std::move(bodies), {Material{}, Material{.young_modulus = 1e6, .mass_damping = 5.0}},
-                        {}, {1, 0}, settings, 1);
+  Simulation simulation({.bodies = std::move(bodies),
+                         .materials = {Material{}, Material{.young_modulus = 1e6, .mass_damping = 5.0}},
+                         .obstacles = {1, 0}},
+                        settings, 1);
   while (!simulation.at_rest() && simulation.metrics().step < 2000) simulation.step();
   ASSERT_TRUE(simulation.at_rest());
   const Contacts& contacts = simulation.detector().contacts();
@@ -152,8 +153,9 @@ Slid slide(double angle, double friction, int steps) {
   settings.time_step = 0.005;
   settings.gravity = {9.81 * std::sin(angle), 0.0, -9.81 * std::cos(angle)};
   settings.response.friction = friction;
-  Simulation simulation(std::move(bodies),
-                        {Material{}, Material{.young_modulus = 1e6, .stiffness_damping = 1e-3}}, {}, {1, 0},
+  Simulation simulation({.bodies = std::move(bodies),
+                         .materials = {Material{}, Material{.young_modulus = 1e6, .stiffness_damping = 1e-3}},
+                         .obstacles = {1, 0}},
                         settings, 1);
   for (int i = 0; i < steps; ++i) simulation.step();
   const Range block = simulation.bodies().bodies()[1].points;
@@ -186,7 +188,9 @@ TEST(Simulation, RefusesBadSettings) {
   const auto make = [](const SimulationSettings& settings, std::vector<std::uint8_t> fixed = {}) {
     Bodies bodies;
     bodies.add("box", test::box_mesh({1, 1, 1}, {0, 0, 0}, {1, 1, 1}));
-    return Simulation(std::move(bodies), {Material{}}, std::move(fixed), {}, settings, 1);
+    return Simulation(
+        {.bodies = std::move(bodies), .materials = {Material{}}, .fixed_points = std::move(fixed)}, settings,
+        1);
   };
   const auto message = [&](const SimulationSettings& settings,
                            std::vector<std::uint8_t> fixed = {}) -> std::string {

@@ -21,11 +21,10 @@ Simulation stacking(int threads, Structure structure = Structure::compact, Order
   scene.settings.detection.structure = structure;
   scene.settings.detection.order = order;
   scene.settings.detection.sort = sort;
-  LoadedScene loaded = load_bodies(scene, [](const std::filesystem::path& path) -> TetMesh {
+  Model model = load_model(scene, [](const std::filesystem::path& path) -> TetMesh {
     throw Error(path.string(), "", "a mesh file", "none in this scene");
   });
-  return Simulation(std::move(loaded.bodies), loaded.materials, loaded.fixed,
-                    {loaded.obstacle.begin(), loaded.obstacle.end()}, scene.settings, threads);
+  return Simulation(std::move(model), scene.settings, threads);
 }
 
 TEST(Stacking, HashAfter200StepsIsTheSameForEveryThreadCount) {

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// Where a rigid motion is at a time: every point p of the start goes to center + R (p - center) + translate.
+struct Keyframe {
+  double time = 0.0;                                     ///< s
+  Vec3 translate{};                                      ///< m
+  std::array<double, 4> quaternion{1.0, 0.0, 0.0, 0.0};  ///< of R: (w, x, y, z), any length but zero
+};
+
+/// How a motion goes from one keyframe to the next.
+enum class Interpolation {
+  linear,  ///< at constant speed, so that the speed jumps at keyframes
+  smooth   ///< starting and ending at rest: the share s of the time between becomes s^2 (3 - 2 s)
+};
+inline constexpr std::array<std::string_view, 2> interpolation_names{"linear", "smooth"};
+
+/// A rigid motion on rails: keyframes of growing times. Rotations go the shorter way round, at constant
+/// angular speed for constant share (slerp: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH
+/// 1985). Before the first keyframe it holds, after the last too.
+struct Motion {
+  Vec3 center{};  ///< of the rotation, m
+  std::vector<Keyframe> keyframes;
+  Interpolation interpolation = Interpolation::linear;
+};
+
+/// A spring between a point and a place in space, force = stiffness (target - point).
+struct Grab {
+  Index point = -1;
+  Vec3 target{};           ///< m
+  double stiffness = 0.0;  ///< N/m, > 0
+};
+
+/// What a simulation is made of, apart from its settings. Arrays that are allowed to be empty then mean
+/// "none".
+struct Model {
+  Bodies bodies{};                    ///< the meshes at their start, at rest
+  std::vector<Material> materials{};  ///< of each body (of an obstacle only the density counts), then others
+  std::vector<Index> material_of_tet{};      ///< (n_tets) index into materials; or empty: that of its body
+  std::vector<std::uint8_t> fixed_points{};  ///< (n_points) 1: does not deform freely; or empty
+  std::vector<std::uint8_t> obstacles{};     ///< (n_bodies) 1: rigid, no point of it is free; or empty
+  std::vector<Motion> motions{};             ///< rails for obstacles and attached points
+  std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
+  std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
+  std::vector<Grab> grabs{};
+};
+
+}  // namespace palpate

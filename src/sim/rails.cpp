@@ -1,0 +1,111 @@
+#include "sim/rails.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/rotation.hpp"
+#include "number_text.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 1024;
+
+struct Pose {
+  Turn turn;
+  Vec3 translate;
+};
+
+Pose pose_at(const Motion& motion, double time) {
+  const auto& keys = motion.keyframes;
+  const auto next = std::upper_bound(keys.begin(), keys.end(), time,
+                                     [](double t, const Keyframe& key) { return t < key.time; });
+  if (next == keys.begin()) return {turn_of(next->quaternion), next->translate};
+  const Keyframe& a = *(next - 1);
+  if (next == keys.end()) return {turn_of(a.quaternion), a.translate};
+  const Keyframe& b = *next;
+  double share = (time - a.time) / (b.time - a.time);
+  if (motion.interpolation == Interpolation::smooth) share = share * share * (3.0 - 2.0 * share);
+  return {between(turn_of(a.quaternion), turn_of(b.quaternion), share),
+          (1.0 - share) * a.translate + share * b.translate};
+}
+
+/// "NAME[i]"
+std::string element(std::string name, std::size_t i) {
+  return name.append(1, '[').append(std::to_string(i)).append(1, ']');
+}
+
+void check_keyframe(const Motion& motion, std::size_t k, const std::string& where) {
+  const Keyframe& key = motion.keyframes[k];
+  const auto [w, x, y, z] = key.quaternion;
+  if (!std::isfinite(key.time) || !is_finite(key.translate) || !std::isfinite(w + x + y + z) ||
+      (w == 0.0 && x == 0.0 && y == 0.0 && z == 0.0)) {
+    throw Error("motions", where, "a number that is not finite, or a zero quaternion",
+                "finite numbers and a quaternion that is not zero");
+  }
+  if (k > 0 && key.time <= motion.keyframes[k - 1].time) {
+    throw Error("motions", where + ".time", number_text(key.time),
+                "more than the time before, " + number_text(motion.keyframes[k - 1].time));
+  }
+}
+
+void check_motion(const Motion& motion, const std::string& where) {
+  if (motion.keyframes.empty()) throw Error("motions", where, "no keyframe", "one or more");
+  if (!is_finite(motion.center)) {
+    throw Error("motions", where + ".center", "a number that is not finite", "three finite numbers");
+  }
+  for (std::size_t k = 0; k < motion.keyframes.size(); ++k) {
+    check_keyframe(motion, k, element(where + ".keyframes", k));
+  }
+}
+
+}  // namespace
+
+Rails::Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start)
+    : motions_(std::move(motions)) {
+  for (std::size_t m = 0; m < motions_.size(); ++m) check_motion(motions_[m], element("", m));
+  if (!motion_of_point.empty() && motion_of_point.size() != start.size()) {
+    throw Error("motions", "motion_of_point", std::to_string(motion_of_point.size()) + " values",
+                std::to_string(start.size()) + ", one for each point");
+  }
+  for (std::size_t p = 0; p < motion_of_point.size(); ++p) {
+    const Index motion = motion_of_point[p];
+    if (motion < 0) continue;
+    if (static_cast<std::size_t>(motion) >= motions_.size()) {
+      throw Error("motions", element("motion_of_point", p), std::to_string(motion),
+                  "less than " + std::to_string(motions_.size()) + ", or -1");
+    }
+    points_.push_back(static_cast<Index>(p));
+    motion_.push_back(motion);
+    start_.push_back(start[p]);
+  }
+  positions_.resize(points_.size());
+}
+
+std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double time) {
+  // Few motions, many points: the points' own loop takes the pose of each chunk's motions again, which costs
+  // less than a table.
+  parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    Index last = -1;
+    Pose pose{};
+    for (std::size_t i = begin; i < end; ++i) {
+      const Motion& motion = at(motions_, motion_[i]);
+      if (motion_[i] != last) pose = pose_at(motion, time);
+      last = motion_[i];
+      positions_[i] = motion.center + rotated(pose.turn, start_[i] - motion.center) + pose.translate;
+    }
+  });
+  return positions_;
+}
+
+double Rails::end() const {
+  double last = 0.0;
+  for (const Motion& motion : motions_) last = std::max(last, motion.keyframes.back().time);
+  return last;
+}
+
+}  // namespace palpate

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/model.hpp>
+
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// The points that follow motions, and where they are over time.
+class Rails {
+ public:
+  /// \param motion_of_point  (n_points) or empty
+  /// \param start            (n_points) where the points are without their motion; copied
+  /// Throws Error naming motion and keyframe: none, times that do not grow, numbers that are not finite, a
+  /// zero quaternion, an index out of range.
+  Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start);
+
+  [[nodiscard]] std::span<const Index> points() const { return points_; }  ///< ascending
+  /// Where points() are at a time, in their order; the span is valid until the next call.
+  std::span<const Vec3> positions(const parallel::Threads& threads, double time);
+  /// Time of the last keyframe, s; 0 without motions. From then on nothing moves.
+  [[nodiscard]] double end() const;
+
+ private:
+  std::vector<Motion> motions_;
+  std::vector<Index> points_;
+  std::vector<Index> motion_;  ///< of points_
+  std::vector<Vec3> start_;    ///< of points_
+  std::vector<Vec3> positions_;
+};
+
+}  // namespace palpate
