@@ -7,6 +7,7 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "number_text.hpp"
 
@@ -58,30 +59,6 @@ std::vector<std::uint8_t> moving_points(const Bodies& bodies, std::span<const do
     moving[i] = fixed[i] == 0 && masses[i] > 0.0 && at(obstacles, bodies.body_of_point()[i]) == 0;
   }
   return moving;
-}
-
-/// Mass damping of each point: the mean over its tets by mass, bit for bit that of the tets where they agree.
-std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
-                                  std::span<const double> masses) {
-  std::vector<double> dampings(masses.size());
-  for (std::size_t point = 0; point < masses.size(); ++point) {
-    dampings[point] = at(materials.all, bodies.body_of_point()[point]).mass_damping;
-  }
-  if (materials.of_tet.empty()) return dampings;
-  std::vector<double> changes(masses.size(), 0.0);  // from the body's own, times mass
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet) {
-      const Material& material = materials.of(tet, body);
-      const double change = material.mass_damping - at(materials.all, body).mass_damping;
-      const double quarter = 0.25 * material.density * tet_volume_rest(bodies, tet);
-      for (const Index point : at(bodies.tets(), tet)) at(changes, point) += quarter * change;
-    }
-  }
-  for (std::size_t point = 0; point < masses.size(); ++point) {
-    if (changes[point] != 0.0) dampings[point] += changes[point] / masses[point];
-  }
-  return dampings;
 }
 
 void require(bool good, const char* name, double found, const char* expected) {
@@ -242,47 +219,6 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
   parallel::for_each(threads_, masses_.size(), point_grain,
                      [&](std::size_t i) { end_velocities_[i] = base_velocities_[i] + solution_[i]; });
   return report;
-}
-
-Error Dynamics::error_at_element(Index element, const std::string& found, const std::string& expected) const {
-  const Body& body = at(bodies_, at(elements_.body_of_element(), element));
-  const Index tet = at(elements_.tet_of_element(), element) - body.tets.begin;
-  return {"body " + body.name, "tet " + std::to_string(tet), found, expected};
-}
-
-/// Names the first element at a point; the point itself where it has none.
-Error Dynamics::error_at_point(std::size_t point, const std::string& found,
-                               const std::string& expected) const {
-  const auto elements = matrix_.elements_of_point()[static_cast<Index>(point)];
-  if (!elements.empty()) return error_at_element(elements.front(), found, expected);
-  const Body& body = at(bodies_, body_of_point_[point]);
-  const Index own = static_cast<Index>(point) - body.points.begin;
-  return {"body " + body.name, "point " + std::to_string(own), found, expected};
-}
-
-void Dynamics::check_limits(double max_speed, int inverted_steps) {
-  // Not by squares, which overflow before the speeds do.
-  const auto speed = [](const Vec3& v) { return std::hypot(v.x, v.y, v.z); };
-  const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return speed(end_velocities_[i]) > max_speed ? 1.0 : 0.0;
-  });
-  if (too_fast > 0.0) {
-    const auto fastest = std::ranges::max_element(end_velocities_, {}, speed);
-    throw error_at_point(static_cast<std::size_t>(fastest - end_velocities_.begin()),
-                         "a speed of " + number_text(speed(*fastest)),
-                         "at most " + number_text(max_speed) + " (limits.max_speed)");
-  }
-  const auto stuck = [&](std::size_t e) {
-    return elements_.inverted(static_cast<Index>(e)) && inverted_steps_[e] >= inverted_steps;
-  };
-  const double all_stuck = parallel::sum(threads_, inverted_steps_.size(), partial_,
-                                         [&](std::size_t e) { return stuck(e) ? 1.0 : 0.0; });
-  if (all_stuck == 0.0) return;
-  std::size_t first = 0;
-  while (!stuck(first)) ++first;
-  throw error_at_element(static_cast<Index>(first),
-                         "it inverted for " + std::to_string(inverted_steps_[first]) + " steps in a row",
-                         "fewer than " + std::to_string(inverted_steps) + " (limits.inverted_steps)");
 }
 
 void Dynamics::end_step() {

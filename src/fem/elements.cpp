@@ -208,21 +208,4 @@ void Elements::flow(const parallel::Threads& threads, std::span<const Vec3> posi
   });
 }
 
-double tet_volume_rest(const Bodies& bodies, Index tet) {
-  return determinant(edge_matrix(bodies.points_rest(), at(bodies.tets(), tet))) / 6.0;
-}
-
-std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials) {
-  std::vector<double> masses(bodies.points_rest().size(), 0.0);
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet) {
-      const Tet& corners = at(bodies.tets(), tet);
-      const double volume = tet_volume_rest(bodies, tet);
-      for (const Index point : corners) at(masses, point) += 0.25 * materials.of(tet, body).density * volume;
-    }
-  }
-  return masses;
-}
-
 }  // namespace palpate::fem

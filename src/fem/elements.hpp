@@ -103,11 +103,4 @@ class Elements {
   std::vector<SymmetricMatrix3> plastic_strains_;  ///< as plasticity_
 };
 
-/// Volume of a tet of the bodies at rest, m^3.
-[[nodiscard]] double tet_volume_rest(const Bodies& bodies, Index tet);
-
-/// Lumped masses (n_points), kg: a quarter of each tet of every body, obstacles included; zero for points
-/// without a tet.
-[[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials);
-
 }  // namespace palpate::fem

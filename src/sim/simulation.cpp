@@ -9,6 +9,7 @@
 #include <palpate/simulation.hpp>
 
 #include "fem/dynamics.hpp"
+#include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 #include "parallel/parallel.hpp"
@@ -63,25 +64,6 @@ double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   return diagonals * length(upper - lower) / settings.time_step;
 }
 
-/// See Simulation::contact_materials(). A body without volume keeps its own.
-std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials) {
-  std::vector<Material> means(materials.all.begin(), materials.all.begin() + bodies.body_count());
-  if (materials.of_tet.empty()) return means;
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    const double own = at(means, body).young_modulus;
-    double change = 0.0;
-    double volume = 0.0;
-    const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet) {
-      const double share = fem::tet_volume_rest(bodies, tet);
-      change += share * (materials.of(tet, body).young_modulus - own);
-      volume += share;
-    }
-    if (change != 0.0) at(means, body).young_modulus += change / volume;
-  }
-  return means;
-}
-
 /// Points on rails are not free.
 std::vector<std::uint8_t> not_free(std::vector<std::uint8_t> fixed, const Rails& rails) {
   for (const Index p : rails.points()) at(fixed, p) = 1;
@@ -119,7 +101,7 @@ struct Simulation::State {
                           rails),
                  obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
-        contact_materials(mean_materials(bodies, materials)),
+        contact_materials(fem::mean_materials(bodies, materials)),
         response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                  dynamics.free_points()),
         max_speed(speed_limit(bodies, settings)),
