@@ -88,6 +88,11 @@ TEST(PlasticFlow, NeverGivesEnergy) {
     flowed += difference(next, plastics[i]) > 0.0 ? 1 : 0;
   }
   EXPECT_GT(flowed, 2000);
+  // The bound would shrink a swelling that nearly incompressible tissue holds on to: from 0.02 to 0.08.
+  const SymmetricMatrix3 swollen{0.2, 0.2, 0.2, 0.0, 0.0, 0.0};
+  const SymmetricMatrix3 sheared{0.2, 0.2, 0.2, 0.1, 0.0, 0.0};
+  EXPECT_EQ(plastic_flow(swollen, sheared, {0.05, 100.0, 0.35}, 0.01, 1.0, 100.0).xy, 0.0);
+  EXPECT_GT(plastic_flow(swollen, sheared, {0.05, 100.0, 0.35}, 0.01, 1.0, 0.0).xy, 0.09);
 }
 
 /// A body all of whose points are held, so that its strain is what the test says.
