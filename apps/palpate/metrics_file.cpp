@@ -35,9 +35,10 @@ std::string header(const Units& units) {
     line += fmt::format(",wall_{} [s]", phase);
   }
   line +=
-      ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,approximated_primitives,dropped_"
-      "cells,"
-      "sort,solves,solver_iterations,solver_converged";
+      ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
+      "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
+      "dropped_cells,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_growths,solves,solver_iterations,"
+      "solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
          in("deepest", units.length) + "\n";
@@ -67,9 +68,17 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
   }
   const DetectionCounts& c = m.detection;
   const std::string_view sort = c.sort ? sort_names[static_cast<std::size_t>(*c.sort)] : "none";
-  lines_ += fmt::format(",{},{},{},{},{},{},{},{},{},{},{},{}", c.contacts, c.border_edges, c.crossings,
-                        c.candidates, c.movers, c.depth_fallbacks, c.approximated_primitives, c.dropped_cells,
-                        sort, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
+  for (const std::size_t count :
+       {c.contacts, c.border_edges, c.crossings, c.candidates, c.movers, c.depth_fallbacks, c.raised_depths,
+        c.cancelled_directions, c.regions_without_border, c.border_edges_without_crossing, c.folded_pairs,
+        c.approximated_primitives, c.dropped_cells}) {
+    lines_ += fmt::format(",{}", count);
+  }
+  const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
+  const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
+  lines_ += fmt::format(",{},{:.4f},{},{},{},{},{}", sort, points.occupancy(),
+                        points.retries() + edges.retries(), points.growths + edges.growths, m.solves,
+                        m.solver_iterations, m.solver_converged ? 1 : 0);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

@@ -17,6 +17,13 @@ void count(RunOutcome& outcome, const StepMetrics& m) {
   outcome.candidates.add(m.detection.candidates);
   outcome.movers.add(m.detection.movers);
   outcome.depth_fallbacks.add(m.detection.depth_fallbacks);
+  if (m.detection.cuckoo_points) outcome.cuckoo_points.add(*m.detection.cuckoo_points);
+  if (m.detection.cuckoo_edges) outcome.cuckoo_edges.add(*m.detection.cuckoo_edges);
+  outcome.raised_depths.add(m.detection.raised_depths);
+  outcome.cancelled_directions.add(m.detection.cancelled_directions);
+  outcome.regions_without_border.add(m.detection.regions_without_border);
+  outcome.border_edges_without_crossing.add(m.detection.border_edges_without_crossing);
+  outcome.folded_pairs.add(m.detection.folded_pairs);
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
 }
@@ -43,6 +50,15 @@ void Tally::add(std::size_t count) {
   last = count;
   largest = std::max(largest, count);
   total += count;
+}
+
+void CuckooRun::add(const CuckooCounts& counts) {
+  last = counts;
+  lowest_occupancy = std::min(lowest_occupancy, counts.occupancy());
+  highest_occupancy = std::max(highest_occupancy, counts.occupancy());
+  bucket_retries.add(counts.bucket_retries);
+  redistributions.add(counts.redistributions);
+  growths.add(counts.growths);
 }
 
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,

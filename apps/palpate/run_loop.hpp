@@ -22,6 +22,17 @@ struct Tally {
   void add(std::size_t count);
 };
 
+/// A cuckoo table over a run.
+struct CuckooRun {
+  CuckooCounts last;  ///< of the last step
+  double lowest_occupancy = 1.0;
+  double highest_occupancy = 0.0;
+  Tally bucket_retries;
+  Tally redistributions;
+  Tally growths;
+  void add(const CuckooCounts& counts);
+};
+
 /// What a run did.
 struct RunOutcome {
   std::int64_t steps = 0;
@@ -36,6 +47,13 @@ struct RunOutcome {
   Tally candidates;
   Tally movers;
   Tally depth_fallbacks;
+  CuckooRun cuckoo_points;
+  CuckooRun cuckoo_edges;
+  Tally raised_depths;
+  Tally cancelled_directions;
+  Tally regions_without_border;
+  Tally border_edges_without_crossing;
+  Tally folded_pairs;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_at_solver_cap = 0;
 };

@@ -75,6 +75,18 @@ Json results_json(const RunReport& report) {
           {"picture", report.picture ? Json(report.picture->filename().string()) : Json()}};
 }
 
+Json cuckoo_json(const CuckooRun& run) {
+  return {{"cells", run.last.cells},
+          {"slots", run.last.slots},
+          {"buckets", run.last.buckets},
+          {"occupancy", run.last.occupancy()},
+          {"lowest_occupancy", run.lowest_occupancy},
+          {"highest_occupancy", run.highest_occupancy},
+          {"bucket_retries", tally_json(run.bucket_retries)},
+          {"redistributions", tally_json(run.redistributions)},
+          {"growths", tally_json(run.growths)}};
+}
+
 void add_build_and_machine(Json& json, const RunReport& report) {
   const io::Machine machine = io::describe_machine();
   json["version"] = PALPATE_VERSION;
@@ -103,6 +115,15 @@ void add_outcome(Json& json, const RunReport& report) {
   json["candidates"] = tally_json(outcome.candidates);
   json["movers"] = tally_json(outcome.movers);
   json["depth_fallbacks"] = tally_json(outcome.depth_fallbacks);
+  json["cuckoo"] = report.simulation.settings().detection.structure != Structure::cuckoo
+                       ? Json()
+                       : Json{{"points", cuckoo_json(outcome.cuckoo_points)},
+                              {"edges", cuckoo_json(outcome.cuckoo_edges)}};
+  json["raised_depths"] = tally_json(outcome.raised_depths);
+  json["cancelled_directions"] = tally_json(outcome.cancelled_directions);
+  json["regions_without_border"] = tally_json(outcome.regions_without_border);
+  json["border_edges_without_crossing"] = tally_json(outcome.border_edges_without_crossing);
+  json["folded_pairs"] = tally_json(outcome.folded_pairs);
   json["solver"] = {{"iterations", outcome.solver_iterations}, {"steps_at_cap", outcome.steps_at_solver_cap}};
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;

@@ -15,7 +15,9 @@
 namespace palpate {
 
 /// Contacts: points that lie in a tet of another body (closed tets; of several tets of one body, the lowest
-/// index). Structure of arrays, sorted by (point, body); a point in two other bodies is two contacts.
+/// index), or with self-collision in a tet of their own body that they are no corner of and that did not come
+/// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in
+/// two other bodies is two contacts.
 struct Contacts {
   std::vector<Index> point;  ///< (n)
   std::vector<Index> body;   ///< (n) the penetrated body
@@ -24,16 +26,22 @@ struct Contacts {
       weights;                  ///< (n x 4) barycentric weights of the point in the tet, corner order
   std::vector<double> depth;    ///< (n) penetration depth, >= 0
   std::vector<Vec3> direction;  ///< (n x 3) unit vector that leads the point out of the penetrated body
+  /// (n) how well the surface around agrees on the direction: 1 where it is flat, 0 where directions cancel,
+  /// nothing reaches the point, or the nearest surface point was taken. A direction turns by no more than a
+  /// change around it divided by this.
+  std::vector<double> certainty;
   [[nodiscard]] std::size_t size() const { return point.size(); }
 };
 
-/// An edge with one end in contact with a body and the other end not in contact with it.
+/// An edge with one end in contact with a body and the other end not in contact with it, or in contact with
+/// another layer of it (self-collision only).
 struct BorderEdge {
   Index contact;     ///< index into Contacts: the end that is in contact, and the penetrated body
   Index free_point;  ///< the other end
 };
 
-/// A border edge meets a surface triangle of the body that its contact penetrates.
+/// A border edge meets a surface triangle of the body that its contact penetrates; with self-collision one
+/// that has no point of the edge as a corner.
 struct Crossing {
   Index border_edge;
   Index triangle;
@@ -55,14 +63,40 @@ struct CellSizeChoice {
   std::vector<CellSizeTrial> trials;  ///< empty unless the choice was automatic
 };
 
+/// How full a cuckoo hash table is, and what its construction took (docs/structures.md). With the sizes that
+/// are set, buckets of 409 cells on average in 576 slots make 71 % for many cells.
+struct CuckooCounts {
+  std::size_t cells = 0;  ///< that are not empty: the keys
+  std::size_t slots = 0;
+  std::size_t buckets = 0;
+  std::size_t bucket_retries = 0;   ///< new hash functions of a bucket, because evictions did not end
+  std::size_t redistributions = 0;  ///< new hash functions into buckets, because one overflowed
+  std::size_t growths = 0;          ///< larger tables, because new functions did not help
+  [[nodiscard]] std::size_t retries() const { return bucket_retries + redistributions; }
+  [[nodiscard]] double occupancy() const {
+    return slots == 0 ? 0.0 : static_cast<double>(cells) / static_cast<double>(slots);
+  }
+};
+
+/// Where depths had to be found another way than from crossings, by kind (docs/depth.md).
+struct DepthCounts {
+  /// Contacts whose direction is that to the nearest surface point, and all but the cancelled their depth.
+  std::size_t depth_fallbacks = 0;
+  std::size_t cancelled_directions = 0;  ///< of these, because the planes' normals add up to nothing
+  /// Contacts whose planes gave less than the distance to the surface: they have that as their depth.
+  std::size_t raised_depths = 0;
+  std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
+  std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
+};
+
 /// What one detection did; counts, not times, are the same on every machine.
-struct DetectionCounts {
+struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;
   std::size_t border_edges = 0;
   std::size_t crossings = 0;
-  std::size_t candidates = 0;  ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t candidates = 0;    ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
-  std::size_t depth_fallbacks = 0;  ///< contacts whose depth is the distance to the nearest surface point
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
   /// the cells that were left out.
   std::size_t approximated_primitives = 0;
@@ -72,6 +106,9 @@ struct DetectionCounts {
   std::size_t cells = 0;  ///< cells of the domain
   double cell_size = 0.0;  ///< as used: the wanted one times 2^cell_doublings
   int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
+  /// Of the structure of the points and of that of the border edges; none: it is not cuckoo.
+  std::optional<CuckooCounts> cuckoo_points;
+  std::optional<CuckooCounts> cuckoo_edges;
 };
 
 /// Seconds of the phases of one detection.

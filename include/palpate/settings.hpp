@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <palpate/types.hpp>
 
@@ -55,6 +57,8 @@ struct DetectionSettings {
   CellSize cell_size = CellSizeRule::automatic;
   /// Slots of a primitive for the cells that it covers, 1 to 27 (approximate mode, paper 5); none: exact.
   std::optional<int> cells_per_primitive;
+  /// Per body: 1 where a body that can move also touches itself. Empty: none does.
+  std::vector<std::uint8_t> self_collision;
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

@@ -1,5 +1,6 @@
 #include "contact/contact_list.hpp"
 
+#include "room.hpp"
 #include "sort/rows.hpp"
 
 namespace palpate {
@@ -10,9 +11,10 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   // Found tets ascend, so within a point they stay ascending, and with them their bodies.
   sort_into_rows(
       found, n_points, [](const PointInTet& f) { return f.point; }, row_begin_, by_point_);
-  contacts_.point.clear();
-  contacts_.body.clear();
-  contacts_.tet.clear();
+  for (std::vector<Index>* list : {&contacts_.point, &contacts_.body, &contacts_.tet}) {
+    list->clear();
+    make_room(*list, found.size());
+  }
   point_begin_.resize(n_points + 1);
   for (std::size_t p = 0; p < n_points; ++p) {
     point_begin_[p] = static_cast<Index>(contacts_.size());
@@ -30,9 +32,10 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   point_begin_[n_points] = static_cast<Index>(contacts_.size());
 
   const std::size_t n = contacts_.size();
-  contacts_.weights.resize(n);
-  contacts_.depth.assign(n, 0.0);
-  contacts_.direction.assign(n, Vec3{});
+  resize_with_room(contacts_.weights, n);
+  assign_with_room(contacts_.depth, n, 0.0);
+  assign_with_room(contacts_.direction, n, Vec3{});
+  assign_with_room(contacts_.certainty, n, 0.0);
   parallel::for_each(threads, n, 512, [&](std::size_t c) {
     const Tet& tet = at(bodies.tets(), contacts_.tet[c]);
     contacts_.weights[c] =

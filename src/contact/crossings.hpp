@@ -14,6 +14,7 @@
 #include "grid/cell_slots.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 #include "sort/rows.hpp"
 
 namespace palpate {
@@ -35,7 +36,7 @@ class CrossingQuery {
       const Vec3 d = at(positions, out) - at(positions, in);
       return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
     });
-    edges.build(threads, lattice, border_edges.size(), [&](Index e, auto&& emit) {
+    const auto footprint = [&](Index e, auto&& emit) {
       const auto [in, out] = ends_of(e);
       const Vec3& a = at(positions, in);
       const Vec3& b = at(positions, out);
@@ -50,7 +51,8 @@ class CrossingQuery {
         if (chosen.empty() || std::binary_search(chosen.begin(), chosen.end(), number)) emit(i, j, k);
         ++number;
       });
-    });
+    };
+    build(threads, lattice, border_edges.size(), slots, footprint, edges);
     count_left_out(threads, positions, border_edges.size(), lattice, slots, ends_of);
     mark_penetrated(bodies, contacts, border_edges);
 
@@ -62,6 +64,7 @@ class CrossingQuery {
         threads, triangles.size(), grain,
         [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
           std::vector<Index>& near = near_[begin / grain];
+          const std::size_t capacity = near.capacity();
           for (std::size_t t = begin; t < end; ++t) {
             const Triangle& triangle = triangles[t];
             const Index body = bodies.body_of(triangle);
@@ -80,6 +83,9 @@ class CrossingQuery {
             const Vec3& t2 = at(positions, triangle[2]);
             for (const Index e : near) {
               const auto ends = ends_of(e);
+              // A body's own triangles at the edge's ends: they meet it there and nowhere else.
+              const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
+              if (std::any_of(triangle.begin(), triangle.end(), own)) continue;
               const Vec3& in = at(positions, ends[0]);
               const Vec3& out = at(positions, ends[1]);
               if (!box.overlaps(box_of(positions, ends)) || !segment_meets_triangle(in, out, t0, t1, t2))
@@ -87,6 +93,7 @@ class CrossingQuery {
               found.push_back({e, static_cast<Index>(t), crossing_parameter(in, out, t0, t1, t2)});
             }
           }
+          keep_room(near, capacity, 2 * near.capacity() + 16);
         });
     lists_.join(found_);
     sort_into_rows<Crossing>(
@@ -108,6 +115,16 @@ class CrossingQuery {
     return (std::uint64_t{1} << 63) | (static_cast<std::uint64_t>(in) << 31) |
            static_cast<std::uint64_t>(out);
   }
+  /// The compact grid has L as a static array in approximate mode.
+  template <class Footprint, class Structure>
+  static void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
+                    const CellSlots& slots, Footprint&& footprint, Structure& edges) {
+    if constexpr (requires { edges.build_slots(threads, lattice, count, std::size_t{1}, footprint); }) {
+      if (!slots.exact())
+        return edges.build_slots(threads, lattice, count, static_cast<std::size_t>(slots.count()), footprint);
+    }
+    edges.build(threads, lattice, count, footprint);
+  }
   static std::uint64_t cells_passed(const Lattice& lattice, const Vec3& a, const Vec3& b) {
     std::uint64_t cells = 0;
     lattice.for_each_cell_of_segment(a, b, [&](std::int32_t, std::int32_t, std::int32_t) { ++cells; });
@@ -118,7 +135,8 @@ class CrossingQuery {
   void count_left_out(const parallel::Threads& threads, std::span<const Vec3> positions, std::size_t edges,
                       const Lattice& lattice, const CellSlots& slots, EndsOf&& ends_of) {
     constexpr std::size_t grain = 1024;
-    footprint_tallies_.assign(slots.exact() ? 0 : parallel::chunk_count(edges, grain), {});
+    assign_with_room(footprint_tallies_, slots.exact() ? 0 : parallel::chunk_count(edges, grain),
+                     QueryTally{});
     if (slots.exact()) return;
     parallel::for_chunks(threads, edges, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       for (std::size_t e = begin; e < end; ++e) {

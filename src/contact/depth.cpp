@@ -2,154 +2,386 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
-#include "contact/nearest_surface.hpp"
+#include "contact/edge_exit.hpp"
 #include "geometry/vector.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
+/// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
+constexpr double alone = 1e8;
+constexpr std::size_t contacts_of_search = 64;
+/// Share of a contact's edges that pulls it back to knowing nothing: what comes from far counts less.
+constexpr double forgetting = 0.01;
+/// Knowledge above which a mean is trusted.
+constexpr double full_knowledge = 0.5;
+constexpr double least_knowledge = 1e-3;
+constexpr double tolerance = 1e-5;
+constexpr int most_iterations = 200;
+constexpr double smallest_normal = 1e-6;
+/// Length of the mean normal above which the planes count as one.
+constexpr double full_agreement = 0.9;
 
-/// Weighted means of depth and direction; what the border and the propagation have in common.
-class WeightedEstimate {
- public:
-  WeightedEstimate() = default;
-  /// \param offset  from the point to the place that the estimate comes from; its weight is 1 / |offset|^2,
-  /// and an
-  ///                estimate from the point itself rules out all others
-  void add(const Vec3& offset, double depth, const Vec3& direction) {
-    const double l2 = squared_length(offset);
-    const bool here = l2 < smallest_;
-    if (here && !at_point_) *this = WeightedEstimate(true);
-    if (at_point_ && !here) return;
-    const double weight = here ? 1.0 : 1.0 / l2;
-    sum_ += weight;
-    depth_ += weight * depth;
-    direction_ += weight * direction;
-  }
-  [[nodiscard]] double depth() const { return depth_ / sum_; }
-  [[nodiscard]] Vec3 direction() const { return normalized(direction_); }
-  [[nodiscard]] bool usable() const {
-    return sum_ > 0.0 && std::isfinite(depth()) && depth() >= 0.0 && direction() != Vec3{};
-  }
-
- private:
-  explicit WeightedEstimate(bool at_point) : at_point_(at_point) {}
-
-  static constexpr double smallest_ = 1e-200;  ///< below it the weight would overflow
-  double sum_ = 0.0;
-  double depth_ = 0.0;
-  Vec3 direction_;
-  bool at_point_ = false;  ///< an estimate came from the point itself: only such ones count
-};
+/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+double squared_distance(const Bodies& bodies, std::span<const Vec3> positions, Index p, Index q) {
+  constexpr double smallest = 1e-12;
+  return std::max(squared_length(at(positions, q) - at(positions, p)),
+                  smallest * squared_length(at(bodies.points_rest(), q) - at(bodies.points_rest(), p)));
+}
 
 }  // namespace
 
-std::size_t DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
+DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
                                    std::span<const BorderEdge> border_edges, const CrossingQuery& crossings) {
-  Contacts& contacts = list.contacts();
-  mark_border_edges(contacts.size(), border_edges);
-  estimate_border(threads, bodies, positions, contacts, border_edges, crossings);
-  propagate(threads, bodies, positions, list);
-  parallel::for_each(threads, contacts.size(), 16, [&](std::size_t c) {
-    if (level_[c] == unreached) take_nearest_surface(bodies, positions, contacts, c);
-  });
-  return std::accumulate(fallback_.begin(), fallback_.end(), std::size_t{0});
+  const Frame frame{threads, bodies, positions, list, border_edges, crossings};
+  lay_out(frame);
+  assemble(frame);
+  propagate(frame);
+  balance(frame);
+  finish(frame);
+  DepthCounts counts;
+  for (const Note& note : notes_) {
+    counts.depth_fallbacks += note.from_surface == no_border || note.from_surface == cancelled ? 1 : 0;
+    counts.raised_depths += note.from_surface == raised ? 1 : 0;
+    counts.cancelled_directions += note.from_surface == cancelled ? 1 : 0;
+    counts.border_edges_without_crossing += static_cast<std::size_t>(note.without_crossing);
+  }
+  counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
+  return counts;
 }
 
-void DepthEstimate::take_nearest_surface(const Bodies& bodies, std::span<const Vec3> positions,
-                                         Contacts& contacts, std::size_t c) {
-  const SurfacePoint nearest =
-      nearest_surface_point(bodies, positions, contacts.body[c], at(positions, contacts.point[c]));
-  contacts.depth[c] = nearest.distance;
-  contacts.direction[c] = nearest.outward;
-  fallback_[c] = 1;
-}
-
-void DepthEstimate::mark_border_edges(std::size_t contacts, std::span<const BorderEdge> border_edges) {
-  border_begin_.assign(contacts + 1, 0);
-  for (const BorderEdge& edge : border_edges) ++at(border_begin_, edge.contact + 1);
+/// Rows of border edges and links for each contact; the rows of links have room for all edges of the point.
+void DepthEstimate::lay_out(const Frame& frame) {
+  const Contacts& contacts = frame.list.contacts();
+  const std::size_t n = contacts.size();
+  border_begin_.assign(n + 1, 0);
+  penetrated_.assign(frame.bodies.bodies().size(), 0);
+  for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
+  for (const Index body : contacts.body) at(penetrated_, body) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
+  notes_.assign(n, Note{});
+  system_.nodes.assign(n, PlaneSystem::Node{});
+  Index links = 0;
+  for (std::size_t c = 0; c < n; ++c) {
+    system_.nodes[c].begin = system_.nodes[c].end = links;
+    links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
+             (border_begin_[c + 1] - border_begin_[c]);
+  }
+  system_.links.resize(static_cast<std::size_t>(links));
 }
 
-void DepthEstimate::estimate_border(const parallel::Threads& threads, const Bodies& bodies,
-                                    std::span<const Vec3> positions, Contacts& contacts,
-                                    std::span<const BorderEdge> border_edges,
-                                    const CrossingQuery& crossings) {
-  level_.assign(contacts.size(), unreached);
-  fallback_.assign(contacts.size(), 0);
-  parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
-    const Vec3& p = at(positions, contacts.point[c]);
-    WeightedEstimate estimate;
-    for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-      const auto first = crossings.crossings().begin() + at(crossings.begin(), e);
-      const auto last = crossings.crossings().begin() + at(crossings.begin(), e + 1);
-      if (first == last) continue;
-      const Crossing& exit = *std::max_element(
-          first, last, [](const Crossing& a, const Crossing& b) { return a.parameter < b.parameter; });
-      const Triangle& t = at(bodies.triangles(), exit.triangle);
-      const Vec3 normal = normalized(
-          cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0])));
-      const Vec3 offset = exit.parameter * (at(positions, at(border_edges, e).free_point) - p);
-      estimate.add(offset, dot(offset, normal), normal);
-      level_[c] = 0;
-    }
-    if (level_[c] == unreached) return;
-    if (estimate.usable()) {
-      contacts.depth[c] = estimate.depth();
-      contacts.direction[c] = estimate.direction();
-    } else {
-      take_nearest_surface(bodies, positions, contacts, c);
-    }
-  });
+void DepthEstimate::assemble(const Frame& frame) {
+  normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
+  searches_.resize(std::max(searches_.size(), parallel::chunk_count(notes_.size(), contacts_of_search)));
+  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         for (std::size_t c = begin; c < end; ++c) {
+                           add_border(frame, c);
+                           add_links(frame, c);
+                           add_surface(frame, c, searches_[chunk]);
+                           make_guess(frame, c);
+                         }
+                       });
 }
 
-void DepthEstimate::next_level(const Bodies& bodies, const ContactList& list, Index level) {
-  const Contacts& contacts = list.contacts();
+/// The mean plane of the crossings of a contact's border edges.
+void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  note.nearest_crossing = std::numeric_limits<double>::infinity();
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  double depth = 0.0;
+  Vec3 normal;
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index free_point = at(frame.border_edges, e).free_point;
+    const double l2 = squared_distance(frame.bodies, frame.positions, contacts.point[c], free_point);
+    note.edges += 1.0 / l2;
+    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
+    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
+    if (first == last) {
+      ++note.without_crossing;
+      continue;
+    }
+    const Vec3 edge = at(frame.positions, free_point) - p;
+    const EdgeExit way_out(frame.bodies, frame.positions, normals_, p, edge,
+                           frame.crossings.crossings().subspan(first, last - first));
+    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
+    if (note.fixed && !way_out.at_point) continue;
+    if (way_out.at_point && !note.fixed) {
+      // A crossing at the point itself rules out all others.
+      note.fixed = true;
+      note.border_weight = depth = 0.0;
+      normal = {};
+    }
+    note.border_edges += 1.0 / l2;
+    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
+    note.border_weight += scale * way_out.weight;
+    depth += scale * way_out.depth;
+    normal += scale * way_out.normal;
+  }
+  contacts.depth[c] = depth;
+  contacts.direction[c] = normal;
+}
+
+/// The planes of the surface triangles so near that they outweigh all else: where a point comes near the
+/// surface from inside, far from its border edges, it must know before it leaves there.
+void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& search) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  PlaneSystem::Node& node = system_.nodes[c];
+  if (note.fixed) return;  // on the surface
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const double border = note.border_weight;
+  const double links = node.diagonal - border;
+  // The same before and after a neighbour enters the body.
+  const double others = note.edges + (border - link_weight * note.border_edges);
+  const double reach = 1.0 / std::sqrt(others);
+  constexpr double smallest = 1e-12;
+  search.for_each_face(frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
+                       [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
+                         const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
+                         const double weight = excess * excess;
+                         const Vec3 normal =
+                             normals_.at_point(frame.bodies, frame.positions,
+                                               normals_.triangle_of_face(frame.bodies, tet, opposite), x);
+                         note.border_weight += weight;
+                         contacts.depth[c] += weight * dot(x - p, normal);
+                         contacts.direction[c] += weight * normal;
+                       });
+  node.diagonal += note.border_weight - border;
+  note.fixed = note.border_weight > alone * links;
+}
+
+/// The first guess of a contact that has planes of its own: their mean.
+void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  if (!(note.border_weight > 0.0)) return;
+  contacts.depth[c] /= note.border_weight;
+  contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
+  note.level = 0;
+}
+
+/// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
+void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
+  const Contacts& contacts = frame.list.contacts();
+  const Bodies& bodies = frame.bodies;
+  const Index point = contacts.point[c];
+  PlaneSystem::Node& node = system_.nodes[c];
+  Index border = border_begin_[c];
+  double weight = 0.0;
+  for (const Index edge : bodies.point_edges()[point]) {
+    const Index other = bodies.other_end(edge, point);
+    if (border < border_begin_[c + 1] && at(frame.border_edges, border).free_point == other) {
+      ++border;
+      continue;
+    }
+    const double link = link_weight / squared_distance(bodies, frame.positions, point, other);
+    at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
+    weight += link;
+  }
+  Note& note = notes_[c];
+  note.edges += weight / link_weight;
+  node.diagonal = note.border_weight + weight;
+  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
+  // Relative to a point of the same body, so that far from the origin no digits are lost.
+  node.place = at(frame.positions, point) -
+               at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
+}
+
+/// The first guess: breadth first from the crossings, as in the paper.
+void DepthEstimate::propagate(const Frame& frame) {
+  Contacts& contacts = frame.list.contacts();
+  frontier_.clear();
+  for (std::size_t c = 0; c < notes_.size(); ++c) {
+    if (notes_[c].level == 0) frontier_.push_back(static_cast<Index>(c));
+  }
+  for (Index level = 1; !frontier_.empty(); ++level) {
+    next_level(level);
+    parallel::for_each(frame.threads, frontier_.size(), grain, [&](std::size_t f) {
+      const Index c = frontier_[f];
+      const PlaneSystem::Node& node = at(system_.nodes, c);
+      double sum = 0.0;
+      double depth = 0.0;
+      Vec3 normal;
+      for (Index l = node.begin; l < node.end; ++l) {
+        const auto& [other, weight] = at(system_.links, l);
+        if (at(notes_, other).level < 0 || at(notes_, other).level >= level) continue;
+        const Vec3 offset =
+            at(frame.positions, at(contacts.point, other)) - at(frame.positions, at(contacts.point, c));
+        sum += weight;
+        depth += weight * (dot(offset, at(contacts.direction, other)) + at(contacts.depth, other));
+        normal += weight * at(contacts.direction, other);
+      }
+      at(contacts.depth, c) = depth / sum;
+      at(contacts.direction, c) = (1.0 / sum) * normal;
+    });
+  }
+}
+
+void DepthEstimate::next_level(Index level) {
   next_.clear();
   for (const Index c : frontier_) {
-    const Index point = at(contacts.point, c);
-    for (const Index edge : bodies.point_edges()[point]) {
-      const Index other = list.find(bodies.other_end(edge, point), at(contacts.body, c));
-      if (other < 0 || at(level_, other) != unreached) continue;
-      at(level_, other) = level;
+    const PlaneSystem::Node& node = at(system_.nodes, c);
+    for (Index l = node.begin; l < node.end; ++l) {
+      const Index other = at(system_.links, l).node;
+      if (at(notes_, other).level >= 0) continue;
+      at(notes_, other).level = level;
       next_.push_back(other);
     }
   }
   std::swap(frontier_, next_);
 }
 
-void DepthEstimate::propagate(const parallel::Threads& threads, const Bodies& bodies,
-                              std::span<const Vec3> positions, ContactList& list) {
-  Contacts& contacts = list.contacts();
-  frontier_.clear();
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    if (level_[c] == 0) frontier_.push_back(static_cast<Index>(c));
+/// Makes each plane the mean of all that it is linked with, by how much they know.
+void DepthEstimate::balance(const Frame& frame) {
+  weigh_knowledge(frame);
+  Contacts& contacts = frame.list.contacts();
+  const auto plane = [&](Index c) {
+    const Vec3& normal = at(contacts.direction, c);
+    return Plane{at(contacts.depth, c) + dot(at(system_.nodes, c).place, normal), normal.x, normal.y,
+                 normal.z};
+  };
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    PlaneSystem::Node& node = system_.nodes[c];
+    node.residual = {};
+    if (notes_[c].fixed) return;
+    const Plane own = plane(static_cast<Index>(c));
+    for (Index l = node.begin; l < node.end; ++l) {
+      const auto& [other, link] = at(system_.links, l);
+      const Plane theirs = plane(other);
+      for (std::size_t k = 0; k < own.size(); ++k)
+        node.residual[k] += link * at(notes_, other).knowledge * (theirs[k] - own[k]);
+    }
+    const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) + std::abs(node.residual[2]) +
+                        std::abs(node.residual[3]);
+    if (!std::isfinite(size)) leave_out(c);
+  });
+  system_.solve(frame.threads, tolerance, most_iterations);
+}
+
+/// What reaches each contact from the planes: 1 at a crossing, less with each edge from there. Solves
+/// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all know all.
+void DepthEstimate::weigh_knowledge(const Frame& frame) {
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    PlaneSystem::Node& node = system_.nodes[c];
+    const double forgotten = forgetting * link_weight * notes_[c].edges;
+    node.diagonal += forgotten;
+    node.residual = {-forgotten, 0.0, 0.0, 0.0};
+    if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
+  });
+  system_.solve(frame.threads, tolerance, most_iterations);
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
+  });
+}
+
+/// The contact keeps its first guess, and its neighbours see that. Unreached ones keep their links, which
+/// only lead to others.
+void DepthEstimate::leave_out(std::size_t c) {
+  PlaneSystem::Node& node = system_.nodes[c];
+  node.diagonal = 1.0;
+  node.residual = {};
+  notes_[c].fixed = true;
+  if (notes_[c].level >= 0) node.end = node.begin;
+}
+
+void DepthEstimate::finish(const Frame& frame) {
+  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         for (std::size_t c = begin; c < end; ++c) finish_contact(frame, c, searches_[chunk]);
+                       });
+}
+
+void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch& search) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const Index without = own_point(frame, c);
+  const auto nearest = [&] {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    SurfacePoint found =
+        search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, infinity, -1.0);
+    if (found.outward == Vec3{})
+      found = nearest_surface_point(frame.bodies, frame.positions, contacts.body[c], p, without);
+    if (!std::isfinite(found.distance)) found.distance = 0.0;  // a body without any surface but its own
+    return found;
+  };
+  const auto& [offset, x, y, z] = system_.corrections()[c];
+  const PlaneSystem::Node& node = system_.nodes[c];
+  const double share = 1.0 / std::max(note.knowledge, least_knowledge);
+  const Vec3 normal = contacts.direction[c] + share * Vec3{x, y, z};
+  const double mean = contacts.depth[c] + share * (offset - dot(node.place, {x, y, z}));
+  if (note.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
+    const SurfacePoint found = nearest();
+    contacts.depth[c] = found.distance;
+    contacts.direction[c] = found.outward;
+    note.from_surface = no_border;
+    return;
   }
-  for (Index level = 1; !frontier_.empty(); ++level) {
-    next_level(bodies, list, level);
-    parallel::for_each(threads, frontier_.size(), grain, [&](std::size_t f) {
-      const Index c = frontier_[f];
-      const Index point = at(contacts.point, c);
-      WeightedEstimate estimate;
-      for (const Index edge : bodies.point_edges()[point]) {
-        const Index other = list.find(bodies.other_end(edge, point), at(contacts.body, c));
-        if (other < 0 || at(level_, other) == unreached || at(level_, other) >= level) continue;
-        const Vec3 offset = at(positions, at(contacts.point, other)) - at(positions, point);
-        estimate.add(offset, dot(offset, at(contacts.direction, other)) + at(contacts.depth, other),
-                     at(contacts.direction, other));
-      }
-      if (estimate.usable()) {
-        at(contacts.depth, c) = estimate.depth();
-        at(contacts.direction, c) = estimate.direction();
-      } else {
-        take_nearest_surface(bodies, positions, contacts, static_cast<std::size_t>(c));
-      }
-    });
+  const double agreement = length(normal);
+  contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement) *
+                      std::min(1.0, note.knowledge / full_knowledge);
+  contacts.direction[c] = normalized(normal);
+  contacts.certainty[c] = std::min(1.0, agreement * note.knowledge);
+  if (agreement < smallest_normal) {
+    contacts.certainty[c] = 0.0;
+    contacts.direction[c] = nearest().outward;
+    note.from_surface = cancelled;
   }
+  // Rounding alone must not call a search.
+  const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
+  if (note.nearest_crossing <= enough) return;
+  double bound = note.nearest_crossing;
+  const auto look = [&](const Vec3& way) {
+    bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
+    return bound <= enough;
+  };
+  if (look(contacts.direction[c])) return;
+  if (bound > node.length) {  // deep: a shorter way spares the search many tets
+    for (const Vec3& way :
+         {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+      if (look(way)) return;
+    }
+  }
+  bound *= 1.0 + 1e-9;  // so that the search finds it
+  const SurfacePoint found =
+      search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
+  if (found.distance <= enough || !std::isfinite(found.distance)) return;
+  contacts.depth[c] = found.distance;
+  if (note.from_surface == from_planes) note.from_surface = raised;
+}
+
+/// The point of a contact of a body with itself, which is not to take its own surface for the way out.
+Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
+  const Contacts& contacts = frame.list.contacts();
+  const Index point = contacts.point[c];
+  return at(frame.bodies.body_of_point(), point) == contacts.body[c] ? point : -1;
+}
+
+Index DepthEstimate::regions_not_reached() {
+  Index regions = 0;
+  for (std::size_t seed = 0; seed < notes_.size(); ++seed) {
+    if (notes_[seed].level >= 0) continue;
+    ++regions;
+    frontier_.assign(1, static_cast<Index>(seed));
+    notes_[seed].level = 0;
+    for (std::size_t next = 0; next < frontier_.size(); ++next) {
+      const PlaneSystem::Node& node = at(system_.nodes, frontier_[next]);
+      for (Index l = node.begin; l < node.end; ++l) {
+        const Index other = at(system_.links, l).node;
+        if (std::exchange(at(notes_, other).level, 0) < 0) frontier_.push_back(other);
+      }
+    }
+  }
+  return regions;
 }
 
 }  // namespace palpate

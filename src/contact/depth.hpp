@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -7,45 +8,84 @@
 
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
+#include "contact/nearest_surface.hpp"
+#include "contact/plane_system.hpp"
+#include "contact/surface_normals.hpp"
 
 namespace palpate {
 
-/// Consistent penetration depth and direction (Heidelberger, Teschner, Keiser, Mueller & Gross, "Consistent
-/// penetration depth estimation for deformable collision response", 2004), for each pair of a body and one
-/// that it penetrates.
+/// Consistent penetration depth and direction, for each pair of a body and one that it penetrates; after
+/// Heidelberger, Teschner, Keiser, Mueller & Gross, "Consistent penetration depth estimation for deformable
+/// collision response", 2004, made continuous. docs/depth.md derives it and says where it still jumps.
 ///
-/// Border points take depth and direction from the crossings of their border edges; points deeper inside from
-/// their processed neighbours, breadth first. Deviations: of several crossings of an edge the one nearest its
-/// free end counts; the normal is that of the triangle (exact for flat contact), not interpolated; where a
-/// region has no border edge, or the estimate is not usable (negative, or no direction), the nearest surface
-/// point of the penetrated body is taken.
+/// Each crossing x with the outward normal n of the surface there is a plane, the way out as that border edge
+/// sees it. A contact's plane is the mean of those of its border edges and of the planes of its neighbours in
+/// contact, weighted by 1 / |x - p|^2 and 1 / |q - p|^2. Depth is the distance to the plane, direction its
+/// normal. Deviations from the paper: it averages the neighbours breadth first, each contact once; here all
+/// contacts are averages of all their neighbours at once (a linear system, with the paper's values as first
+/// guess), for only then nothing jumps where a point enters or leaves the body. Normals turn continuously
+/// along the surface. A depth is never less than the distance to the surface. Where a region has no border
+/// edge, the nearest surface point is taken.
 class DepthEstimate {
  public:
-  /// Fills depth and direction of all contacts; returns how many came from the nearest surface point.
-  /// O(contacts x edges at a point + fallbacks x triangles), parallel, the same bits for every thread count.
-  std::size_t compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+  explicit DepthEstimate(const Bodies& bodies) : normals_(bodies) {}
+
+  /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
+  /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
+  /// x tets nearer than the surface), parallel, the same bits for every thread count.
+  DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactList& contacts, std::span<const BorderEdge> border_edges,
                       const CrossingQuery& crossings);
 
  private:
-  void mark_border_edges(std::size_t contacts, std::span<const BorderEdge> border_edges);
-  void estimate_border(const parallel::Threads& threads, const Bodies& bodies,
-                       std::span<const Vec3> positions, Contacts& contacts,
-                       std::span<const BorderEdge> border_edges, const CrossingQuery& crossings);
-  void propagate(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                 ContactList& contacts);
-  void take_nearest_surface(const Bodies& bodies, std::span<const Vec3> positions, Contacts& contacts,
-                            std::size_t c);
-  static constexpr double steepest_ = 8.0;  ///< bound of depth per distance to the surface
+  /// One frame's input.
+  struct Frame {
+    const parallel::Threads& threads;
+    const Bodies& bodies;
+    std::span<const Vec3> positions;
+    ContactList& list;
+    std::span<const BorderEdge> border_edges;
+    const CrossingQuery& crossings;
+  };
+  /// What is known of a contact besides its plane.
+  struct Note {
+    Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
+    Index without_crossing = 0;     ///< border edges
+    double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
+    double border_edges = 0.0;      ///< of those with a crossing
+    double border_weight = 0.0;     ///< of all its crossings
+    double nearest_crossing = 0.0;  ///< distance
+    double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
+    bool fixed = false;             ///< its plane is that of its crossings alone
+    std::uint8_t from_surface = 0;  ///< a Source
+  };
+  /// Why depth or direction of a contact is that of the nearest surface point.
+  enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
-  void next_level(const Bodies& bodies, const ContactList& contacts, Index level);
+  void lay_out(const Frame& frame);
+  void assemble(const Frame& frame);
+  void add_border(const Frame& frame, std::size_t c);
+  void add_links(const Frame& frame, std::size_t c);
+  void add_surface(const Frame& frame, std::size_t c, ExitSearch& search);
+  void make_guess(const Frame& frame, std::size_t c);
+  static Index own_point(const Frame& frame, std::size_t c);
+  void propagate(const Frame& frame);
+  void next_level(Index level);
+  void balance(const Frame& frame);
+  void weigh_knowledge(const Frame& frame);
+  void leave_out(std::size_t c);
+  void finish(const Frame& frame);
+  void finish_contact(const Frame& frame, std::size_t c, ExitSearch& search);
+  Index regions_not_reached();
 
-  static constexpr Index unreached = -1;
-  std::vector<Index> border_begin_;  ///< (n_contacts + 1) border edges of each contact
-  std::vector<Index> level_;  ///< (n_contacts) 0 at the border, else steps of propagation; or unreached
+  SurfaceNormals normals_;
+  PlaneSystem system_;
+  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
+  std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
+  std::vector<Note> notes_;               ///< (n_contacts)
   std::vector<Index> frontier_;
   std::vector<Index> next_;
-  std::vector<std::uint8_t> fallback_;
+  std::vector<ExitSearch> searches_;  ///< of each chunk of contacts
 };
 
 }  // namespace palpate

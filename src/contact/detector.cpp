@@ -44,6 +44,11 @@ AnyStructure make_structure(Structure structure, Order order, Sort sort) {
               "a known structure");
 }
 
+std::optional<CuckooCounts> cuckoo_counts(const AnyStructure& structure) {
+  const auto* const cuckoo = std::get_if<CuckooGrid>(&structure);
+  return cuckoo == nullptr ? std::nullopt : std::optional(cuckoo->counts());
+}
+
 /// The domain grows beyond the bounds by this, so that it lasts for many frames and keeps the cell indices of
 /// points that do not move.
 Box padded(const Box& bounds, double cell_size) {
@@ -64,11 +69,17 @@ bool too_large(const Box& domain, const Box& needed) {
 
 struct Detector::State {
   State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n)
-      : bodies(b), settings(s), immovable(std::move(i)), threads(n) {
+      : bodies(b), settings(s), immovable(std::move(i)), threads(n), depth(b) {
     if (bodies.body_count() == 0) throw Error("detector", "bodies", "none", "at least one");
     if (immovable.empty()) immovable.assign(bodies.bodies().size(), 0);
     if (immovable.size() != bodies.bodies().size()) {
       throw Error("detection settings", "immovable", std::to_string(immovable.size()) + " flags",
+                  std::to_string(bodies.bodies().size()) + ", one for each body");
+    }
+    std::vector<std::uint8_t>& self = settings.self_collision;
+    if (self.empty()) self.assign(bodies.bodies().size(), 0);
+    if (self.size() != bodies.bodies().size()) {
+      throw Error("detection settings", "self_collision", std::to_string(self.size()) + " flags",
                   std::to_string(bodies.bodies().size()) + ", one for each body");
     }
     if (settings.cells_per_primitive &&
@@ -182,14 +193,15 @@ void Detector::detect(std::span<const Vec3> positions) {
 
   std::visit(
       [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions, PairFilter{s.immovable}, s.lattice, structure,
+        s.points_in_tets.find(s.threads, s.bodies, positions,
+                              PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
                               slots);
       },
       s.points);
   s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
   s.times.contacts = watch.lap();
 
-  find_border_edges(s.threads, s.bodies, s.contacts, s.border_scratch, s.border_edges);
+  find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
   s.times.border_edges = watch.lap();
 
   std::visit(
@@ -200,7 +212,7 @@ void Detector::detect(std::span<const Vec3> positions) {
       s.edges);
   s.times.crossings = watch.lap();
 
-  s.counts.depth_fallbacks =
+  static_cast<DepthCounts&>(s.counts) =
       s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings);
   s.times.depth = watch.lap();
 
@@ -212,10 +224,13 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.candidates = tally.candidates;
   s.counts.approximated_primitives = tally.approximated_primitives;
   s.counts.dropped_cells = tally.dropped_cells;
+  s.counts.folded_pairs = tally.folded_pairs;
   ++s.step;
   s.counts.cells = s.lattice.cell_count();
   s.counts.cell_size = s.lattice.cell_size();
   s.counts.cell_doublings = s.lattice.doublings();
+  s.counts.cuckoo_points = cuckoo_counts(s.points);
+  s.counts.cuckoo_edges = cuckoo_counts(s.edges);
 }
 
 const Contacts& Detector::contacts() const {

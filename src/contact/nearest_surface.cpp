@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
-
-#include "geometry/vector.hpp"
-#include "mesh/faces.hpp"
 
 namespace palpate {
 namespace {
@@ -19,7 +17,8 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return a + t * ab;
 }
 
-/// Nearest point of a triangle: its foot in the plane if that is inside, else the nearest of the three sides.
+}  // namespace
+
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
   const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
@@ -39,37 +38,109 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   return best;
 }
 
-}  // namespace
+void ExitSearch::start(Index tet) {
+  if (!table_.empty()) std::fill(table_.begin(), table_.end(), -1);
+  table_.clear();
+  reached_.assign(1, tet);
+}
+
+bool ExitSearch::insert(Index tet) {
+  constexpr std::size_t few = 32;  // that looking through them all is quicker than a table
+  if (reached_.size() < few) {
+    if (std::find(reached_.begin(), reached_.end(), tet) != reached_.end()) return false;
+    reached_.push_back(tet);
+    return true;
+  }
+  if (2 * (reached_.size() + 1) > table_.size()) grow();
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = (static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32) & mask;
+  for (; table_[slot] >= 0; slot = (slot + 1) & mask) {
+    if (table_[slot] == tet) return false;
+  }
+  table_[slot] = tet;
+  reached_.push_back(tet);
+  return true;
+}
+
+/// Makes a table with room for twice the tets reached, and puts them in.
+void ExitSearch::grow() {
+  table_.assign(std::bit_ceil(4 * reached_.size()), -1);
+  const std::size_t mask = table_.size() - 1;
+  for (const Index tet : reached_) {
+    std::size_t slot = (static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32) & mask;
+    while (table_[slot] >= 0) slot = (slot + 1) & mask;
+    table_[slot] = tet;
+  }
+}
+
+SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                 const Vec3& p, Index without, double radius, double enough) {
+  SurfacePoint best{p, {}, radius};
+  const auto reach = [&] { return best.distance > enough ? best.distance : 0.0; };
+  walk(bodies, positions, tet, p, without, reach,
+       [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
+         const Tet& corners = at(bodies.tets(), here);
+         const auto& [i, j, k] = outward_face[opposite];
+         const Vec3& corner = at(positions, corners[i]);
+         const Vec3 outward = normalized(q - p);
+         best = {q, outward, distance};
+         if (outward == Vec3{})
+           best.outward =
+               normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
+       });
+  return best;
+}
+
+double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction) {
+  constexpr int most_tets = 256;  // of a way that rounding turned into a circle
+  constexpr double lost = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < most_tets; ++i) {
+    const Tet& corners = at(bodies.tets(), tet);
+    double exit = lost;
+    std::size_t through = 4;
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& [a, b, c] = outward_face[opposite];
+      const Vec3& corner = at(positions, corners[a]);
+      const Vec3 normal = cross(at(positions, corners[b]) - corner, at(positions, corners[c]) - corner);
+      const double speed = dot(normal, direction);
+      if (!(speed > 0.0)) continue;
+      const double distance = dot(normal, corner - p) / speed;
+      if (distance < exit) {
+        exit = distance;
+        through = opposite;
+      }
+    }
+    if (through == 4) return lost;
+    tet = at(bodies.tet_neighbors(), tet)[through];
+    if (tet < 0) return std::max(0.0, exit);
+  }
+  return lost;
+}
 
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
-                                   const Vec3& p) {
-  double best_distance = std::numeric_limits<double>::infinity();
-  SurfacePoint best{p, {0.0, 0.0, 1.0}, 0.0};
-  Vec3 best_normal = best.outward;
+                                   const Vec3& p, Index without) {
+  SurfacePoint best{p, {0.0, 0.0, 1.0}, std::numeric_limits<double>::infinity()};
   const Range triangles = at(bodies.bodies(), body).triangles;
   for (Index t = triangles.begin; t < triangles.end; ++t) {
     const Triangle& corners = at(bodies.triangles(), t);
+    if (without >= 0 && std::find(corners.begin(), corners.end(), without) != corners.end()) continue;
     const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
                                        at(positions, corners[2])};
     const Vec3 normal = normalized(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
     if (normal == Vec3{}) continue;  // without area: its sides belong to its neighbours too
     const Vec3 q = nearest_on_triangle(p, triangle);
-    const double distance = squared_length(q - p);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best.position = q;
-      best_normal = normal;
-    }
+    const double distance = length(q - p);
+    if (distance >= best.distance) continue;
+    const Vec3 outward = normalized(q - p);
+    best = {q, outward == Vec3{} ? normal : outward, distance};
   }
-  best.distance = length(best.position - p);
-  best.outward = normalized(best.position - p);
-  if (best.outward == Vec3{}) best.outward = best_normal;
   return best;
 }
 
 SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                const Vec3& p, const Vec3& direction, double radius) {
-  constexpr double along = 0.5;
+  constexpr double along = 0.75;  // of two faces at a right angle never both
   constexpr double against = -0.3;
   std::array<Index, 64> reached{tet};
   std::size_t count = 1;

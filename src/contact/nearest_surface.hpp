@@ -1,25 +1,111 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <span>
+#include <vector>
 
 #include <palpate/mesh.hpp>
 
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+
 namespace palpate {
 
-/// The point of a body's surface that is nearest to a point inside the body.
+/// A point of a body's surface, seen from a point inside the body.
 struct SurfacePoint {
   Vec3 position;
   Vec3 outward;  ///< unit vector from the given point to it; the triangle's normal where both are the same
   double distance = 0.0;
 };
 
-/// Nearest surface point of `body` at `positions`; of several, that of the lowest triangle. O(triangles of
-/// the body).
+/// Nearest point of a triangle: the foot in its plane if that is inside, else on the nearest of its sides.
+Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
+
+/// Finds near surface points of a body by walking from tet to tet, from the one that holds the point, through
+/// the faces that are near enough. Keeps its memory between searches; one for each thread.
+///
+/// Where the tets of a body do not overlap the nearest point found is that of its whole surface: the straight
+/// way there stays in the body. Where they do (tissue folded onto itself) it is the nearest way out of the
+/// layer that holds the point, and not the surface of another layer that happens to pass nearby. For
+/// self-contact the tets and triangles at the searching point itself (`without`, else -1) are left out.
+class ExitSearch {
+ public:
+  /// The nearest surface point within `radius`; of several, the one met first; none: `outward` is zero and
+  /// `distance` is `radius`. Ends at the first one as near as `enough`. O(tets nearer than the result).
+  SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                       Index without, double radius, double enough);
+
+  /// Calls found(tet, opposite, nearest point, distance) for each surface face within `radius` of p that the
+  /// walk reaches. O(tets within the radius).
+  template <class Found>
+  void for_each_face(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     Index without, double radius, Found&& found) {
+    walk(
+        bodies, positions, tet, p, without, [&] { return radius; }, found);
+  }
+
+ private:
+  template <class Radius, class Found>
+  void walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p, Index without,
+            Radius&& radius, Found&& found);
+  void start(Index tet);
+  bool insert(Index tet);
+  void grow();
+
+  std::vector<Index> reached_;
+  std::vector<Index> table_;  ///< of reached tets once they are many: open addressing, -1: free
+};
+
+template <class Radius, class Found>
+void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                      Index without, Radius&& radius, Found&& found) {
+  const auto left_out = [&](const auto& corners) {
+    return without >= 0 && std::find(corners.begin(), corners.end(), without) != corners.end();
+  };
+  start(tet);
+  for (std::size_t next = 0; next < reached_.size() && radius() > 0.0; ++next) {
+    const Index here = reached_[next];
+    const Tet& corners = at(bodies.tets(), here);
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& [i, j, k] = outward_face[opposite];
+      const std::array<Vec3, 3> face{at(positions, corners[i]), at(positions, corners[j]),
+                                     at(positions, corners[k])};
+      const Vec3 normal = cross(face[1] - face[0], face[2] - face[0]);
+      const double to_plane = dot(face[0] - p, normal);  // its plane is no further: quicker than the face
+      if (to_plane * to_plane >= radius() * radius() * squared_length(normal)) {
+        if (normal != Vec3{}) continue;
+      }
+      const Index neighbor = at(bodies.tet_neighbors(), here)[opposite];
+      // A face without area: its sides belong to its neighbours too.
+      if (neighbor < 0 ? normal == Vec3{} || left_out(std::array{corners[i], corners[j], corners[k]})
+                       : left_out(at(bodies.tets(), neighbor)))
+        continue;
+      const Vec3 q = nearest_on_triangle(p, face);
+      const double distance = length(q - p);
+      if (distance >= radius()) continue;
+      if (neighbor < 0) {
+        found(here, opposite, q, distance);
+      } else {
+        insert(neighbor);
+      }
+    }
+  }
+}
+
+/// How far the surface is on the straight way from p, a point in `tet`, along the unit vector `direction`: no
+/// nearest surface point is further. Infinite where the way is lost. O(tets on the way).
+double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction);
+
+/// Nearest surface point of a whole body, not counting triangles at the point `without`; distance infinite
+/// where there is none. O(triangles of the body).
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
-                                   const Vec3& p);
+                                   const Vec3& p, Index without = -1);
 
 /// The nearest side exit of p, a point in `tet`: the nearest point within `radius` on a surface triangle
-/// whose normal is neither along `direction` (cosine over 0.5) nor against it (under -0.3). None: `distance`
+/// whose normal is neither along `direction` (cosine over 0.75) nor against it (under -0.3). None: `distance`
 /// is `radius`.
 ///
 /// Walks from tet to tet through the faces that are nearer than `radius`, so a small radius costs a few tets;

@@ -5,6 +5,7 @@
 
 #include <palpate/mesh.hpp>
 
+#include "contact/layers.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
@@ -15,7 +16,7 @@
 
 namespace palpate {
 
-/// A point lies in a tet of another body.
+/// A point lies in a tet of another body, or of its own.
 struct PointInTet {
   Index point;
   Index tet;
@@ -41,12 +42,18 @@ class PointsInTets {
             const Index body = bodies.body_of(tet);
             const Box box = box_of(positions, tet);
             const auto test = [&](Index p) {
-              if (!may_touch(at(bodies.body_of_point(), p), body)) return;
+              const Index own = at(bodies.body_of_point(), p);
+              if (!may_touch(own, body, p, tet)) return;
               ++tally.candidates;
               const Vec3& x = at(positions, p);
               if (box.contains(x) && point_in_tet(x, at(positions, tet[0]), at(positions, tet[1]),
                                                   at(positions, tet[2]), at(positions, tet[3]))) {
-                found.push_back({p, static_cast<Index>(t)});
+                const PointInTet pair{p, static_cast<Index>(t)};
+                if (own == body && is_fold(bodies, positions, p, pair.tet)) {
+                  ++tally.folded_pairs;
+                } else {
+                  found.push_back(pair);
+                }
               }
             };
             const CellRange cells = lattice.cells_of(box);

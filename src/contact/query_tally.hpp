@@ -11,6 +11,7 @@ struct QueryTally {
   std::size_t candidates = 0;               ///< pairs tested
   std::size_t approximated_primitives = 0;  ///< that covered more cells than they have slots
   std::size_t dropped_cells = 0;
+  std::size_t folded_pairs = 0;  ///< points in tets of their own body that tissue inside out brought there
 
   /// Counts a primitive of which so many cells were left out.
   void add_footprint(std::uint64_t left_out) {
@@ -21,6 +22,7 @@ struct QueryTally {
     candidates += other.candidates;
     approximated_primitives += other.approximated_primitives;
     dropped_cells += other.dropped_cells;
+    folded_pairs += other.folded_pairs;
     return *this;
   }
 };

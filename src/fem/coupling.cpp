@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cstddef>
 
+#include "room.hpp"
+
 namespace palpate::fem {
 namespace {
 
@@ -25,8 +27,8 @@ Vec3 end_force(const Coupling& coupling, double time_step, std::span<const Vec3>
 
 void CouplingSystem::set(std::span<const Coupling> couplings, double time_step, Index point_count) {
   couplings_ = couplings;
-  weights_.resize(couplings.size());
-  products_.resize(couplings.size());
+  resize_with_room(weights_, couplings.size());
+  resize_with_room(products_, couplings.size());
   begin_.assign(static_cast<std::size_t>(point_count) + 1, 0);
   for (std::size_t c = 0; c < couplings.size(); ++c) {
     weights_[c] = time_step * (couplings[c].damping + time_step * couplings[c].stiffness);
@@ -37,7 +39,7 @@ void CouplingSystem::set(std::span<const Coupling> couplings, double time_step, 
   }
   for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
   next_.assign(begin_.begin(), begin_.end() - 1);
-  entries_.resize(static_cast<std::size_t>(begin_.back()));
+  resize_with_room(entries_, static_cast<std::size_t>(begin_.back()));
   for (std::size_t c = 0; c < couplings.size(); ++c) {
     for (std::size_t k = 0; k < 5; ++k) {
       const Index point = couplings[c].points[k];

@@ -20,6 +20,8 @@ class CellSlots {
   /// \param step   number of the detection
   explicit CellSlots(int slots = 0, std::uint64_t step = 0) : slots_(slots), step_(step) {}
 
+  /// K; 0 where every cell has a slot.
+  [[nodiscard]] int count() const { return slots_; }
   [[nodiscard]] bool exact() const { return slots_ == 0; }
   /// Whether a footprint of so many cells has to share.
   [[nodiscard]] bool shares(std::uint64_t cells) const {

@@ -17,14 +17,14 @@ void CompactGrid::choose_shifts(std::size_t primitives) {
   }
 }
 
-void CompactGrid::sort_entries(const parallel::Threads& threads) {
+void CompactGrid::sort_entries(const parallel::Threads& threads, std::uint32_t largest_key) {
   if (sort_ == Sort::comparison) {
     comparison_sort_(threads, entries_);
     return;
   }
   // Primitives of several cells have no last order to repair. Entries were written in order of their
   // references, so a stable sort by key alone gives the order of words.
-  radix_sort_(threads, entries_, entry_key_bit, make_entry(key_of(index_.last()), 0));
+  radix_sort_(threads, entries_, entry_key_bit, make_entry(largest_key, 0));
 }
 
 void CompactGrid::index_entries(const parallel::Threads& threads) {

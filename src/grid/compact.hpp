@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,6 +13,7 @@
 #include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 #include "sort/comparison.hpp"
 #include "sort/point_sort.hpp"
 #include "sort/radix.hpp"
@@ -42,6 +44,13 @@ class CompactGrid {
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
 
+  /// Approximate mode (paper 5): as build(), but L is a static array with `slots` entries for each primitive,
+  /// of which `footprint` fills at most so many. The others are marked unused by a key beyond that of any
+  /// cell, which puts them last. Nothing is counted first. O(count x slots).
+  template <class Footprint>
+  void build_slots(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
+                   std::size_t slots, Footprint&& footprint);
+
   /// Rebuilds the grid over `count` points: `cell_of(p)` gives the cell of point p, or none for a point that
   /// takes no part. One entry a point at most, so last frame's order can be put right (Sort::repair) instead
   /// of sorted anew. Returns the sort that was used. O(points + cells) at most for counting and repair.
@@ -55,7 +64,7 @@ class CompactGrid {
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
-  /// L: entries sorted by key, then reference.
+  /// L: entries sorted by key, then reference; the unused ones of build_slots() last.
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
   /// C: keys [b, b + 1) << start_shift() have the entries [cell_begin[b], cell_begin[b + 1]).
   [[nodiscard]] std::span<const std::uint32_t> cell_begin() const { return cell_begin_; }
@@ -73,7 +82,7 @@ class CompactGrid {
   };
 
   void choose_shifts(std::size_t primitives);
-  void sort_entries(const parallel::Threads& threads);
+  void sort_entries(const parallel::Threads& threads, std::uint32_t largest_key);
   void index_entries(const parallel::Threads& threads);  ///< derives C
   [[nodiscard]] std::uint32_t key_of(std::uint64_t index) const {
     return static_cast<std::uint32_t>(index >> key_shift_);
@@ -120,10 +129,31 @@ void CompactGrid::build(const parallel::Threads& threads, const Lattice& lattice
       threads, count, chunk_begin_, footprint,
       [&](std::size_t n) {
         require_countable(n);
-        entries_.resize(n);
+        resize_with_room(entries_, n);
       },
       [&](std::size_t e, Index p, const Cell& cell) { entries_[e] = make_entry(key_of(index_(cell)), p); });
-  sort_entries(threads);
+  sort_entries(threads, key_of(index_.last()));
+  index_entries(threads);
+}
+
+template <class Footprint>
+void CompactGrid::build_slots(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
+                              std::size_t slots, Footprint&& footprint) {
+  index_.resize(lattice.size());
+  choose_shifts(count);
+  require_countable(count * slots);
+  resize_with_room(entries_, count * slots);
+  const std::uint32_t unused = key_of(index_.last()) + 1;
+  parallel::for_each(threads, count, 2048, [&](std::size_t p) {
+    const auto reference = static_cast<Index>(p);
+    std::size_t e = p * slots;
+    footprint(reference, [&](std::int32_t i, std::int32_t j, std::int32_t k) {
+      assert(e < (p + 1) * slots);
+      entries_[e++] = make_entry(key_of(index_({i, j, k})), reference);
+    });
+    while (e < (p + 1) * slots) entries_[e++] = make_entry(unused, reference);
+  });
+  sort_entries(threads, unused);
   index_entries(threads);
 }
 

@@ -31,7 +31,7 @@ std::uint64_t CuckooGrid::seed_of(std::uint64_t user, int attempt) const {
 
 void CuckooGrid::insert_entries(const parallel::Threads& threads) {
   constexpr std::uint64_t distribution = std::numeric_limits<std::uint64_t>::max() - 1;
-  statistics_ = {};
+  counts_ = {};
   std::size_t buckets = 1;
   for (int growth = 0; growth <= parameters_.most_growths; ++growth) {
     for (int attempt = 0; attempt < parameters_.most_distributions; ++attempt) {
@@ -40,26 +40,26 @@ void CuckooGrid::insert_entries(const parallel::Threads& threads) {
       find_keys(threads);
       if (growth == 0) {
         const std::size_t target = parameters_.bucket_target;
-        buckets = std::max<std::size_t>(1, (statistics_.keys + target - 1) / target);
+        buckets = std::max<std::size_t>(1, (counts_.cells + target - 1) / target);
       }
       if (!find_buckets(buckets)) {
-        ++statistics_.redistributions;
+        ++counts_.redistributions;
         continue;
       }
       if (fill_tables(threads)) return;
       break;  // each bucket has tried all its functions
     }
-    ++statistics_.growths;
+    ++counts_.growths;
     buckets += (buckets + 3) / 4;
   }
-  const std::size_t keys = std::exchange(statistics_.keys, 0);  // queries find nothing, rather than a part
+  const std::size_t keys = std::exchange(counts_.cells, 0);  // queries find nothing, rather than a part
   throw Error("cuckoo grid", "", "no place for each of " + std::to_string(keys) + " cells",
               "one within the limits for new functions and larger tables");
 }
 
 void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {
   const std::size_t n = entries_.size();
-  words_.resize(n);
+  resize_with_room(words_, n);
   parallel::for_each(threads, n, grain,
                      [&](std::size_t e) { words_[e] = std::uint64_t{hash_of(entries_[e].cell)} << 32 | e; });
   sort_(threads, words_, 32, std::numeric_limits<std::uint64_t>::max());
@@ -93,7 +93,7 @@ void CuckooGrid::split_clashes(const parallel::Threads& threads) {
 
 void CuckooGrid::find_keys(const parallel::Threads& threads) {
   const std::size_t n = words_.size();
-  references_.resize(n);
+  resize_with_room(references_, n);
   key_lists_.fill(threads, n, grain, [&](std::size_t begin, std::size_t end, std::vector<Key>& list) {
     std::uint64_t before = begin == 0 ? no_cell : entries_[entry_in(words_[begin - 1])].cell;
     for (std::size_t w = begin; w < end; ++w) {
@@ -107,15 +107,15 @@ void CuckooGrid::find_keys(const parallel::Threads& threads) {
   });
   key_lists_.join(keys_);
   if (n == 0) keys_.push_back({no_cell, 0, 0});
-  statistics_.keys = keys_.size() - 1;
-  homeless_.resize(statistics_.keys);
+  counts_.cells = keys_.size() - 1;
+  resize_with_room(homeless_, counts_.cells);
 }
 
 /// Cuts the keys into intervals, one for each bucket. Returns whether none overflows.
 bool CuckooGrid::find_buckets(std::size_t buckets) {
-  seeds_.resize(buckets);
-  bucket_begin_.assign(buckets + 1, 0);
-  for (std::size_t key = 0; key < statistics_.keys; ++key) ++bucket_begin_[bucket_of(keys_[key].hash) + 1];
+  resize_with_room(seeds_, buckets);
+  assign_with_room(bucket_begin_, buckets + 1, std::uint32_t{0});
+  for (std::size_t key = 0; key < counts_.cells; ++key) ++bucket_begin_[bucket_of(keys_[key].hash) + 1];
   const std::uint32_t largest = *std::max_element(bucket_begin_.begin(), bucket_begin_.end());
   for (std::size_t b = 0; b < buckets; ++b) bucket_begin_[b + 1] += bucket_begin_[b];
   return largest <= parameters_.bucket_capacity;
@@ -123,18 +123,17 @@ bool CuckooGrid::find_buckets(std::size_t buckets) {
 
 bool CuckooGrid::fill_tables(const parallel::Threads& threads) {
   const std::size_t buckets = seeds_.size();
-  slots_.resize(buckets * 3 * parameters_.table_slots);
-  results_.resize(buckets);
+  resize_with_room(slots_, buckets * 3 * parameters_.table_slots);
+  resize_with_room(results_, buckets);
   parallel::for_each(threads, buckets, 1,
                      [&](std::size_t bucket) { results_[bucket] = fill_bucket(bucket); });
   bool filled = true;
   for (const BucketResult& result : results_) {
-    statistics_.bucket_retries += static_cast<std::size_t>(result.functions - 1);
-    statistics_.rounds = std::max(statistics_.rounds, result.rounds);
+    counts_.bucket_retries += static_cast<std::size_t>(result.functions - 1);
     filled = filled && result.filled;
   }
-  statistics_.buckets = buckets;
-  statistics_.slots = slots_.size();
+  counts_.buckets = buckets;
+  counts_.slots = slots_.size();
   return filled;
 }
 
@@ -165,7 +164,6 @@ CuckooGrid::BucketResult CuckooGrid::fill_bucket(std::size_t bucket) {
       left = evicted;
     }
     result.filled = left == 0;
-    result.rounds = round;
   }
   for (Slot& slot : slots) {
     if (slot.cell == no_cell) continue;

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <vector>
 
+#include <palpate/detection.hpp>
 #include <palpate/settings.hpp>
 
 #include "grid/cell_index.hpp"
 #include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 #include "sort/radix.hpp"
 
 namespace palpate {
@@ -24,20 +26,6 @@ struct CuckooParameters {
   int most_distributions = 4;         ///< hash functions into buckets, before the table grows
   int most_growths = 16;              ///< each by a quarter, before an Error
   std::uint64_t seed = 0;
-};
-
-/// What the last build of a CuckooGrid needed.
-struct CuckooStatistics {
-  std::size_t keys = 0;   ///< cells that are not empty
-  std::size_t slots = 0;  ///< of all sub-tables
-  std::size_t buckets = 0;
-  int redistributions = 0;         ///< new hash functions into buckets, because one overflowed
-  std::size_t bucket_retries = 0;  ///< new hash functions of a bucket, because eviction did not end
-  int growths = 0;                 ///< larger tables, because new functions did not help
-  int rounds = 0;                  ///< most rounds of eviction of a bucket
-  [[nodiscard]] double occupancy() const {
-    return slots == 0 ? 0.0 : static_cast<double>(keys) / static_cast<double>(slots);
-  }
 };
 
 /// Parallel two-level cuckoo hashing (Alcantara et al., "Real-time parallel hashing on the GPU", 2009; paper
@@ -68,7 +56,8 @@ class CuckooGrid {
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
-  [[nodiscard]] const CuckooStatistics& statistics() const { return statistics_; }
+  /// What the last build needed.
+  [[nodiscard]] const CuckooCounts& counts() const { return counts_; }
   /// What a query reads, and what only the construction needs.
   [[nodiscard]] std::size_t bytes() const {
     return slots_.capacity() * sizeof(Slot) + seeds_.capacity() * sizeof(std::uint64_t) +
@@ -129,7 +118,6 @@ class CuckooGrid {
   }
   struct BucketResult {
     int functions = 0;  ///< sets of hash functions that were tried
-    int rounds = 0;     ///< of eviction with the last of them
     bool filled = false;
   };
   [[nodiscard]] BucketResult fill_bucket(std::size_t bucket);
@@ -154,7 +142,7 @@ class CuckooGrid {
   parallel::ChunkedList<std::uint32_t> clash_lists_;
   std::vector<std::uint32_t> clashes_;
   RadixSort sort_;
-  CuckooStatistics statistics_;
+  CuckooCounts counts_;
 };
 
 template <class Footprint>
@@ -165,7 +153,7 @@ void CuckooGrid::build(const parallel::Threads& threads, const Lattice& lattice,
       threads, count, chunk_begin_, footprint,
       [&](std::size_t n) {
         require_countable(n);
-        entries_.resize(n);
+        resize_with_room(entries_, n);
       },
       [&](std::size_t e, Index p, const Cell& cell) {
         entries_[e] = {index_(cell), p};
@@ -175,8 +163,8 @@ void CuckooGrid::build(const parallel::Threads& threads, const Lattice& lattice,
 
 template <class Visit>
 void CuckooGrid::for_each(const CellRange& range, Visit&& visit) const {
-  if (range.count() > statistics_.keys) {
-    for (std::size_t key = 0; key < statistics_.keys; ++key) {
+  if (range.count() > counts_.cells) {
+    for (std::size_t key = 0; key < counts_.cells; ++key) {
       if (!range.contains(index_.cell_of(keys_[key].cell))) continue;
       for (std::uint32_t e = keys_[key].begin; e < keys_[key + 1].begin; ++e) visit(references_[e]);
     }

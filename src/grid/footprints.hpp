@@ -5,6 +5,7 @@
 
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
@@ -19,7 +20,7 @@ void write_footprints(const parallel::Threads& threads, std::size_t count,
                       std::vector<std::size_t>& chunk_begin, Footprint&& footprint, Reserve&& reserve,
                       Write&& write) {
   constexpr std::size_t grain = 2048;
-  chunk_begin.assign(parallel::chunk_count(count, grain) + 1, 0);
+  assign_with_room(chunk_begin, parallel::chunk_count(count, grain) + 1, std::size_t{0});
   parallel::for_chunks(threads, count, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     std::size_t covered = 0;
     for (std::size_t p = begin; p < end; ++p) {

@@ -5,6 +5,7 @@
 
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
@@ -68,11 +69,13 @@ template <class Footprint>
 void HashGrid::build(const parallel::Threads& /*threads*/, const Lattice& /*lattice*/, std::size_t count,
                      Footprint&& footprint) {
   clear(count);
+  const std::size_t capacity = links_.capacity();
   for (std::size_t p = 0; p < count; ++p) {
     footprint(static_cast<Index>(p), [&](std::int32_t i, std::int32_t j, std::int32_t k) {
       insert(i, j, k, static_cast<Index>(p));
     });
   }
+  keep_room(links_, capacity, links_.size() / 8);
 }
 
 template <class Visit>

@@ -1,20 +1,20 @@
 #include "grid/uniform.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "room.hpp"
 
 namespace palpate {
 
 void UniformGrid::clear(const Cell& size, std::size_t primitives) {
-  for (const std::uint64_t cell : used_) cells_[cell].clear();
+  for (const std::uint64_t cell : used_) cells_[cell] = {};
   used_.clear();
-  // Growth by doubling asks for up to twice the references; what is far beyond that is left from other
-  // frames.
-  constexpr std::size_t most_spare = 8;
-  if (capacity_ > std::max<std::size_t>(65536, most_spare * references_)) {
-    std::vector<std::vector<Index>>().swap(cells_);
-    capacity_ = 0;
-  }
-  references_ = 0;
+  blocks_.clear();
+  left_blocks_.fill(no_block);
 
   const std::uint64_t most = most_cells_for(primitives);
   for (shift_ = 0;; ++shift_) {
@@ -23,23 +23,58 @@ void UniformGrid::clear(const Cell& size, std::size_t primitives) {
     if (index_.last() < most) break;
   }
   if (cells_.size() <= index_.last()) {
-    std::vector<std::vector<Index>>().swap(cells_);  // all empty: not worth moving
-    capacity_ = 0;
+    cells_.clear();  // all empty: not worth moving
     cells_.resize(index_.last() + 1);
   }
 }
 
-void UniformGrid::insert(std::uint64_t cell, Index reference) {
-  std::vector<Index>& references = cells_[cell];
-  if (references.empty()) {
-    used_.push_back(cell);
-  } else if (references.back() == reference) {
-    return;  // this primitive covers several cells of the lattice that are one here
+std::uint32_t UniformGrid::take_block(std::uint32_t size) {
+  Index& left = left_blocks_[static_cast<std::size_t>(std::countr_zero(size))];
+  if (left != no_block) {
+    const Index block = left;
+    left = at(blocks_, block);
+    return static_cast<std::uint32_t>(block);
   }
-  const std::size_t before = references.capacity();
-  references.push_back(reference);
-  capacity_ += references.capacity() - before;
-  ++references_;
+  if (blocks_.size() + size > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw Error("uniform grid", "", "more entries (cells covered by primitives)",
+                "about 1000000000 at most: a larger cell size");
+  }
+  const std::size_t block = blocks_.size();
+  blocks_.resize(block + size);
+  return static_cast<std::uint32_t>(block);
+}
+
+void UniformGrid::leave_block(std::uint32_t begin, std::uint32_t size) {
+  Index& left = left_blocks_[static_cast<std::size_t>(std::countr_zero(size))];
+  blocks_[begin] = left;
+  left = static_cast<Index>(begin);
+}
+
+void UniformGrid::insert(std::uint64_t cell, Index reference) {
+  CellArray& array = cells_[cell];
+  if (array.size == 0) {
+    used_.push_back(cell);
+    array.begin = take_block(smallest_block);
+  } else if (blocks_[array.begin + array.size - 1] == reference) {
+    return;  // this primitive covers several cells of the lattice that are one here
+  } else if (array.size >= smallest_block && std::has_single_bit(array.size)) {
+    const std::uint32_t larger = take_block(2 * array.size);
+    std::copy_n(blocks_.begin() + array.begin, array.size, blocks_.begin() + larger);
+    leave_block(array.begin, array.size);
+    array.begin = larger;
+  }
+  blocks_[array.begin + array.size++] = reference;
+}
+
+void UniformGrid::keep_some_room(std::size_t capacity_before) {
+  // Growth by doubling asks for up to twice the blocks; what is far beyond that is left from other frames.
+  constexpr std::size_t most_spare = 8;
+  keep_room(blocks_, capacity_before, blocks_.size() / 8);
+  if (blocks_.capacity() > std::max<std::size_t>(65536, most_spare * blocks_.size())) {
+    blocks_.shrink_to_fit();
+    used_.shrink_to_fit();
+  }
+  make_room(used_, blocks_.capacity() / smallest_block);
 }
 
 }  // namespace palpate

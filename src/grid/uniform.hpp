@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -12,12 +14,13 @@
 namespace palpate {
 
 /// The basic uniform grid of the paper, section 4.1: an array of cells, each with a dynamic array of
-/// references. Built by one thread, which inserts the primitives one after the other. Cells keep the memory
-/// of their arrays from build to build.
+/// references. Built by one thread, which inserts the primitives one after the other.
 ///
-/// Deviations, both to bound memory: where the domain has more than most_cells_for(primitives) cells,
-/// 2^shift() of them along each axis are one cell of this grid; and arrays that have kept much more memory
-/// than the references need (primitives that wandered through many cells) are given back.
+/// Deviations: where the domain has more than most_cells_for(primitives) cells, 2^shift() of them along each
+/// axis are one cell of this grid, so that memory is bounded. The dynamic arrays are blocks of one common
+/// list: one that is full moves to a block of twice the size and leaves its own to others. So a primitive
+/// that comes to a cell where none was before asks for no memory, and none is left behind in cells where
+/// primitives have been.
 class UniformGrid {
  public:
   explicit UniformGrid(Order order = Order::linear) : index_(order) {}
@@ -34,41 +37,58 @@ class UniformGrid {
 
   [[nodiscard]] int shift() const { return shift_; }
   [[nodiscard]] std::size_t bytes() const {
-    return cells_.capacity() * sizeof(decltype(cells_)::value_type) +
-           used_.capacity() * sizeof(decltype(used_)::value_type) + capacity_ * sizeof(Index);
+    return cells_.capacity() * sizeof(CellArray) + used_.capacity() * sizeof(std::uint64_t) +
+           blocks_.capacity() * sizeof(Index);
   }
 
  private:
+  /// The dynamic array of a cell: blocks_[begin, begin + size). Its block has room for the next power of two,
+  /// and for two at least.
+  struct CellArray {
+    std::uint32_t begin = 0;
+    std::uint32_t size = 0;
+  };
+  static constexpr std::uint32_t smallest_block = 2;
+  static constexpr Index no_block = -1;
+
   void clear(const Cell& size, std::size_t primitives);  ///< empties the cells of the last build
   void insert(std::uint64_t cell, Index reference);
+  /// A block of `size` (a power of two) items: one that was left, or new at the end of the list.
+  [[nodiscard]] std::uint32_t take_block(std::uint32_t size);
+  void leave_block(std::uint32_t begin, std::uint32_t size);
+  void keep_some_room(std::size_t capacity_before);
 
   CellIndex index_;
   int shift_ = 0;
-  std::vector<std::vector<Index>> cells_;
+  std::vector<CellArray> cells_;
   std::vector<std::uint64_t> used_;  ///< indices of the cells that are not empty
-  std::size_t references_ = 0;
-  std::size_t capacity_ = 0;  ///< sum of the capacities of the cells
+  std::vector<Index> blocks_;
+  /// By log2 of their size: the first of the blocks that were left. Each holds where the next begins.
+  std::array<Index, 32> left_blocks_{};
 };
 
 template <class Footprint>
 void UniformGrid::build(const parallel::Threads& /*threads*/, const Lattice& lattice, std::size_t count,
                         Footprint&& footprint) {
   clear(lattice.size(), count);
+  const std::size_t capacity = blocks_.capacity();
   for (std::size_t p = 0; p < count; ++p) {
     footprint(static_cast<Index>(p), [&](std::int32_t i, std::int32_t j, std::int32_t k) {
       insert(index_({i >> shift_, j >> shift_, k >> shift_}), static_cast<Index>(p));
     });
   }
+  keep_some_room(capacity);
 }
 
 template <class Visit>
 void UniformGrid::for_each(const CellRange& range, Visit&& visit) const {
-  if (references_ == 0) return;
+  if (used_.empty()) return;
   for (std::int32_t k = range.lower[2] >> shift_; k <= range.upper[2] >> shift_; ++k) {
     for (std::int32_t j = range.lower[1] >> shift_; j <= range.upper[1] >> shift_; ++j) {
       const std::uint64_t row = index_.part(1, j) + index_.part(2, k);
       for (std::int32_t i = range.lower[0] >> shift_; i <= range.upper[0] >> shift_; ++i) {
-        for (const Index reference : cells_[row + index_.part(0, i)]) visit(reference);
+        const CellArray& cell = cells_[row + index_.part(0, i)];
+        for (std::uint32_t r = cell.begin; r < cell.begin + cell.size; ++r) visit(blocks_[r]);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "parallel/threads.hpp"
+#include "room.hpp"
 
 /// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of
 /// threads, and every result is written to the place of its item or chunk: the same bits for every thread
@@ -63,7 +64,7 @@ inline constexpr std::size_t sum_grain = 1024;
 /// caller keeps between calls so that a steady step allocates nothing.
 template <class Map>
 double sum(const Threads& threads, std::size_t items, std::vector<double>& partial, Map&& map) {
-  partial.assign(chunk_count(items, sum_grain), 0.0);
+  assign_with_room(partial, chunk_count(items, sum_grain), 0.0);
   for_chunks(threads, items, sum_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     double s = 0.0;
     for (std::size_t i = begin; i < end; ++i) s += map(i);
@@ -83,10 +84,16 @@ class ChunkedList {
   template <class Body>
   void fill(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
     used_ = chunk_count(items, grain);
-    if (lists_.size() < used_) lists_.resize(used_);
+    if (lists_.size() < used_) {
+      make_room(lists_, used_);
+      lists_.resize(used_);
+    }
     for_chunks(threads, items, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-      lists_[chunk].clear();
-      body(begin, end, lists_[chunk]);
+      std::vector<T>& list = lists_[chunk];
+      const std::size_t capacity = list.capacity();
+      list.clear();
+      body(begin, end, list);
+      keep_room(list, capacity, list.size() + 16);
     });
   }
   /// Replaces `joined` by all lists in chunk order.
@@ -94,7 +101,7 @@ class ChunkedList {
     std::size_t total = 0;
     for (std::size_t chunk = 0; chunk < used_; ++chunk) total += lists_[chunk].size();
     joined.clear();
-    joined.reserve(total);
+    make_room(joined, total);
     for (std::size_t chunk = 0; chunk < used_; ++chunk) {
       joined.insert(joined.end(), lists_[chunk].begin(), lists_[chunk].end());
     }

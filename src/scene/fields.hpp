@@ -134,11 +134,14 @@ void describe(Visitor& v, SceneBody& body) {
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
   v.field("obstacle", body.obstacle);
+  v.field("self_collision", body.self_collision);
   v.optional("motion", body.motion);
   v.list("attached", body.attached);
   v.list("loads", body.loads);
   v.list("grabs", body.grabs);
   v.optional("color", body.color, within(0, 1));
+  v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
+         "false: a rigid body has one shape");
   v.rule(is_rigid(body) || body.material, "material", "nothing",
          "the material of a body that is neither an obstacle nor has a motion");
   const auto only_soft = [&](const auto& list, const char* key) {

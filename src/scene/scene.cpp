@@ -52,6 +52,13 @@ void name_bodies(Scene& scene) {
   }
 }
 
+/// What detection needs to know of each body.
+void mark_self_collision(Scene& scene) {
+  std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
+  flags.clear();
+  for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
+}
+
 }  // namespace
 
 Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder) {
@@ -64,6 +71,7 @@ Scene read_scene_text(std::string_view text, std::string source_name, std::files
   describe(reader, scene);
   reader.finish();
   name_bodies(scene);
+  mark_self_collision(scene);
   return scene;
 }
 

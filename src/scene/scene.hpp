@@ -122,6 +122,7 @@ struct SceneBody {
   std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
   std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
+  bool self_collision = false;        ///< the body also touches itself
   std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "room.hpp"
+
 namespace palpate {
 
 void ContactMemory::remember_lost(RememberedContact contact) {
@@ -17,7 +19,8 @@ void ContactMemory::remember_lost(RememberedContact contact) {
 void ContactMemory::update(const Contacts& contacts) {
   std::swap(all_, last_);
   all_.clear();
-  place_.resize(contacts.size());
+  make_room(all_, contacts.size() + last_.size());
+  resize_with_room(place_, contacts.size());
   std::size_t l = 0;
   const auto last_key = [&] { return std::pair(last_[l].point, last_[l].body); };
   for (std::size_t c = 0; c < contacts.size(); ++c) {

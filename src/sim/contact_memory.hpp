@@ -5,6 +5,8 @@
 
 #include <palpate/detection.hpp>
 
+#include "geometry/vector.hpp"
+
 namespace palpate {
 
 /// What a contact remembers from step to step; contacts are the same while point and penetrated body are.
@@ -19,7 +21,13 @@ struct RememberedContact {
   Vec3 direction;          ///< unit
   Vec3 velocity;           ///< of the point relative to the tet, at the start of the step, m/s
   double stiffness = 0.0;  ///< N/m
+  double lag = 0.0;        ///< damping by stiffness, s
   double calming = 0.0;    ///< damping against chatter, N s/m
+
+  /// Force along the direction at the end of its step of that length, from the velocity there, N.
+  [[nodiscard]] double normal(const Vec3& velocity_end, double time_step) const {
+    return dot(force, direction) - stiffness * (time_step + lag) * dot(velocity_end, direction);
+  }
 };
 
 /// The memory of all contacts. A contact that is gone is kept for a while, so that one that comes and goes is

@@ -10,6 +10,7 @@
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -45,8 +46,11 @@ constexpr std::size_t grain = 256;
 constexpr double calming_kept = 0.99;
 /// Bound of the calming: so many times the stiffness times the time step.
 constexpr double most_calming = 20.0;
-/// Root mean square of the friction forces' errors, by that of their bounds, which ends a step.
-constexpr double friction_tolerance = 0.01;
+/// A contact stiff against h is damped as if critical damping were so many times k h; see the class.
+constexpr double stiff_damping = 10.0;
+/// Root mean square of the errors of forces, by that of the forces (of friction: of its bounds), which ends a
+/// step.
+constexpr double force_tolerance = 0.01;
 
 }  // namespace
 
@@ -104,20 +108,40 @@ void ContactResponse::update_calming(RememberedContact& contact, const Vec3& for
   contact.calming = std::min(std::max(contact.calming, length(force - foreseen) / speed), most);
 }
 
-/// Share of the friction spring, with its damping, at which it pulls no more than mu k d.
-double ContactResponse::spring_share(const Friction& friction, const Vec3& velocity) const {
-  const Vec3 sliding = across(velocity, friction.direction);
-  const double stretch = length(friction.slip + (time_step_ + friction.lag) * sliding);
-  return stretch > friction.most ? friction.most / stretch : 1.0;
+/// Normal force at the end of a step if the contact pushes, N; negative where it would pull.
+double ContactResponse::normal_force(const Law& law, const Vec3& velocity) const {
+  return law.stiffness * (law.depth - (time_step_ + law.lag) * dot(velocity, law.direction));
+}
+
+/// Share of the friction spring, with its damping, at which it pulls no more than mu times the normal force.
+double ContactResponse::spring_share(const Law& law, const Vec3& velocity, double normal_force) const {
+  const double bound = settings_.friction * std::max(normal_force, 0.0);
+  const double pull = law.stiffness * length(stretch(law, velocity));
+  return pull > bound ? bound / pull : 1.0;
+}
+
+/// Of the friction spring at the end of a step, with what its damper adds, m.
+Vec3 ContactResponse::stretch(const Law& law, const Vec3& velocity) const {
+  return law.slip + (time_step_ + law.lag) * across(velocity, law.direction);
 }
 
 /// Puts another share of the friction spring into a coupling.
-void ContactResponse::set_share(Friction& friction, double share, fem::Coupling& coupling) {
-  const double change = (share - friction.share) * friction.stiffness;
-  friction.share = share;
-  coupling.force -= change * friction.slip;
-  add_across(change, friction.direction, coupling.stiffness);
-  add_across(change * friction.lag, friction.direction, coupling.damping);
+void ContactResponse::set_share(Law& law, double share, fem::Coupling& coupling) {
+  const double change = (share - law.share) * law.stiffness;
+  law.share = share;
+  coupling.force -= change * law.slip;
+  add_across(change, law.direction, coupling.stiffness);
+  add_across(change * law.lag, law.direction, coupling.damping);
+}
+
+/// Puts the force along the direction into a coupling, or takes it out.
+void ContactResponse::set_pushes(Law& law, bool pushes, fem::Coupling& coupling) {
+  if (pushes == law.pushes) return;
+  const double change = pushes ? law.stiffness : -law.stiffness;
+  law.pushes = pushes;
+  coupling.force += (change * law.depth) * law.direction;
+  coupling.stiffness = coupling.stiffness + outer_product(change, law.direction);
+  coupling.damping = coupling.damping + outer_product(change * law.lag, law.direction);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
@@ -126,8 +150,8 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                               std::vector<fem::Coupling>& couplings) {
   memory_.update(contacts);
   time_step_ = time_step;
-  couplings.resize(contacts.size());
-  frictions_.resize(contacts.size());
+  resize_with_room(couplings, contacts.size());
+  resize_with_room(laws_, contacts.size());
   parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
     const Index point = contacts.point[c];
     const Tet& tet = at(bodies.tets(), contacts.tet[c]);
@@ -135,59 +159,61 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
     const Vec3& r = contacts.direction[c];
     const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
     const double k = side_share(bodies, positions, contacts, c) * full;
-    const double damping = 2.0 * settings_.damping * std::sqrt(k * reduced_mass(point, tet, w));
+    const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
+    const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step);
 
     fem::Coupling& coupling = couplings[c];
+    coupling = {};
     coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
     coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
-    coupling.force = k * contacts.depth[c] * r;
-    coupling.stiffness = outer_product(k, r);
-
     const Vec3 velocity = fem::relative(coupling, velocities);
+    const Vec3 force = k * contacts.depth[c] * r;
     RememberedContact& remembered = memory_.of_contact(c);
     if (remembered.seen > 1) remembered.slip += time_step * velocity;
     if (remembered.seen > 1 || remembered.lost > 0)
-      update_calming(remembered, coupling.force, velocity, most_calming * time_step * full);
-    const double most_slip = settings_.friction * contacts.depth[c];
-    remembered.slip = bounded(across(remembered.slip, r), most_slip);
-    remembered.force = coupling.force;
+      update_calming(remembered, force, velocity, most_calming * time_step * full);
+    remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
+    const double last_normal = remembered.normal(velocity, time_step);
+    const double lag = k > 0.0 ? (damping + remembered.calming) / k : 0.0;
+    laws_[c] = {
+        .stiffness = k, .lag = lag, .depth = contacts.depth[c], .slip = remembered.slip, .direction = r};
+    set_pushes(laws_[c], true, coupling);
+    set_share(laws_[c], spring_share(laws_[c], velocity, last_normal), coupling);
+    remembered.force = force;
     remembered.direction = r;
     remembered.velocity = velocity;
     remembered.stiffness = k;
+    remembered.lag = lag;
     remembered.lost = 0;
-
-    const double calmed = damping + remembered.calming;
-    coupling.damping = outer_product(calmed, r);
-    frictions_[c] = {k, k > 0.0 ? calmed / k : 0.0, most_slip, 0.0, remembered.slip, r};
-    set_share(frictions_[c], spring_share(frictions_[c], velocity), coupling);
   });
 }
 
 bool ContactResponse::refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
                              std::span<fem::Coupling> couplings) {
-  refined_.resize(couplings.size());
+  resize_with_room(refined_, couplings.size());
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
-    Friction& friction = frictions_[c];
+    const Law& law = laws_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);
-    if (friction.stiffness > 0.0) {
-      const double depth_end = dot(couplings[c].force, friction.direction) / friction.stiffness -
-                               (time_step_ + friction.lag) * dot(velocity, friction.direction);
-      friction.most = settings_.friction * std::max(depth_end, 0.0);
-    }
-    const Vec3 stretch = friction.slip + (time_step_ + friction.lag) * across(velocity, friction.direction);
-    const double share = spring_share(friction, velocity);
-    const double error = (share - friction.share) * friction.stiffness * length(stretch);
-    refined_[c] = {share, error * error};
+    const double normal = normal_force(law, velocity);
+    const double share = spring_share(law, velocity, normal);
+    const double spring_error = (share - law.share) * law.stiffness * length(stretch(law, velocity));
+    const bool right = (normal > 0.0) == law.pushes;
+    refined_[c] = {share, normal, right ? 0.0 : normal, spring_error};
   });
-  const double errors =
-      parallel::sum(threads, couplings.size(), partial_, [&](std::size_t c) { return refined_[c].error; });
-  const double bounds = parallel::sum(threads, couplings.size(), partial_, [&](std::size_t c) {
-    const double bound = frictions_[c].stiffness * frictions_[c].most;
-    return bound * bound;
+  const auto squares = [&](double Refined::*value) {
+    return parallel::sum(threads, couplings.size(), partial_,
+                         [&](std::size_t c) { return refined_[c].*value * (refined_[c].*value); });
+  };
+  const double allowed = force_tolerance * force_tolerance * squares(&Refined::normal);
+  const double friction = settings_.friction;
+  if (squares(&Refined::normal_error) <= allowed &&
+      squares(&Refined::spring_error) <= friction * friction * allowed) {
+    return false;
+  }
+  parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
+    set_pushes(laws_[c], refined_[c].normal > 0.0, couplings[c]);
+    set_share(laws_[c], refined_[c].share, couplings[c]);
   });
-  if (errors <= friction_tolerance * friction_tolerance * bounds) return false;
-  parallel::for_each(threads, couplings.size(), grain,
-                     [&](std::size_t c) { set_share(frictions_[c], refined_[c].share, couplings[c]); });
   return true;
 }
 

@@ -16,17 +16,24 @@ namespace palpate {
 ///
 /// For the relative position u = p - sum_j w_j x_j of a point and the place of the tet where it lies:
 /// - along the direction r: force k d, on the point and by the weights on the tet (so forces and torques add
-/// up to zero), stiffness k r r^T, implicit in the solver, damping c r r^T;
+/// up to zero), stiffness k r r^T, implicit in the solver, damping c r r^T; none where it would pull at the
+/// end of the step;
 /// - across it: a spring of the same k and c that remembers the slip s since the contact began (Cundall &
 /// Strack, "A discrete numerical model for granular assemblies", 1979). Where spring and damper would pull
-/// more than mu k d they slide: that much, against the motion, and s stays at its bound. So a body below the
-/// friction angle stands still, and one above it slides with Coulomb's force at any speed.
+/// more than mu times the force along r they slide: that much, against the motion, and s stays at its bound.
+/// So a body below the friction angle stands still, and one above it slides with Coulomb's force at any
+/// speed.
 ///
-/// Whether a contact sticks or slides, and its bound, are decided by the velocities at the END of the step: d
-/// in mu k d is the normal force there by k. At a given bound the force is the derivative of a convex function
-/// of the velocities (quadratic up to the bound, linear beyond: Huber's), and refine() is one round of
-/// iteratively reweighted least squares on it, which lowers it: the spring of a sliding contact is weakened
-/// until at the last velocities it pulls just the bound. A steady stick or slide needs one round.
+/// c is `damping` times the larger of the critical damping 2 sqrt(k m) of the reduced mass m of point and
+/// tet, and 10 k h. The latter counts where the contact is stiff against the time step h: undamped, the step
+/// would push a body that fell d deep out at d / h, as fast as it came, or faster than it came where several
+/// pushed. With the default it is pushed out at d / (4 h).
+///
+/// Whether a contact pushes or has let go, sticks or slides, and its bound, are decided by the velocities at
+/// the END of the step. At a given bound the friction is the derivative of a convex function of them
+/// (quadratic up to the bound, linear beyond: Huber's), and refine() is one round of iteratively reweighted
+/// least squares on it, which lowers it: the spring of a sliding contact is weakened until at the last
+/// velocities it pulls just the bound. A steady stick or slide needs one round.
 ///
 /// Depth and direction of a step are those at its start. Where they change faster than the model of the step
 /// foresees (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
@@ -36,8 +43,7 @@ namespace palpate {
 ///
 /// Near a side of the penetrated body (a surface that faces another way than r), within a quarter of its mean
 /// edge length, k falls linearly to zero: a point that slips over a rim loses its force little by little
-/// instead of at once, without which stacks never come to rest. c is `damping` times the critical damping 2
-/// sqrt(k m) of the reduced mass m of point and tet.
+/// instead of at once, without which stacks never come to rest.
 class ContactResponse {
  public:
   /// \param masses  (n_points), kg
@@ -53,9 +59,9 @@ class ContactResponse {
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                std::vector<fem::Coupling>& couplings);
 
-  /// Compares the friction in the couplings with what the velocities that they led to ask for (n_points x 3,
-  /// at the end of the step). Where it is off by more than 1 % of the bounds mu k d, in root mean square,
-  /// adapts the couplings and returns true: another solve is needed. O(contacts), parallel.
+  /// Compares the forces in the couplings with what the velocities that they led to ask for (n_points x 3, at
+  /// the end of the step). Where they are off by more than 1 %, in root mean square (friction: of its
+  /// bounds), adapts the couplings and returns true: another solve is needed. O(contacts), parallel.
   [[nodiscard]] bool refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
                             std::span<fem::Coupling> couplings);
 
@@ -65,20 +71,27 @@ class ContactResponse {
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
 
  private:
-  struct Friction {
-    double stiffness;  ///< N/m
-    double lag;        ///< damping by stiffness, s
-    double most;       ///< slip at which the spring pulls mu k d, m
-    double share;      ///< of spring and damper that the coupling holds, 0 to 1
-    Vec3 slip;         ///< at the start of the step, m
-    Vec3 direction;    ///< of the contact
+  /// How a contact pushes and rubs in the step at hand, and what of it its coupling holds.
+  struct Law {
+    double stiffness = 0.0;  ///< N/m
+    double lag = 0.0;        ///< damping by stiffness, s
+    double depth = 0.0;      ///< at the start of the step, m
+    Vec3 slip{};             ///< of the friction spring at the start of the step, m
+    Vec3 direction{};        ///< of the contact
+    double share = 0.0;      ///< of the friction spring and its damper, 0 to 1
+    bool pushes = false;     ///< the force along the direction
   };
   struct Refined {
-    double share;
-    double error;  ///< of the force, squared, N^2
+    double share;         ///< of the friction spring
+    double normal;        ///< force, N
+    double normal_error;  ///< N
+    double spring_error;  ///< N
   };
-  [[nodiscard]] double spring_share(const Friction& friction, const Vec3& velocity) const;
-  static void set_share(Friction& friction, double share, fem::Coupling& coupling);
+  [[nodiscard]] double normal_force(const Law& law, const Vec3& velocity) const;
+  [[nodiscard]] double spring_share(const Law& law, const Vec3& velocity, double normal_force) const;
+  [[nodiscard]] Vec3 stretch(const Law& law, const Vec3& velocity) const;
+  static void set_share(Law& law, double share, fem::Coupling& coupling);
+  static void set_pushes(Law& law, bool pushes, fem::Coupling& coupling);
   void update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity, double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
   /// Share of the stiffness that a contact has so near to a side of the body: 0 to 1.
@@ -88,7 +101,7 @@ class ContactResponse {
   ResponseSettings settings_;
   ContactMemory memory_;
   double time_step_ = 0.0;
-  std::vector<Friction> frictions_;      ///< of the contacts, in their order
+  std::vector<Law> laws_;                ///< of the contacts, in their order
   std::vector<Refined> refined_;         ///< scratch of refine()
   std::vector<double> partial_;          ///< scratch
   std::vector<double> body_compliance_;  ///< (n_bodies) m/N; 0 for obstacles

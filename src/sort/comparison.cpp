@@ -99,6 +99,7 @@ void ComparisonSort::merge_runs(const parallel::Threads& threads, Words in, std:
 }
 
 void ComparisonSort::operator()(const parallel::Threads& threads, std::vector<std::uint64_t>& words) {
+  scratch_.reserve(words.capacity());  // the two swap places
   scratch_.resize(words.size());
   parallel::for_chunks(threads, words.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     sort_chunk(std::span(words).subspan(begin, end - begin), std::span(scratch_).subspan(begin, end - begin));

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "room.hpp"
 #include "sort/digit_pass.hpp"
 #include "sort/word.hpp"
 
@@ -27,7 +28,7 @@ void RadixSort::pass(const parallel::Threads& threads, std::vector<std::uint64_t
   const auto digit_of = [=](std::uint64_t word) { return (word >> bit) & (digits - 1); };
   const std::size_t grain = digit_grain_for(threads, words.size());
   const std::size_t chunks = parallel::chunk_count(words.size(), grain);
-  histograms_.resize(chunks * digits);
+  resize_with_room(histograms_, chunks * digits);
   parallel::for_chunks(threads, words.size(), grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          std::uint32_t* const histogram = histograms_.data() + chunk * digits;
@@ -49,6 +50,7 @@ void RadixSort::operator()(const parallel::Threads& threads, std::vector<std::ui
                            std::uint64_t largest) {
   const auto last_bit = static_cast<int>(std::bit_width(largest));
   const int width = digit_width(last_bit - first_bit);
+  scratch_.reserve(words.capacity());  // the two swap places
   scratch_.resize(words.size());
   for (int bit = first_bit; bit < last_bit; bit += width)
     pass(threads, words, bit, std::min(width, last_bit - bit));

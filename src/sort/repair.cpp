@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "room.hpp"
 #include "simd/merge_events.hpp"
 #include "sort/counting.hpp"
 #include "sort/word.hpp"
@@ -87,7 +88,9 @@ void RepairSort::shift_cells(const parallel::Threads& threads, std::span<const s
 void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& changes, std::uint32_t key_count,
                             std::vector<std::uint64_t>& words, std::vector<std::uint32_t>* cell_begin) {
   if (changes.movers() == 0) return;
-  // Head room: the number of movers differs from frame to frame.
+  // Room for what the switch sends here (two events for each mover), and for frames with more movers than
+  // this one.
+  make_room(events_, words.size() / 4);
   if (events_.capacity() < 2 * changes.movers()) events_.reserve(std::bit_ceil(4 * changes.movers()));
   changes.list_events(threads, events_);
   sort_events(threads, key_count);

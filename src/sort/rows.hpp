@@ -6,6 +6,7 @@
 
 #include <palpate/types.hpp>
 
+#include "room.hpp"
 namespace palpate {
 
 /// Stable counting sort: puts `items` into rows by key(item) in [0, rows). Row r of `sorted` is
@@ -13,10 +14,10 @@ namespace palpate {
 template <class T, class Key>
 void sort_into_rows(std::span<const T> items, std::size_t rows, Key&& key, std::vector<Index>& begin,
                     std::vector<T>& sorted) {
-  begin.assign(rows + 1, 0);
+  assign_with_room(begin, rows + 1, Index{0});
   for (const T& item : items) ++begin[static_cast<std::size_t>(key(item)) + 1];
   for (std::size_t r = 0; r < rows; ++r) begin[r + 1] += begin[r];
-  sorted.resize(items.size());
+  resize_with_room(sorted, items.size());
   for (const T& item : items)
     sorted[static_cast<std::size_t>(begin[static_cast<std::size_t>(key(item))]++)] = item;
   // Each start has moved on to the start of the next row: shift them back.

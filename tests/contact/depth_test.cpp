@@ -5,8 +5,10 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 
 namespace palpate {
 namespace {
@@ -118,9 +120,9 @@ TEST(Depth, OfASwallowedBodyIsTheDistanceToTheSurface) {
 }
 
 TEST(Depth, OfADeepPointIsFinite) {
-  // A long needle of many layers: its tip is far from any border edge.
+  // A long needle of many layers: its tip is far from any border edge, and nearest to the top all the same.
   Bodies bodies;
-  bodies.add("big", test::box_mesh({2, 2, 2}, {-21, -22, -40}, {20, 19, 0}));
+  bodies.add("big", test::box_mesh({2, 2, 2}, {-31, -32, -40}, {30, 29, 0}));
   bodies.add("needle", test::box_mesh({1, 1, 40}, {-0.1, -0.12, -19.5}, {0.11, 0.1, 20.5}));
   Detector detector(bodies, {});
   detector.detect(bodies.points_rest());
@@ -151,7 +153,7 @@ TEST(Depth, OfAPointExactlyOnTheSurfaceIsZero) {
 
 TEST(Depth, WeighsCrossingsByTheInverseSquareOfTheirDistance) {
   // The corner of one cube is in another: of the corner's edges three leave it, through x = 1, y = 1 and z =
-  // 1, at distances 0.7, 0.7 and 0.1. By hand: (0.1 / 0.1^2 + 2 * 0.7 / 0.7^2) / (1 / 0.1^2 + 2 / 0.7^2).
+  // 1, at 0.7, 0.7 and 0.1 of their length 1. Weights by hand: 1 / t^2 - 0.9, so 99.1 and twice 1.1408.
   const auto cube = [](const Vec3& lower) {
     TetMesh mesh;
     for (int corner = 0; corner < 8; ++corner) {
@@ -168,8 +170,8 @@ TEST(Depth, WeighsCrossingsByTheInverseSquareOfTheirDistance) {
   const Contacts& contacts = detector.contacts();
   const auto corner = std::find(contacts.point.begin(), contacts.point.end(), 8) - contacts.point.begin();
   ASSERT_LT(corner, static_cast<std::ptrdiff_t>(contacts.size()));
-  const double near = 1.0 / 0.01;
-  const double far = 1.0 / 0.49;
+  const double near = 1.0 / 0.01 - 0.9;
+  const double far = 1.0 / 0.49 - 0.9;
   EXPECT_NEAR(at(contacts.depth, corner), (near * 0.1 + 2.0 * far * 0.7) / (near + 2.0 * far), 1e-12);
   const Vec3 direction = normalized(Vec3{far, far, near});
   EXPECT_NEAR(length(at(contacts.direction, corner) - direction), 0.0, 1e-12);
@@ -193,6 +195,49 @@ TEST(BorderEdges, OfClosedBodiesAllCross) {
     for (const Crossing& c : detector.crossings()) at(crossed, c.border_edge) = 1;
     EXPECT_EQ(std::count(crossed.begin(), crossed.end(), 0), 0) << "seed " << seed;
   }
+}
+
+TEST(Depth, IsNeverLessThanTheDistanceToTheSurface) {
+  // Oracle: the nearest of all surface triangles, by their planes and sides.
+  std::size_t checked = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    test::Random random(seed);
+    Bodies bodies;
+    bodies.add("ball", test::ball_mesh(6, {0, 0, 0}, 1.0));
+    bodies.add("bar", test::box_mesh({2, 2, 9}, random.point(-0.6, -0.1), random.point(0.1, 0.9)));
+    Detector detector(bodies, {});
+    detector.detect(bodies.points_rest());
+    const Contacts& contacts = detector.contacts();
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      const double nearest = nearest_surface_point(bodies, bodies.points_rest(), contacts.body[c],
+                                                   at(bodies.points_rest(), contacts.point[c]))
+                                 .distance;
+      EXPECT_GE(contacts.depth[c], nearest * (1.0 - 1e-6)) << "seed " << seed << " contact " << c;
+      checked += nearest > 0.05 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(checked, 500U);
+}
+
+TEST(Depth, OfOpposedSurfacesIsTheDistanceToTheNearest) {
+  // A thin plate goes all through the middle of a wide slab: half of its border edges leave above, half
+  // below.
+  Bodies bodies;
+  bodies.add("slab", test::box_mesh({8, 8, 1}, {-4, -4, -0.3}, {4, 4, 0.3}));
+  bodies.add("plate", test::box_mesh({2, 1, 8}, {-0.5, -0.05, -2}, {0.5, 0.05, 2}));
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  const Contacts& contacts = detector.contacts();
+  std::size_t middle = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Vec3& p = at(bodies.points_rest(), contacts.point[c]);
+    if (contacts.body[c] != 0 || std::abs(p.z) > 1e-12) continue;
+    ++middle;
+    EXPECT_NEAR(contacts.depth[c], 0.3, 1e-9);
+    EXPECT_NEAR(length(contacts.direction[c]), 1.0, 1e-12);
+    EXPECT_LT(contacts.certainty[c], 0.7) << "it can leave either way";
+  }
+  EXPECT_EQ(middle, 6U);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <palpate/error.hpp>
 
 #include "contact/scenes.hpp"
+#include "contact/ways.hpp"
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
 #include "support/rational.hpp"
@@ -143,32 +144,6 @@ TEST_P(DetectorOn, AgreesWithRationalArithmeticInTheSmall) {
   EXPECT_TRUE(crossings > 5U || GetParam() == 2) << "identical bodies have no free points";
 }
 
-TEST_P(DetectorOn, EveryStructureEqualsBruteToTheBitForEveryOrderThreadCountAndCellSize) {
-  constexpr std::array threads{1, 2, 3, 5};
-  for (std::uint64_t seed = 100; seed < 200; ++seed) {
-    const ContactScene scene = test::make_contact_scene(GetParam(), seed);
-    Detector brute = detector_for(scene, Structure::brute);
-    brute.detect(scene.positions);
-    test::Random random(seed);
-    std::size_t run = seed;
-    for (const Structure structure : every_structure()) {
-      for (const Order order : every_order()) {
-        DetectionSettings settings;
-        settings.structure = structure;
-        settings.order = order;
-        if (random.chance(0.5))
-          settings.cell_size = std::pow(10.0, random.uniform(-3, 1)) * (GetParam() == 6 ? 1e-9 : 1.0);
-        const int team = threads[run++ % threads.size()];
-        SCOPED_TRACE("seed " + std::to_string(seed) + " " + std::string(at(structure_names, int(structure))) +
-                     " " + std::string(at(order_names, int(order))) + " threads " + std::to_string(team));
-        Detector detector(scene.bodies, settings, scene.immovable, team);
-        detector.detect(scene.positions);
-        ASSERT_NO_FATAL_FAILURE(expect_same(brute, detector));
-      }
-    }
-  }
-}
-
 TEST_P(DetectorOn, EveryContactHasADepthAndADirection) {
   for (std::uint64_t seed = 1000; seed < 1100; ++seed) {
     const ContactScene scene = test::make_contact_scene(GetParam(), seed);
@@ -190,28 +165,11 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DetectorOn, ::testing::Range(0, test::contact_s
                            return name;
                          });
 
-/// Every way to find candidates: structure x order x sort (which only the compact grid has).
-std::vector<DetectionSettings> every_way() {
-  std::vector<DetectionSettings> ways;
-  for (const Structure structure : every_structure()) {
-    for (const Order order : every_order()) {
-      for (std::size_t sort = 0; sort < sort_names.size(); ++sort) {
-        DetectionSettings way;
-        way.structure = structure;
-        way.order = order;
-        way.sort = static_cast<Sort>(sort);
-        if (structure == Structure::compact || sort == 0) ways.push_back(way);
-      }
-    }
-  }
-  return ways;
-}
-
 TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
   // One detector each keeps its domain, last order and memory over frames in which points creep, burst, leave
   // the domain and come back.
   ContactScene scene = test::make_contact_scene(8, 3);
-  const std::vector<DetectionSettings> ways = every_way();
+  const std::vector<DetectionSettings> ways = test::every_way();
   std::vector<Detector> detectors;
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
   for (std::size_t w = 0; w < ways.size(); ++w) {
@@ -298,6 +256,30 @@ TEST(Detector, CountsMoversByHand) {
   x[3].x += 0.3;
   detector.detect(x);
   EXPECT_EQ(detector.counts().movers, 1U);
+}
+
+TEST(Detector, ReportsTheLoadOfItsCuckooTablesWhichIs71PercentWhereThereAreManyCells) {
+  // Points far apart, one in each cell: as many keys as points.
+  Bodies bodies;
+  bodies.add("fine", test::box_mesh({30, 30, 30}, {0, 0, 0}, {30.1, 30.1, 30.1}));
+  bodies.add("small", test::box_mesh({2, 2, 2}, {5.1, 5.1, 5.1}, {6.2, 6.2, 6.2}));
+  DetectionSettings settings;
+  settings.structure = Structure::cuckoo;
+  settings.cell_size = 0.5;
+  Detector detector(bodies, settings);
+  detector.detect(bodies.points_rest());
+  const CuckooCounts& points = detector.counts().cuckoo_points.value();
+  EXPECT_GT(points.cells, 29000U);
+  EXPECT_EQ(points.buckets, (points.cells + 408) / 409);
+  EXPECT_EQ(points.slots, 576 * points.buckets);
+  EXPECT_NEAR(points.occupancy(), 0.71, 0.01);
+  EXPECT_EQ(points.growths + points.redistributions, 0U);
+  const CuckooCounts& edges = detector.counts().cuckoo_edges.value();
+  EXPECT_GT(edges.cells, 0U);
+  EXPECT_LT(edges.occupancy(), 0.7101);
+  detector = Detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  EXPECT_FALSE(detector.counts().cuckoo_points || detector.counts().cuckoo_edges);
 }
 
 TEST(Detector, TwoImmovableBodiesDoNotTouch) {

@@ -39,13 +39,13 @@ TEST(CuckooGrid, FillsSeventyOnePercentOfItsSlots) {
   CuckooGrid grid;
   for (const int count : {20000, 100000, 300000}) {
     test::build(grid, one_in_each_cell(count), 2);
-    const CuckooStatistics& s = grid.statistics();
-    EXPECT_EQ(s.keys, static_cast<std::size_t>(count));
+    const CuckooCounts& s = grid.counts();
+    EXPECT_EQ(s.cells, static_cast<std::size_t>(count));
     EXPECT_EQ(s.slots, s.buckets * 3 * 192);
     EXPECT_GT(s.occupancy(), 0.70) << count;
     EXPECT_LE(s.occupancy(), 0.7101) << count;
-    EXPECT_EQ(s.redistributions, 0) << count;
-    EXPECT_EQ(s.growths, 0) << count;
+    EXPECT_EQ(s.redistributions, 0U) << count;
+    EXPECT_EQ(s.growths, 0U) << count;
     EXPECT_LE(static_cast<double>(s.bucket_retries), 0.02 * static_cast<double>(s.buckets)) << count;
   }
 }
@@ -56,7 +56,7 @@ TEST(CuckooGrid, KeepsCellsWithTheSame32BitHashApart) {
   const Covered covered = one_in_each_cell(900000, true);
   CuckooGrid grid;
   test::build(grid, covered, 2);
-  EXPECT_EQ(grid.statistics().keys, 450000U);
+  EXPECT_EQ(grid.counts().cells, 450000U);
   expect_each_found_in_its_cell(grid, covered, true);
 }
 
@@ -74,8 +74,8 @@ CuckooParameters tiny() {
 
 TEST(CuckooGrid, TakesNewFunctionsAndLargerTablesUntilAllCellsHaveAPlace) {
   std::size_t retries = 0;
-  int redistributions = 0;
-  int growths = 0;
+  std::size_t redistributions = 0;
+  std::size_t growths = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     CuckooParameters parameters = tiny();
     parameters.seed = seed;
@@ -84,19 +84,18 @@ TEST(CuckooGrid, TakesNewFunctionsAndLargerTablesUntilAllCellsHaveAPlace) {
       const Covered covered = one_in_each_cell(count);
       test::build(grid, covered, 3);
       ASSERT_NO_FATAL_FAILURE(expect_each_found_in_its_cell(grid, covered)) << "seed " << seed;
-      retries += grid.statistics().bucket_retries;
-      redistributions += grid.statistics().redistributions;
-      growths += grid.statistics().growths;
+      retries += grid.counts().bucket_retries;
+      redistributions += grid.counts().redistributions;
+      growths += grid.counts().growths;
       CuckooGrid again(Order::z, parameters);
       test::build(again, covered, 1);
-      ASSERT_EQ(again.statistics().slots, grid.statistics().slots)
-          << "the same attempts for every thread count";
-      ASSERT_EQ(again.statistics().bucket_retries, grid.statistics().bucket_retries);
+      ASSERT_EQ(again.counts().slots, grid.counts().slots) << "the same attempts for every thread count";
+      ASSERT_EQ(again.counts().bucket_retries, grid.counts().bucket_retries);
     }
   }
   EXPECT_GT(retries, 1000U);
-  EXPECT_GT(redistributions, 10);
-  EXPECT_GT(growths, 50);
+  EXPECT_GT(redistributions, 10U);
+  EXPECT_GT(growths, 50U);
 }
 
 TEST(CuckooGrid, SaysWhenItsLimitsDoNotSufficeAndIsEmptyThen) {

@@ -159,6 +159,8 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[0].rotate.quaternion: found it beside 'axis' or 'angle'"},
       {with_body(ball + R"(, "color": [0, 0, 1.5])"),
        "bodies[0].color[2]: found 1.5, expected a number in [0, 1]"},
+      {with_body(ball + R"(, "obstacle": true, "self_collision": true)"),
+       "bodies[0].self_collision: found true for a rigid body, expected false: a rigid body has one shape"},
       {with_body(ball + R"(, "obstacle": 1)"), "bodies[0].obstacle: found 1, expected true or false"},
       {with_body(ball + R"(, "fixed": {})"), "bodies[0].fixed: found an object, expected an array"},
       {with_body(ball + R"(, "fixed": [{"point": [1]}])"),
@@ -281,6 +283,18 @@ TEST(Scenes, AllFilesCanBeRead) {
     ++count;
   }
   EXPECT_GE(count, 2);
+}
+
+TEST(ReadScene, TellsDetectionWhichBodiesTouchThemselves) {
+  const Scene scene = read(R"({"bodies": [
+    {"ball": {"radius": 1, "resolution": 1}, "material": {}},
+    {"ball": {"radius": 1, "resolution": 1}, "material": {}, "self_collision": true}]})");
+  EXPECT_EQ(scene.settings.detection.self_collision, (std::vector<std::uint8_t>{0, 1}));
+  Scene named = scene;
+  named.name = "strips";
+  const Scene again = read(write_scene(named));
+  EXPECT_FALSE(again.bodies[0].self_collision);
+  EXPECT_TRUE(again.bodies[1].self_collision);
 }
 
 }  // namespace

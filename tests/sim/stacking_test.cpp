@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "contact/ways.hpp"
 #include "geometry/vector.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
@@ -38,30 +39,18 @@ TEST(Stacking, HashAfter200StepsIsTheSameForEveryThreadCount) {
   for (const int threads : {2, 3, 7}) EXPECT_EQ(hash(threads), one) << threads << " threads";
 }
 
-/// Hash after 200 steps of the grid structures (brute takes too long here; it is compared at every tenth step
-/// below, and in simulation_test.cpp).
+/// Brute force included: 200 steps of all pairs.
 TEST(Stacking, HashAfter200StepsIsTheSameForEveryStructureOrderAndSort) {
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
   std::string expected;
   std::size_t run = 0;
-  for (const Structure structure :
-       {Structure::compact, Structure::uniform, Structure::hash, Structure::cuckoo}) {
-    for (const Order order : {Order::linear, Order::z}) {
-      for (std::size_t sort = 0; sort < sort_names.size(); ++sort) {
-        const bool sorts = structure == Structure::compact;
-        if ((!sorts && sort > 0) || (structure == Structure::hash && order == Order::z))
-          continue;  // have no effect
-        Simulation simulation =
-            stacking(threads[run++ % threads.size()], structure, order, static_cast<Sort>(sort));
-        for (int i = 0; i < 200; ++i) simulation.step();
-        if (expected.empty()) expected = simulation.state_hash();
-        EXPECT_EQ(simulation.state_hash(), expected)
-            << structure_names[static_cast<std::size_t>(structure)] << " "
-            << order_names[static_cast<std::size_t>(order)] << " " << sort_names[sort];
-      }
-    }
+  for (const DetectionSettings& way : test::every_way()) {
+    Simulation simulation = stacking(threads[run++ % threads.size()], way.structure, way.order, way.sort);
+    for (int i = 0; i < 200; ++i) simulation.step();
+    if (expected.empty()) expected = simulation.state_hash();
+    EXPECT_EQ(simulation.state_hash(), expected) << test::name_of(way);
   }
-  EXPECT_EQ(run, 15U);
+  EXPECT_EQ(run, 16U);
 }
 
 TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {

@@ -2,6 +2,7 @@
 
 /// Counts every operator new of the test executable. Include it in one source of an executable, and not in
 /// builds with a sanitizer, which brings its own.
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -16,6 +17,14 @@ void* counted(std::size_t size) {
   throw std::bad_alloc();
 }
 
+void* counted(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  void* memory = nullptr;
+  if (::posix_memalign(&memory, std::max(sizeof(void*), static_cast<std::size_t>(alignment)), size) == 0)
+    return memory;
+  throw std::bad_alloc();
+}
+
 }  // namespace
 
 void* operator new(std::size_t size) {
@@ -23,6 +32,12 @@ void* operator new(std::size_t size) {
 }
 void* operator new[](std::size_t size) {
   return counted(size);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted(size, alignment);
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return counted(size, alignment);
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);
@@ -34,5 +49,17 @@ void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
   std::free(memory);
 }

@@ -1,0 +1,58 @@
+#include "contact/edge_exit.hpp"
+
+#include <algorithm>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double here = 1e-15;  // parameter of a crossing at the point itself, to rounding
+
+struct SurfacePlane {
+  Vec3 normal;
+  double share;  ///< of an exit > 0, of an entry < 0, before they are made to add up to one
+};
+
+}  // namespace
+
+EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
+                   const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings) {
+  const auto plane_of = [&](const Crossing& c) {
+    const Triangle& t = at(bodies.triangles(), c.triangle);
+    const Vec3 area =
+        cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+    const Vec3 n = normals.at_point(bodies, positions, c.triangle, p + c.parameter * edge);
+    const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
+    return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};
+  };
+  const auto add = [&](const Crossing& c, const Vec3& n, double share) {
+    const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
+    weight += w;
+    depth += w * c.parameter * dot(edge, n);
+    normal += w * n;
+  };
+  double sum = 0.0;
+  const Crossing* last = &crossings.front();
+  for (const Crossing& c : crossings) {
+    nearest = std::min(nearest, c.parameter);
+    if (crossings.size() > 1) sum += plane_of(c).share;
+    if (c.parameter > last->parameter) last = &c;
+  }
+  at_point = nearest < here;
+  constexpr double decided = 0.02;  // below it the edge only grazes the surface
+  if (crossings.size() > 1 && (sum > decided || at_point)) {
+    for (const Crossing& c : crossings) {
+      const SurfacePlane plane = plane_of(c);
+      if (at_point && c.parameter >= here) continue;
+      const double share = at_point ? 1.0 : plane.share / sum;
+      add(c, plane.normal, share);
+    }
+    if (weight > 0.0) return;
+    weight = depth = 0.0;
+    normal = {};
+  }
+  add(*last, plane_of(*last).normal, 1.0);
+}
+
+}  // namespace palpate

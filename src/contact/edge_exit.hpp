@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+
+#include <palpate/detection.hpp>
+#include <palpate/mesh.hpp>
+
+#include "contact/surface_normals.hpp"
+
+namespace palpate {
+
+/// Weight of a neighbour's plane, times 1 / (length of the edge)^2; the weight of a crossing at the free end
+/// of an edge is the same, so that nothing jumps where the free end enters the body.
+inline constexpr double link_weight = 0.1;
+
+/// The way out of a body along a border edge: the weighted planes of its crossings.
+///
+/// One crossing is the usual case. An edge that leaves, enters and leaves again has several, two of which
+/// appear or vanish together where it touches the surface. So exits count by max(0, n . e), entries against
+/// them by the same: the two cancel at the touch, and nothing jumps. Exits near the free end count more,
+/// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, whatever it passed.
+struct EdgeExit {
+  /// \param p          the point in contact
+  /// \param edge       from p to the free end
+  /// \param crossings  of this edge, one or more
+  EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
+           const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings);
+
+  /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their shares; 1 where at_point.
+  double weight = 0.0;
+  double depth = 0.0;     ///< weighted sum of distances to the planes
+  Vec3 normal;            ///< weighted sum of normals
+  double nearest = 1.0;   ///< parameter of the nearest crossing
+  bool at_point = false;  ///< a crossing is at p itself; others do not count
+};
+
+}  // namespace palpate

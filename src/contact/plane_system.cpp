@@ -1,0 +1,110 @@
+#include "contact/plane_system.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 512;
+constexpr std::size_t components = 4;
+
+}  // namespace
+
+PlaneSystem::Sums PlaneSystem::total() const {
+  Sums sum;
+  for (const Sums& part : partial_) {
+    for (std::size_t k = 0; k < components; ++k) sum.sums[k] += part.sums[k];
+    sum.far |= part.far;
+  }
+  return sum;
+}
+
+bool PlaneSystem::beyond(const Node& node, const Plane& change, double tolerance) const {
+  const Vec3 normal{change[1], change[2], change[3]};
+  return squared_length(normal) > tolerance * tolerance ||
+         std::abs(change[0] - dot(node.place, normal)) > tolerance * node.length;
+}
+
+/// The first search direction: what one sweep of averages would change.
+void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
+  parallel::for_chunks(threads, nodes.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         Sums sums;
+                         for (std::size_t i = begin; i < end; ++i) {
+                           const Node& node = nodes[i];
+                           corrections_[i] = {};
+                           for (std::size_t k = 0; k < components; ++k) {
+                             search_[i][k] = node.residual[k] / node.diagonal;
+                             sums.sums[k] += node.residual[k] * search_[i][k];
+                           }
+                           sums.far |= beyond(node, search_[i], tolerance);
+                         }
+                         partial_[chunk] = sums;
+                       });
+}
+
+int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most) {
+  const std::size_t n = nodes.size();
+  corrections_.resize(n);
+  search_.resize(n);
+  product_.resize(n);
+  partial_.assign(parallel::chunk_count(n, grain), {});
+  start(threads, tolerance);
+  Sums now = total();
+  int iteration = 0;
+  for (; iteration < most && now.far; ++iteration) {
+    parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      Sums sums;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Node& node = nodes[i];
+        Plane product;
+        for (std::size_t k = 0; k < components; ++k) product[k] = node.diagonal * search_[i][k];
+        for (Index l = node.begin; l < node.end; ++l) {
+          const Link& link = at(links, l);
+          const Plane& other = at(search_, link.node);
+          for (std::size_t k = 0; k < components; ++k) product[k] -= link.weight * other[k];
+        }
+        for (std::size_t k = 0; k < components; ++k) sums.sums[k] += product[k] * search_[i][k];
+        product_[i] = product;
+      }
+      partial_[chunk] = sums;
+    });
+    const Plane curvature = total().sums;
+    Plane stride{};
+    for (std::size_t k = 0; k < components; ++k) {
+      if (curvature[k] > 0.0) stride[k] = now.sums[k] / curvature[k];
+    }
+    parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      Sums sums;
+      for (std::size_t i = begin; i < end; ++i) {
+        Node& node = nodes[i];
+        Plane change;
+        for (std::size_t k = 0; k < components; ++k) {
+          corrections_[i][k] += stride[k] * search_[i][k];
+          node.residual[k] -= stride[k] * product_[i][k];
+          change[k] = node.residual[k] / node.diagonal;
+          sums.sums[k] += node.residual[k] * change[k];
+        }
+        sums.far |= beyond(node, change, tolerance);
+      }
+      partial_[chunk] = sums;
+    });
+    const Sums next = total();
+    Plane keep{};
+    for (std::size_t k = 0; k < components; ++k) {
+      if (now.sums[k] > 0.0) keep[k] = next.sums[k] / now.sums[k];
+    }
+    parallel::for_each(threads, n, grain, [&](std::size_t i) {
+      for (std::size_t k = 0; k < components; ++k) {
+        search_[i][k] = nodes[i].residual[k] / nodes[i].diagonal + keep[k] * search_[i][k];
+      }
+    });
+    now = next;
+  }
+  return iteration;
+}
+
+}  // namespace palpate

@@ -1,0 +1,191 @@
+#include "contact/surface_normals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "geometry/vector.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double smooth_cosine = 0.5;  // 60 degrees
+constexpr double band = 0.05;          // share of the triangle's height in which the field turns at a crease
+
+Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
+  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+}
+
+/// Side i of a triangle is opposite its corner i.
+struct Side {
+  Index low;
+  Index high;
+  Index triangle;
+  std::size_t corner;
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(triangles[t][(i + 1) % 3], triangles[t][(i + 2) % 3]);
+      sides.push_back({low, high, static_cast<Index>(t), i});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  return sides;
+}
+
+/// Weights of x in the triangle, none negative, sum 1.
+std::array<double, 3> weights_in(std::span<const Vec3> positions, const Triangle& t, const Vec3& area,
+                                 const Vec3& x) {
+  std::array<double, 3> w{};
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 a = at(positions, t[(i + 1) % 3]) - x;
+    const Vec3 b = at(positions, t[(i + 2) % 3]) - x;
+    sum += w[i] = std::max(0.0, dot(cross(a, b), area));
+  }
+  if (!(sum > 0.0)) return {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
+  for (double& weight : w) weight /= sum;
+  return w;
+}
+
+}  // namespace
+
+SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
+  Index triangle = 0;
+  for (const std::array<Index, 4>& neighbors : bodies.tet_neighbors()) {
+    first_triangles_.push_back(triangle);
+    triangle += static_cast<Index>(std::count(neighbors.begin(), neighbors.end(), -1));
+  }
+  find_creases(bodies);
+  group_corners(bodies);
+}
+
+void SurfaceNormals::find_creases(const Bodies& bodies) {
+  const std::span<const Triangle> triangles = bodies.triangles();
+  creases_.assign(triangles.size(), 0);
+  across_.assign(triangles.size(), {-1, -1, -1});
+  std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (std::size_t first = 0; first < sides.size();) {
+    std::size_t last = first + 1;
+    while (last < sides.size() && sides[last].low == sides[first].low &&
+           sides[last].high == sides[first].high)
+      ++last;
+    const Side& a = sides[first];
+    const Side& b = sides[last - 1];
+    const Vec3 normal_a = normalized(area_vector(bodies.points_rest(), at(triangles, a.triangle)));
+    const Vec3 normal_b = normalized(area_vector(bodies.points_rest(), at(triangles, b.triangle)));
+    if (last - first == 2 && dot(normal_a, normal_b) >= smooth_cosine) {
+      at(across_, a.triangle)[a.corner] = b.triangle;
+      at(across_, b.triangle)[b.corner] = a.triangle;
+    } else {
+      for (std::size_t s = first; s < last; ++s)
+        at(creases_, sides[s].triangle) |= static_cast<std::uint8_t>(1U << sides[s].corner);
+      at(on_crease, a.low) = at(on_crease, a.high) = 1;
+    }
+    first = last;
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (at(on_crease, triangles[t][i]) != 0) creases_[t] |= static_cast<std::uint8_t>(8U << i);
+    }
+  }
+}
+
+/// Groups of a point: what its triangles reach of each other over smooth edges at the point.
+void SurfaceNormals::group_corners(const Bodies& bodies) {
+  const std::span<const Triangle> triangles = bodies.triangles();
+  struct Corner {
+    Index point;
+    Index triangle;
+    std::size_t corner;
+  };
+  std::vector<Corner> corners;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) corners.push_back({triangles[t][i], static_cast<Index>(t), i});
+  }
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+    return std::tie(a.point, a.triangle) < std::tie(b.point, b.triangle);
+  });
+  corner_groups_.assign(triangles.size(), {-1, -1, -1});
+  groups_of_point_.begin.assign(bodies.points_rest().size() + 1, 0);
+  Index group = 0;
+  std::vector<Corner> reached;
+  for (const Corner& seed : corners) {
+    if (at(corner_groups_, seed.triangle)[seed.corner] >= 0) continue;
+    at(corner_groups_, seed.triangle)[seed.corner] = group;
+    reached.assign(1, seed);
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+      const Corner c = reached[next];
+      triangles_of_group_.values.push_back(c.triangle);
+      for (const std::size_t side : {(c.corner + 1) % 3, (c.corner + 2) % 3}) {
+        const Index other = at(across_, c.triangle)[side];
+        if (other < 0) continue;
+        const Triangle& t = at(triangles, other);
+        const auto corner = static_cast<std::size_t>(std::find(t.begin(), t.end(), seed.point) - t.begin());
+        if (at(corner_groups_, other)[corner] >= 0) continue;
+        at(corner_groups_, other)[corner] = group;
+        reached.push_back({seed.point, other, corner});
+      }
+    }
+    triangles_of_group_.begin.push_back(static_cast<Index>(triangles_of_group_.values.size()));
+    groups_of_point_.values.push_back(group);
+    ++at(groups_of_point_.begin, seed.point + 1);
+    body_of_group_.push_back(at(bodies.body_of_point(), seed.point));
+    ++group;
+  }
+  for (std::size_t p = 0; p + 1 < groups_of_point_.begin.size(); ++p)
+    groups_of_point_.begin[p + 1] += groups_of_point_.begin[p];
+  group_areas_.resize(static_cast<std::size_t>(group));
+  group_normals_.resize(static_cast<std::size_t>(group));
+}
+
+void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodies,
+                            std::span<const Vec3> positions, std::span<const std::uint8_t> wanted) {
+  parallel::for_each(threads, group_areas_.size(), 512, [&](std::size_t g) {
+    if (at(wanted, body_of_group_[g]) == 0) return;
+    Vec3 area;
+    for (const Index t : triangles_of_group_[static_cast<Index>(g)])
+      area += area_vector(positions, at(bodies.triangles(), t));
+    group_areas_[g] = area;
+    group_normals_[g] = normalized(area);
+  });
+}
+
+Vec3 SurfaceNormals::normal_of_point(Index point) const {
+  Vec3 area;
+  for (const Index group : groups_of_point_[point]) area += at(group_areas_, group);
+  return normalized(area);
+}
+
+Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                              const Vec3& x) const {
+  const Triangle& t = at(bodies.triangles(), triangle);
+  const Vec3 area = area_vector(positions, t);
+  const std::array<double, 3> w = weights_in(positions, t, area, x);
+  const unsigned creases = at(creases_, triangle);
+  double from_crease = 1.0;  // in heights of the triangle
+  Vec3 smooth;
+  for (std::size_t i = 0; i < 3; ++i) {
+    smooth += w[i] * at(group_normals_, at(corner_groups_, triangle)[i]);
+    if ((creases & (1U << i)) != 0) from_crease = std::min(from_crease, w[i]);
+    if ((creases & (8U << i)) != 0) from_crease = std::min(from_crease, 1.0 - w[i]);
+  }
+  Vec3 normal = smooth;
+  if (from_crease < band) {
+    Vec3 joined;
+    for (std::size_t i = 0; i < 3; ++i) joined += w[i] * normal_of_point(t[i]);
+    const double share = 1.0 - from_crease / band;
+    normal = (1.0 - share) * smooth + share * joined;
+  }
+  normal = normalized(normal);
+  return normal == Vec3{} ? normalized(area) : normal;
+}
+
+}  // namespace palpate

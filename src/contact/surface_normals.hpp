@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// A normal field on the surfaces of bodies that is continuous along the surface, and equal to the triangle's
+/// normal where the surface is flat.
+///
+/// The corners of a triangle have the area-weighted normal of the triangles around the point that are joined
+/// by smooth edges (normals of both triangles at most 60 degrees apart at rest); between corners it is
+/// interpolated. Across a crease the field turns within a band of 5 % of the triangle's height on both sides,
+/// so it is continuous there too. So contact with a flat face is exact up to that band along its rim.
+class SurfaceNormals {
+ public:
+  /// O(n log n) in triangles. `bodies` must not change afterwards.
+  explicit SurfaceNormals(const Bodies& bodies);
+
+  /// Corner normals of the bodies marked in `wanted` (n_bodies) at `positions`. O(triangles), parallel.
+  void update(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+              std::span<const std::uint8_t> wanted);
+
+  /// Unit normal at x, a point of a triangle; zero where the triangle and all around it have no area.
+  [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                              const Vec3& x) const;
+
+  /// The surface triangle that is the face opposite corner `opposite` of a tet; the face is at the surface.
+  [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
+    Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
+    for (std::size_t i = 0; i < opposite; ++i)
+      triangle += bodies.tet_neighbors()[static_cast<std::size_t>(tet)][i] < 0 ? 1 : 0;
+    return triangle;
+  }
+
+ private:
+  void find_creases(const Bodies& bodies);
+  void group_corners(const Bodies& bodies);
+  [[nodiscard]] Vec3 normal_of_point(Index point) const;
+
+  std::vector<Index> first_triangles_;  ///< (n_tets) triangles are in the order of their tets
+  /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
+  std::vector<std::uint8_t> creases_;  ///< (n_triangles)
+  std::vector<std::array<Index, 3>>
+      across_;  ///< (n_triangles) triangle over the smooth edge opposite corner i
+  std::vector<std::array<Index, 3>> corner_groups_;  ///< (n_triangles) group of each corner
+  Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
+  Rows triangles_of_group_;
+  std::vector<Index> body_of_group_;
+  std::vector<Vec3> group_areas_;    ///< (n_groups) sum of area vectors
+  std::vector<Vec3> group_normals_;  ///< (n_groups) unit, or zero
+};
+
+}  // namespace palpate

@@ -1,0 +1,50 @@
+// No step asks for memory once the first ten of a steady run are done.
+#include <gtest/gtest.h>
+
+#include <palpate/simulation.hpp>
+
+#include "contact/ways.hpp"
+#include "support/count_allocations.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+/// Four soft slabs on a plate, pressed into each other by about what their weight asks for.
+Simulation resting_stack(const DetectionSettings& detection, int threads) {
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({7, 7, 1}, {-0.12, -0.12, -0.02}, {0.12, 0.12, 0.0}));
+  std::vector<Material> materials{Material{}};
+  for (int slab = 0; slab < 4; ++slab) {
+    const double z = 0.02 * slab - 1e-4 * (slab + 1);
+    bodies.add("slab " + std::to_string(slab),
+               test::box_mesh({8 - slab, 8, 1}, {-0.08, -0.08, z}, {0.08, 0.08, z + 0.02}));
+    materials.push_back(Material{.young_modulus = 5e4, .mass_damping = 2.0, .stiffness_damping = 2e-3});
+  }
+  SimulationSettings settings;
+  settings.detection = detection;
+  settings.response.friction = 0.3;
+  return Simulation(std::move(bodies), materials, {}, {1, 0, 0, 0, 0}, settings, threads);
+}
+
+TEST(SimulationAllocations, AStepOfARestingStackMakesNone) {
+  for (const DetectionSettings& way : test::every_way()) {
+    for (const int threads : {1, 2}) {
+      Simulation simulation = resting_stack(way, threads);
+      for (int step = 0; step < 10; ++step) simulation.step();
+      const long before = allocations;
+      ASSERT_GT(before, 0) << "allocations are not counted";
+      std::size_t movers = 0;
+      for (int step = 0; step < 90; ++step) movers += simulation.step().detection.movers;
+      EXPECT_EQ(allocations - before, 0) << test::name_of(way) << ", " << threads << " threads";
+      EXPECT_GT(simulation.metrics().detection.contacts, 200U);
+      EXPECT_GT(simulation.metrics().detection.crossings, 200U);
+      EXPECT_GT(simulation.metrics().solver_iterations, 0);
+      EXPECT_LT(simulation.metrics().fastest_body, 0.05) << "it rests, but for a tremble";
+      EXPECT_GT(movers, 0U) << "some points change their cell";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
