@@ -28,9 +28,10 @@ void check_materials(const Bodies& bodies, const Materials& materials) {
   const bool per_body = materials.of_tet.empty();
   if (per_body || materials.all.size() < body_count)
     check_length("materials", materials.all.size(), body_count, "body");
-  for (std::size_t i = 0; i < materials.all.size(); ++i)
+  for (std::size_t i = 0; i < materials.all.size(); ++i) {
     check_material(materials.all[i],
                    i < body_count ? "body " + bodies.bodies()[i].name : "material " + std::to_string(i));
+  }
   if (per_body) return;
   check_length("material of tets", materials.of_tet.size(), bodies.tets().size(), "tet");
   for (const Index material : materials.of_tet) {

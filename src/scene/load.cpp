@@ -80,9 +80,10 @@ std::vector<Index> checked_selection(const Scene& scene, const std::string& path
     }
   }
   std::vector<Index> indices = selected(selection, points);
-  if (indices.empty())
+  if (indices.empty()) {
     throw Error(scene.source, path, "no " + what + " of '" + body.name + "'",
                 "one or more " + what + "s selected");
+  }
   return indices;
 }
 

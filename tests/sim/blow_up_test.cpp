@@ -131,7 +131,7 @@ TEST(BlowUp, LimitsOutOfRangeAreRefused) {
 
 TEST(Regions, ContactStiffnessComesFromTheMeanByVolume) {
   Bodies bodies = plate_and_box();
-  const std::size_t plate_tets = bodies.bodies()[0].tets.size();
+  const auto plate_tets = static_cast<std::size_t>(bodies.bodies()[0].tets.size());
   std::vector<Index> of_tet(bodies.tets().size(), 1);
   std::fill_n(of_tet.begin(), plate_tets, 0);
   for (std::size_t t = plate_tets; t < plate_tets + 12; ++t) of_tet[t] = 2;  // a quarter of 48 equal tets
