@@ -76,9 +76,9 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
   }
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
-  lines_ += fmt::format(",{},{:.4f},{},{},{},{},{}", sort, points.occupancy(),
-                        points.retries() + edges.retries(), points.growths + edges.growths, m.solves,
-                        m.solver_iterations, m.solver_converged ? 1 : 0);
+  lines_ +=
+      fmt::format(",{},{:.4f},{},{},{},{},{}", sort, points.occupancy(), points.retries() + edges.retries(),
+                  points.growths + edges.growths, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

@@ -61,25 +61,26 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
 void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.list.contacts();
   const std::size_t n = contacts.size();
-  border_begin_.assign(n + 1, 0);
+  assign_with_room(border_begin_, n + 1, Index{0});
   penetrated_.assign(frame.bodies.bodies().size(), 0);
   for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
   for (const Index body : contacts.body) at(penetrated_, body) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
-  notes_.assign(n, Note{});
-  system_.nodes.assign(n, PlaneSystem::Node{});
+  assign_with_room(notes_, n, Note{});
+  assign_with_room(system_.nodes, n, PlaneSystem::Node{});
   Index links = 0;
   for (std::size_t c = 0; c < n; ++c) {
     system_.nodes[c].begin = system_.nodes[c].end = links;
     links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
              (border_begin_[c + 1] - border_begin_[c]);
   }
-  system_.links.resize(static_cast<std::size_t>(links));
+  resize_with_room(system_.links, static_cast<std::size_t>(links));
 }
 
 void DepthEstimate::assemble(const Frame& frame) {
   normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
-  searches_.resize(std::max(searches_.size(), parallel::chunk_count(notes_.size(), contacts_of_search)));
+  const std::size_t chunks = parallel::chunk_count(notes_.size(), contacts_of_search);
+  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          for (std::size_t c = begin; c < end; ++c) {
@@ -200,6 +201,8 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
 void DepthEstimate::propagate(const Frame& frame) {
   Contacts& contacts = frame.list.contacts();
   frontier_.clear();
+  make_room(frontier_, notes_.size());
+  make_room(next_, notes_.size());
   for (std::size_t c = 0; c < notes_.size(); ++c) {
     if (notes_[c].level == 0) frontier_.push_back(static_cast<Index>(c));
   }

@@ -32,6 +32,12 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 /// self-contact the tets and triangles at the searching point itself (`without`, else -1) are left out.
 class ExitSearch {
  public:
+  /// With room for what a search near a surface reaches, so that steady steps ask for no more.
+  ExitSearch() {
+    reached_.reserve(512);
+    table_.reserve(2048);
+  }
+
   /// The nearest surface point within `radius`; of several, the one met first; none: `outward` is zero and
   /// `distance` is `radius`. Ends at the first one as near as `enough`. O(tets nearer than the result).
   SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,

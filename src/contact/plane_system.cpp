@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "geometry/vector.hpp"
+#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -48,10 +49,10 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
 
 int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most) {
   const std::size_t n = nodes.size();
-  corrections_.resize(n);
-  search_.resize(n);
-  product_.resize(n);
-  partial_.assign(parallel::chunk_count(n, grain), {});
+  resize_with_room(corrections_, n);
+  resize_with_room(search_, n);
+  resize_with_room(product_, n);
+  assign_with_room(partial_, parallel::chunk_count(n, grain), Sums{});
   start(threads, tolerance);
   Sums now = total();
   int iteration = 0;

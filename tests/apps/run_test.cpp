@@ -148,8 +148,10 @@ TEST_F(Run, ReportsHowFullCuckooTablesAreAndWhatTheyTook) {
         << of;
   }
   const auto last = rows_of(read("out/metrics.csv")).back();
-  EXPECT_NEAR(std::stod(last.at("cuckoo_occupancy")), cuckoo["cuckoo"]["points"]["occupancy"].get<double>(), 5e-5);
-  EXPECT_EQ(last.at("cuckoo_retries") + last.at("cuckoo_growths"), "00") << "tables so empty need no second try";
+  EXPECT_NEAR(std::stod(last.at("cuckoo_occupancy")), cuckoo["cuckoo"]["points"]["occupancy"].get<double>(),
+              5e-5);
+  EXPECT_EQ(last.at("cuckoo_retries") + last.at("cuckoo_growths"), "00")
+      << "tables so empty need no second try";
   EXPECT_EQ(last.at("sort"), "none") << "cuckoo does not sort points";
 }
 

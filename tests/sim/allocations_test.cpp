@@ -24,7 +24,9 @@ Simulation resting_stack(const DetectionSettings& detection, int threads) {
   SimulationSettings settings;
   settings.detection = detection;
   settings.response.friction = 0.3;
-  return Simulation(std::move(bodies), materials, {}, {1, 0, 0, 0, 0}, settings, threads);
+  return Simulation(
+      {.bodies = std::move(bodies), .materials = std::move(materials), .obstacles = {1, 0, 0, 0, 0}},
+      settings, threads);
 }
 
 TEST(SimulationAllocations, AStepOfARestingStackMakesNone) {
