@@ -76,11 +76,8 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
   metrics.flush();
   outcome.interrupted = interrupt.requested();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
-  // After a failure the last good state is gone: the frames that are there are all there is.
-  if (outcome.failure.empty()) {
-    frames.add(simulation, true);
-    progress.finish(simulation.metrics());
-  }
+  frames.add(simulation, true);  // after a failure: the last good state
+  if (outcome.failure.empty()) progress.finish(simulation.metrics());
   return outcome;
 }
 

@@ -35,10 +35,8 @@ Json phases_json(const PhaseTimes& times) {
 /// Smallest and largest contact stiffness over the pairs of bodies that can touch; null where no pair can.
 Json stiffness_json(const RunReport& report) {
   const Bodies& bodies = report.simulation.bodies();
-  std::vector<Material> materials;
-  materials.reserve(report.scene.bodies.size());
-  for (const SceneBody& body : report.scene.bodies) materials.push_back(body.material.value_or(Material{}));
-  const ContactResponse response(bodies, materials, report.obstacles, report.scene.settings.response, {}, {});
+  const ContactResponse response(bodies, report.simulation.contact_materials(), report.obstacles,
+                                 report.scene.settings.response, {}, {});
   double low = std::numeric_limits<double>::infinity();
   double high = 0.0;
   for (Index a = 0; a < bodies.body_count(); ++a) {

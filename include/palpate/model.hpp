@@ -44,8 +44,9 @@ struct Grab {
 /// What a simulation is made of, apart from its settings. Arrays that are allowed to be empty then mean
 /// "none".
 struct Model {
-  Bodies bodies{};                           ///< the meshes at their start, at rest
-  std::vector<Material> materials{};         ///< (n_bodies); of an obstacle only the density counts
+  Bodies bodies{};                    ///< the meshes at their start, at rest
+  std::vector<Material> materials{};  ///< of each body (of an obstacle only the density counts), then others
+  std::vector<Index> material_of_tet{};      ///< (n_tets) index into materials; or empty: that of its body
   std::vector<std::uint8_t> fixed_points{};  ///< (n_points) 1: does not deform freely; or empty
   std::vector<std::uint8_t> obstacles{};     ///< (n_bodies) 1: rigid, no point of it is free; or empty
   std::vector<Motion> motions{};             ///< rails for obstacles and attached points

@@ -86,6 +86,15 @@ struct RestSettings {
   double time = 0.05;   ///< s
 };
 
+/// When a run has blown up and stops with an Error; a value that is not finite always stops it.
+struct LimitSettings {
+  /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
+  /// step.
+  std::optional<double> max_speed{};
+  /// > 0; a tet that has been inverted (volume <= 0) for so many steps in a row is beyond recovery.
+  int inverted_steps = 300;
+};
+
 /// Everything of a simulation that is not a body.
 struct SimulationSettings {
   double time_step = 0.01;        ///< s, > 0
@@ -94,6 +103,7 @@ struct SimulationSettings {
   ResponseSettings response;
   SolverSettings solver;
   RestSettings rest;
+  LimitSettings limits;
 };
 
 }  // namespace palpate

@@ -48,7 +48,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Advances by one time step. Throws Error where the state is no longer finite.
+  /// Advances by one time step. Throws Error where the run blows up (a value that is not finite, or beyond
+  /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all that
+  /// this class tells (positions, velocities, contacts, metrics, forces) is that of the last good step.
   const StepMetrics& step();
 
   /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
@@ -79,6 +81,9 @@ class Simulation {
   [[nodiscard]] std::span<const Vec3> contact_forces() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
+  /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its
+  /// own with the mean of Young's modulus by volume.
+  [[nodiscard]] std::span<const Material> contact_materials() const;
   /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
   /// bytes).
   [[nodiscard]] std::string state_hash() const;

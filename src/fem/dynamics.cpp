@@ -7,6 +7,7 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "number_text.hpp"
 
@@ -22,16 +23,32 @@ void check_length(const char* name, std::size_t found, std::size_t expected, con
               std::to_string(expected) + " values, one per " + per);
 }
 
+void check_materials(const Bodies& bodies, const Materials& materials) {
+  const std::size_t body_count = bodies.bodies().size();
+  const bool per_body = materials.of_tet.empty();
+  if (per_body || materials.all.size() < body_count)
+    check_length("materials", materials.all.size(), body_count, "body");
+  for (std::size_t i = 0; i < materials.all.size(); ++i) {
+    check_material(materials.all[i],
+                   i < body_count ? "body " + bodies.bodies()[i].name : "material " + std::to_string(i));
+  }
+  if (per_body) return;
+  check_length("material of tets", materials.of_tet.size(), bodies.tets().size(), "tet");
+  for (const Index material : materials.of_tet) {
+    if (material >= 0 && static_cast<std::size_t>(material) < materials.all.size()) continue;
+    throw Error(source_name, "material of tets", std::to_string(material),
+                "an index of " + std::to_string(materials.all.size()) + " materials");
+  }
+}
+
 /// Masses, once all arguments of the constructor are known to be good.
-std::vector<double> checked_masses(const Bodies& bodies, std::span<const Material> materials,
+std::vector<double> checked_masses(const Bodies& bodies, const Materials& materials,
                                    std::span<const std::uint8_t> fixed,
                                    std::span<const std::uint8_t> obstacles) {
   const auto body_count = static_cast<std::size_t>(bodies.body_count());
-  check_length("materials", materials.size(), body_count, "body");
+  check_materials(bodies, materials);
   check_length("obstacle_bodies", obstacles.size(), body_count, "body");
   check_length("fixed_points", fixed.size(), bodies.points_rest().size(), "point");
-  for (std::size_t body = 0; body < body_count; ++body)
-    check_material(materials[body], bodies.bodies()[body].name);
   return lumped_masses(bodies, materials);
 }
 
@@ -56,6 +73,10 @@ void check_step(double time_step, const Vec3& gravity) {
   }
 }
 
+double largest_component(const Vec3& a) {
+  return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
+}
+
 void check_solve(double tolerance, int max_iterations) {
   require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
   require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
@@ -63,10 +84,11 @@ void check_solve(double tolerance, int max_iterations) {
 
 }  // namespace
 
-Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
-                   std::vector<std::uint8_t> fixed_points, std::vector<std::uint8_t> obstacle_bodies,
-                   parallel::Threads threads)
+Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
+                   std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads)
     : threads_(std::move(threads)),
+      bodies_(bodies.bodies().begin(), bodies.bodies().end()),
+      body_of_point_(bodies.body_of_point().begin(), bodies.body_of_point().end()),
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
       matrix_(elements_, static_cast<Index>(masses_.size())),
@@ -74,14 +96,17 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
-  point_mass_damping_.resize(points);
-  for (std::size_t i = 0; i < points; ++i) {
-    point_mass_damping_[i] = at(materials, bodies.body_of_point()[i]).mass_damping;
-  }
+  point_mass_damping_ = mass_dampings(bodies, materials, masses_);
   element_stiffness_damping_.resize(elements);
   for (std::size_t e = 0; e < elements; ++e) {
-    element_stiffness_damping_[e] = at(materials, elements_.body_of_element()[e]).stiffness_damping;
+    element_stiffness_damping_[e] =
+        materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
+  inverted_steps_.resize(elements, 0);
+  inverted_steps_prev_ = inverted_steps_;
+  plastic_strains_prev_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
+  plastic_strains_next_ = plastic_strains_prev_;
+  positions_prev_ = positions_;
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
@@ -91,7 +116,7 @@ Dynamics::Dynamics(const Bodies& bodies, std::vector<Material> materials,
   }
 }
 
-/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of each body.
+/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets.
 void Dynamics::assemble(double time_step) {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
@@ -181,12 +206,16 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
   system_.update_preconditioner(threads_);
   compute_right_side();
   if (!all_finite(right_side_)) {
-    throw Error(source_name, "step", "a force that is not finite", "finite forces, positions and velocities");
+    const auto bad = std::ranges::find_if_not(right_side_, is_finite);
+    throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
+                         "finite forces, positions and velocities");
   }
   const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
-  if (!all_finite(solution_)) {
-    throw Error(source_name, "step", "a velocity that is not finite",
-                "numbers within the range of double precision");
+  if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
+    // The solver carries what overflows to all points; where the force is largest it began.
+    const auto largest = std::ranges::max_element(right_side_, {}, largest_component);
+    throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
+                         "a velocity that is not finite", "numbers within the range of double precision");
   }
   parallel::for_each(threads_, masses_.size(), point_grain,
                      [&](std::size_t i) { end_velocities_[i] = base_velocities_[i] + solution_[i]; });
@@ -196,6 +225,12 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
 void Dynamics::end_step() {
   std::swap(velocity_changes_, solution_);
   std::swap(velocities_, end_velocities_);
+  std::ranges::copy(positions_, positions_prev_.begin());
+  std::swap(inverted_steps_, inverted_steps_prev_);
+  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
+    const bool inverted = elements_.inverted(static_cast<Index>(e));
+    inverted_steps_[e] = inverted ? inverted_steps_prev_[e] + 1 : 0;
+  });
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
   });
@@ -203,6 +238,17 @@ void Dynamics::end_step() {
     at(positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
   }
   prescribed_points_.clear();
+  std::ranges::copy(elements_.plastic_strains(), plastic_strains_prev_.begin());
+  elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
+  elements_.set_plastic_strains(plastic_strains_next_);
+}
+
+void Dynamics::undo_step() {
+  std::swap(velocity_changes_, solution_);
+  std::swap(velocities_, end_velocities_);
+  std::swap(positions_, positions_prev_);
+  std::swap(inverted_steps_, inverted_steps_prev_);
+  elements_.set_plastic_strains(plastic_strains_prev_);
 }
 
 bool Dynamics::all_finite(std::span<const Vec3> values) {
@@ -229,6 +275,22 @@ void Dynamics::set_velocities(std::span<const Vec3> velocities) {
 
 void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
   set_moving(changes, "velocity_changes", velocity_changes_);
+}
+
+void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  check_length("plastic_strains", strains.size(), elements_.plastic_strains().size(),
+               "element that can yield");
+  for (const SymmetricMatrix3& strain : strains) {
+    if (!std::isfinite(norm(strain)))
+      throw Error(source_name, "plastic_strains", "a value that is not finite", "finite values");
+  }
+  elements_.set_plastic_strains(strains);
+}
+
+void Dynamics::set_inverted_steps(std::span<const Index> steps) {
+  check_length("inverted_steps", steps.size(), inverted_steps_.size(), "element");
+  for (const Index count : steps) require(count >= 0, "inverted_steps", count, "numbers >= 0");
+  std::ranges::copy(steps, inverted_steps_.begin());
 }
 
 double Dynamics::kinetic_energy() {

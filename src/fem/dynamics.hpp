@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
+#include <palpate/error.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
@@ -29,12 +31,12 @@ class Dynamics {
 
   /// At rest: positions are those of the bodies at rest, velocities zero.
   ///
-  /// \param materials        per body
+  /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
   /// \param fixed_points     per point: 1 where it does not move
   /// \param obstacle_bodies  per body: 1 where no point moves; no elements are evaluated there
   /// Throws Error on a material out of range (naming body and key), arrays of another length than the bodies
   /// have, and a tet too thin for double precision. O(n_tets log).
-  Dynamics(const Bodies& bodies, std::vector<Material> materials, std::vector<std::uint8_t> fixed_points,
+  Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
            std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
@@ -42,7 +44,7 @@ class Dynamics {
   /// One implicit Euler step of length h with one linearisation of the tissue (Baraff & Witkin, "Large steps
   /// in cloth simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
   ///   (M + h C + h^2 K' + W) dv = h (f_elastic + f_external + f_couplings - C v - h K' v) - W v,
-  /// with C = mass_damping M + stiffness_damping K' (per body), K' the turned stiffness of Elements at the
+  /// with C = mass_damping M + stiffness_damping K' (per tet), K' the turned stiffness of Elements at the
   /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own share.
   ///
   /// \param time_step        h > 0, s
@@ -52,7 +54,8 @@ class Dynamics {
   /// \param tolerance        relative residual at which the solve stops, >= 0
   /// \param max_iterations   cap, >= 0; where it is reached the report says so and the iterate is used
   /// The solve starts from the last step's dv, where that is zero from free fall. Throws Error, with the
-  /// state as it was, on a parameter out of range and where the right side or the solution is not finite.
+  /// state as it was, on a parameter out of range, and, naming body and tet, where the right side or the
+  /// solution is not finite. Tissue that can yield does so at the end, at the positions that the step led to.
   Report step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
               std::span<const Coupling> couplings, double tolerance, int max_iterations);
 
@@ -62,19 +65,31 @@ class Dynamics {
 
   /// The same in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() as often as the couplings change, each from the last solution, then
-  /// end_step(). Positions and velocities change in end_step() only. The arguments and errors are those of
-  /// step().
+  /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
+  /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   Report solve(std::span<const Coupling> couplings, double tolerance, int max_iterations);
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
   [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
+  /// Between solve() and end_step(): throws Error naming body and tet where end_velocities() are above
+  /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
+  /// the start of this one. The state stays as it is.
+  void check_limits(double max_speed, int inverted_steps);
   void end_step();
+  /// Takes the last end_step() back, bit for bit: positions, velocities and all other state. Once a step.
+  void undo_step();
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
   /// dv of the last step (n_points x 3), m/s: the guess of the next. Part of the state that a resumed run
   /// needs.
   [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
+  /// Plastic strain of each element in its turned frame, (n_elements), or empty where no material yields; and
+  /// for how many steps in a row each has started inverted (n_elements). Part of the state, too.
+  [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const {
+    return elements_.plastic_strains();
+  }
+  [[nodiscard]] std::span<const Index> inverted_steps() const { return inverted_steps_; }
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
   }  ///< (n_points), kg, also of obstacles
@@ -89,6 +104,10 @@ class Dynamics {
   void set_positions(std::span<const Vec3> positions);
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
+  /// The same for values per element, of the lengths of plastic_strains() and inverted_steps(). A strain is
+  /// taken where the material can yield and stays zero elsewhere.
+  void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
+  void set_inverted_steps(std::span<const Index> steps);
 
   /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
@@ -103,20 +122,31 @@ class Dynamics {
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
+  [[nodiscard]] Error error_at_element(Index element, const std::string& found,
+                                       const std::string& expected) const;
+  [[nodiscard]] Error error_at_point(std::size_t point, const std::string& found,
+                                     const std::string& expected) const;
 
   parallel::Threads threads_;
+  std::vector<Body> bodies_;
+  std::vector<Index> body_of_point_;
   std::vector<double> masses_;
   Elements elements_;
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
   ConjugateGradients solver_;
-  std::vector<double> point_mass_damping_;         ///< (n_points)
+  std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass share of the matrix
   std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness share of the matrix
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
+  std::vector<Vec3> positions_prev_;
+  std::vector<Index> inverted_steps_;  ///< (n_elements), before the step that has begun
+  std::vector<Index> inverted_steps_prev_;
+  std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
+  std::vector<SymmetricMatrix3> plastic_strains_prev_;
   std::vector<Vec3> velocities_;
   std::vector<Vec3> velocity_changes_;
   std::vector<Vec3> solution_;

@@ -33,16 +33,24 @@ void store(Columns<12>& columns, std::size_t element, int corner, const Vec3& va
   columns[k + 2][element] = value.z;
 }
 
+/// plastic_twist() of an element, with S = R^T F = I + its whole strain.
+Vec3 twist_of(const Matrix3& f, const Matrix3& rotation, const SymmetricMatrix3& plastic) {
+  const SymmetricMatrix3 unit{1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+  return plastic_twist(unit + corotated_strain(f, rotation), plastic);
+}
+
 }  // namespace
 
-Elements::Elements(const Bodies& bodies, std::span<const Material> materials,
-                   std::span<const std::uint8_t> obstacles)
+Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles)
     : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   for (Index body = 0; body < bodies.body_count(); ++body) {
     if (at(obstacles, body) != 0) continue;
     const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet) add_element(bodies, tet, body, at(materials, body));
+    for (Index tet = tets.begin; tet < tets.end; ++tet)
+      add_element(bodies, tet, body, materials.of(tet, body));
   }
+  inverted_.resize(corners_.size());
+  plastic_strains_.resize(plasticity_.size());
   for (auto& column : gradients_) column.resize(corners_.size());
   for (auto& column : forces_) column.resize(corners_.size());
 }
@@ -68,6 +76,14 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   const double nu = material.poisson_ratio;
   mu_.push_back(material.young_modulus / (2.0 * (1.0 + nu)));
   lambda_.push_back(material.young_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+  add_plasticity(material);
+}
+
+/// The list begins with the first element that can yield: without one it stays empty and costs nothing.
+void Elements::add_plasticity(const Material& material) {
+  if (plasticity_.empty() && !material.plastic_yield) return;
+  plasticity_.resize(corners_.size());
+  plasticity_.back() = {material.plastic_yield, material.plastic_creep, material.plastic_maximum};
 }
 
 Vec3 Elements::gradient_rest(std::size_t element, int corner) const {
@@ -93,10 +109,26 @@ Matrix3 Elements::deformation_gradient(std::size_t element, std::span<const Vec3
   return f;
 }
 
+/// F - R without the plastic part: R e, with e the elastic strain.
+Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const Matrix3& rotation) const {
+  Matrix3 stretch = f - rotation;
+  if (!yields(element)) return stretch;
+  const SymmetricMatrix3& p = plastic_strains_[element];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 plastic_row = p * row(rotation, i);
+    stretch(i, 0) -= plastic_row.x;
+    stretch(i, 1) -= plastic_row.y;
+    stretch(i, 2) -= plastic_row.z;
+  }
+  return stretch;
+}
+
 void Elements::update_element(std::size_t element, std::span<const Vec3> positions) {
   const Matrix3 f = deformation_gradient(element, positions);
+  inverted_[element] = determinant(f) > 0.0 ? 0 : 1;
   const Matrix3 rotation = nearest_rotation(f);
-  const Matrix3 stretch = f - rotation;
+  const Matrix3 stretch = elastic_stretch(element, f, rotation);
+  const Vec3 twist = yields(element) ? twist_of(f, rotation, plastic_strains_[element]) : Vec3{};
   // tr(R^T F - I) = tr(R^T (F - R)), without the cancellation of the left side near rest.
   const double pressure = lambda_[element] * inner(rotation, stretch);
   const double twice_mu = 2.0 * mu_[element];
@@ -105,7 +137,9 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   for (int corner = 1; corner < 4; ++corner) {
     const Vec3 rest = gradient_rest(element, corner);
     const Vec3 gradient = rotation * rest;
-    const Vec3 force = -volume_[element] * (twice_mu * (stretch * rest) + pressure * gradient);
+    Vec3 strained = stretch * rest;
+    if (twist != Vec3{}) strained -= rotation * cross(twist, rest);
+    const Vec3 force = -volume_[element] * (twice_mu * strained + pressure * gradient);
     gradient_sum += gradient;
     force_sum += force;
     store(gradients_, element, corner, gradient);
@@ -151,22 +185,27 @@ double Elements::energy(Index element, std::span<const Vec3> positions) const {
   const auto e = static_cast<std::size_t>(element);
   const Matrix3 f = deformation_gradient(e, positions);
   const Matrix3 rotation = nearest_rotation(f);
-  const Matrix3 stretch = f - rotation;
+  const Matrix3 stretch = elastic_stretch(e, f, rotation);
   const double trace = inner(rotation, stretch);
   return volume_[e] * (mu_[e] * inner(stretch, stretch) + 0.5 * lambda_[e] * trace * trace);
 }
 
-std::vector<double> lumped_masses(const Bodies& bodies, std::span<const Material> materials) {
-  std::vector<double> masses(bodies.points_rest().size(), 0.0);
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet) {
-      const Tet& corners = at(bodies.tets(), tet);
-      const double volume = determinant(edge_matrix(bodies.points_rest(), corners)) / 6.0;
-      for (const Index point : corners) at(masses, point) += 0.25 * at(materials, body).density * volume;
-    }
+void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  for (std::size_t e = 0; e < plastic_strains_.size(); ++e) {
+    plastic_strains_[e] = yields(e) ? strains[e] : SymmetricMatrix3{};
   }
-  return masses;
+}
+
+void Elements::flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
+                    std::span<SymmetricMatrix3> next) const {
+  parallel::for_each(threads, plastic_strains_.size(), element_grain, [&](std::size_t e) {
+    next[e] = plastic_strains_[e];
+    if (!yields(e)) return;
+    const Matrix3 f = deformation_gradient(e, positions);
+    if (!(determinant(f) > 0.0)) return;
+    const SymmetricMatrix3 total = corotated_strain(f, nearest_rotation(f));
+    next[e] = plastic_flow(plastic_strains_[e], total, plasticity_[e], time_step, mu_[e], lambda_[e]);
+  });
 }
 
 }  // namespace palpate::fem

@@ -9,6 +9,7 @@
 #include <palpate/mesh.hpp>
 
 #include "fem/matrix.hpp"
+#include "fem/plasticity.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate::fem {
@@ -27,16 +28,21 @@ using Columns = std::array<std::vector<double>, N>;
 /// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are theirs, K'_ij = R K_ij R^T with
 ///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
 /// minus the derivative of the force at fixed R: symmetric and positive semi-definite.
+///
+/// Where the material can yield, an element has a plastic strain p besides (plasticity.hpp), and its energy
+/// is that of the elastic strain e = R^T F - I - p:
+///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
+/// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
+/// stays as it is.
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover; F is built from
 /// displacements, so that it is exactly I at rest.
 class Elements {
  public:
-  /// \param materials  per body, checked by the caller
+  /// \param materials  checked by the caller
   /// \param obstacles  per body: 1 where the body's tets are left out
   /// Throws Error naming body and tet where rounding leaves a tet no positive volume or no finite inverse.
   /// O(n_tets).
-  Elements(const Bodies& bodies, std::span<const Material> materials,
-           std::span<const std::uint8_t> obstacles);
+  Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(corners_.size()); }
   [[nodiscard]] std::span<const Tet> corners() const { return corners_; }  ///< (n_elements x 4) points
@@ -57,10 +63,28 @@ class Elements {
   void add_stiffness(Index element, int i, int j, double factor, Matrix3& block) const;
   /// Elastic energy of an element at these positions, J; needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
+  /// Whether an element had no positive volume, or none that is a number, at the last update().
+  [[nodiscard]] bool inverted(Index element) const { return at(inverted_, element) != 0; }
+
+  /// Plastic strain of each element, in its own turned frame: (n_elements), or empty where no material
+  /// yields; zero in elements that cannot.
+  [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const { return plastic_strains_; }
+  /// Sets it, from an array of the length of plastic_strains(); stays zero where the material cannot yield.
+  void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
+  /// Plastic strains after a time step that ended at these positions, into `next` (length of
+  /// plastic_strains()): plastic_flow() of each element, none where it is inverted, so that a shape without
+  /// stress never is. O(n_elements).
+  void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
+            std::span<SymmetricMatrix3> next) const;
 
  private:
   void add_element(const Bodies& bodies, Index tet, Index body, const Material& material);
   void update_element(std::size_t element, std::span<const Vec3> positions);
+  void add_plasticity(const Material& material);
+  [[nodiscard]] bool yields(std::size_t element) const {
+    return !plasticity_.empty() && plasticity_[element].yield.has_value();
+  }
+  [[nodiscard]] Matrix3 elastic_stretch(std::size_t element, const Matrix3& f, const Matrix3& rotation) const;
   [[nodiscard]] Vec3 gradient_rest(std::size_t element, int corner) const;
   [[nodiscard]] Matrix3 deformation_gradient(std::size_t element, std::span<const Vec3> positions) const;
 
@@ -72,12 +96,11 @@ class Elements {
   std::vector<double> volume_;
   std::vector<double> mu_;
   std::vector<double> lambda_;
-  Columns<12> gradients_;  ///< R g_i, corner by corner
-  Columns<12> forces_;     ///< corner by corner
+  Columns<12> gradients_;                          ///< R g_i, corner by corner
+  Columns<12> forces_;                             ///< corner by corner
+  std::vector<std::uint8_t> inverted_;             ///< (n_elements), as of the last update()
+  std::vector<Plasticity> plasticity_;             ///< (n_elements), or empty where no material yields
+  std::vector<SymmetricMatrix3> plastic_strains_;  ///< as plasticity_
 };
-
-/// Lumped masses (n_points), kg: a quarter of each tet of every body, obstacles included; zero for points
-/// without a tet.
-[[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, std::span<const Material> materials);
 
 }  // namespace palpate::fem

@@ -6,8 +6,8 @@
 
 namespace palpate::fem {
 
-/// Throws Error("body NAME", key, found, expected) for the first value of a material that is not finite or
+/// Throws Error(owner, key, found, expected) for the first value of a material that is not finite or
 /// outside the range that material.hpp gives.
-void check_material(const Material& material, std::string_view body_name);
+void check_material(const Material& material, std::string_view owner);
 
 }  // namespace palpate::fem

@@ -54,6 +54,11 @@ void describe(Visitor& v, Material& material) {
   v.field("density", material.density, above(0).in_si());
   v.field("mass_damping", material.mass_damping, at_least(0));
   v.field("stiffness_damping", material.stiffness_damping, at_least(0));
+  v.optional("plastic_yield", material.plastic_yield, at_least(0));
+  v.field("plastic_creep", material.plastic_creep, at_least(0));
+  v.optional("plastic_maximum", material.plastic_maximum, at_least(0));
+  v.rule(!material.plastic_yield || v.given("plastic_creep"), "plastic_creep", "nothing",
+         "a number >= 0, since 'plastic_yield' is given");
 }
 
 template <class Visitor>
@@ -73,6 +78,12 @@ void describe(Visitor& v, SphereSelection& sphere) {
 template <class Visitor>
 void describe(Visitor& v, Selection& selection) {
   v.one_of(selection, {"box", "sphere", "points"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, Region& region) {
+  v.one_of(region.tets, {"box", "sphere", "tets"});
+  v.required("material", region.material);
 }
 
 template <class Visitor>
@@ -120,6 +131,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.object("rotate", body.transform.rotate);
   v.field("translate", body.transform.translate);
   v.optional("material", body.material);
+  v.list("regions", body.regions);
   v.list("fixed", body.fixed);
   v.field("obstacle", body.obstacle);
   v.field("self_collision", body.self_collision);
@@ -172,6 +184,12 @@ void describe(Visitor& v, RestSettings& rest) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, LimitSettings& limits) {
+  v.word_or_number("max_speed", limits.max_speed, "auto", above(0));
+  v.field("inverted_steps", limits.inverted_steps, at_least(1));
+}
+
+template <class Visitor>
 void describe(Visitor& v, Camera& camera) {
   v.optional("position", camera.position);
   v.optional("target", camera.target);
@@ -203,6 +221,7 @@ void describe(Visitor& v, Scene& scene) {
   v.object("contact", contact);
   v.object("solver", scene.settings.solver);
   v.object("rest", scene.settings.rest);
+  v.object("limits", scene.settings.limits);
   v.object("output", scene.output);
   v.list("bodies", scene.bodies);
   v.rule(!scene.bodies.empty(), "bodies", "no body", "one or more");

@@ -49,9 +49,11 @@ bool contains(const SphereSelection& sphere, const Vec3& p) {
   return length(p - sphere.center) <= sphere.radius;
 }
 
-/// Indices of the points that a selection selects.
-std::vector<Index> selected(const Selection& selection, std::span<const Vec3> points) {
-  if (const auto* list = std::get_if<PointSelection>(&selection)) return list->indices;
+/// Indices of the points that a selection selects; List is the alternative that lists them.
+template <class List>
+std::vector<Index> selected(const std::variant<BoxSelection, SphereSelection, List>& selection,
+                            std::span<const Vec3> points) {
+  if (const auto* list = std::get_if<List>(&selection)) return list->indices;
   const auto* box = std::get_if<BoxSelection>(&selection);
   const auto* sphere = std::get_if<SphereSelection>(&selection);
   std::vector<Index> indices;
@@ -63,20 +65,55 @@ std::vector<Index> selected(const Selection& selection, std::span<const Vec3> po
   return indices;
 }
 
-/// The points of a body that a selection selects: at least one. `path` is its key path, for errors.
+/// The points of a body that a selection selects: at least one. `path` is its key path, for errors; `what`
+/// they are: points, or tets by their centres.
+template <class List>
 std::vector<Index> checked_selection(const Scene& scene, const std::string& path, const SceneBody& body,
-                                     const Selection& selection, std::span<const Vec3> points) {
-  if (const auto* list = std::get_if<PointSelection>(&selection)) {
+                                     const std::variant<BoxSelection, SphereSelection, List>& selection,
+                                     std::span<const Vec3> points, const std::string& what = "point") {
+  if (const auto* list = std::get_if<List>(&selection)) {
     for (std::size_t i = 0; i < list->indices.size(); ++i) {
       if (list->indices[i] >= 0 && static_cast<std::size_t>(list->indices[i]) < points.size()) continue;
-      throw Error(scene.source, path + ".points[" + std::to_string(i) + "]", std::to_string(list->indices[i]),
-                  "a point index in [0, " + std::to_string(points.size() - 1) + "]");
+      throw Error(scene.source, path + "." + what + "s[" + std::to_string(i) + "]",
+                  std::to_string(list->indices[i]),
+                  "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
     }
   }
   std::vector<Index> indices = selected(selection, points);
-  if (indices.empty())
-    throw Error(scene.source, path, "no point of '" + body.name + "'", "one or more points selected");
+  if (indices.empty()) {
+    throw Error(scene.source, path, "no " + what + " of '" + body.name + "'",
+                "one or more " + what + "s selected");
+  }
   return indices;
+}
+
+/// Gives the tets of a body's regions their materials.
+void add_regions(const Scene& scene, Index body, Model& model) {
+  const SceneBody& scene_body = at(scene.bodies, body);
+  const Range tets = at(model.bodies.bodies(), body).tets;
+  const auto rest = model.bodies.points_rest();
+  std::vector<Vec3> centers;
+  for (Index tet = tets.begin; tet < tets.end; ++tet) {
+    const Tet& t = at(model.bodies.tets(), tet);
+    centers.push_back(0.25 * ((at(rest, t[0]) + at(rest, t[1])) + (at(rest, t[2]) + at(rest, t[3]))));
+  }
+  for (std::size_t r = 0; r < scene_body.regions.size(); ++r) {
+    const Region& region = scene_body.regions[r];
+    const std::string path = "bodies[" + std::to_string(body) + "].regions[" + std::to_string(r) + "]";
+    for (const Index tet : checked_selection(scene, path, scene_body, region.tets, centers, "tet"))
+      at(model.material_of_tet, tets.begin + tet) = static_cast<Index>(model.materials.size());
+    model.materials.push_back(region.material);
+  }
+}
+
+/// Where any body has a region, each tet is told its material.
+void add_all_regions(const Scene& scene, Model& model) {
+  if (std::ranges::all_of(scene.bodies, [](const SceneBody& body) { return body.regions.empty(); })) return;
+  for (Index body = 0; body < model.bodies.body_count(); ++body) {
+    const auto end = static_cast<std::size_t>(at(model.bodies.bodies(), body).tets.end);
+    model.material_of_tet.resize(end, body);
+    add_regions(scene, body, model);
+  }
 }
 
 Motion motion_of(const SceneMotion& scene_motion) {
@@ -203,6 +240,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh) {
     motions[b] = static_cast<Index>(model.motions.size());
     model.motions.push_back(motion_of(*body.motion));
   }
+  add_all_regions(scene, model);
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) BodyPoints(scene, b, motions, model);

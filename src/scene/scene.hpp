@@ -72,6 +72,18 @@ struct PointSelection {
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection>;
 
+/// Selects tets by their 0-based index in the body's own mesh.
+struct TetSelection {
+  std::vector<Index> indices;
+};
+/// The tets of a region: by index, or all whose centre (mean of the corners) is in the box or ball.
+using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection>;
+
+/// A part of a body with a material of its own.
+struct Region {
+  RegionSelection tets;
+  Material material;
+};
 /// One keyframe of a motion; see Keyframe.
 struct SceneKeyframe {
   double time = 0.0;
@@ -107,6 +119,7 @@ struct SceneBody {
   BodySource source;
   Transform transform;
   std::optional<Material> material;   ///< always there for a body that is not an obstacle
+  std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
   std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
   bool self_collision = false;        ///< the body also touches itself

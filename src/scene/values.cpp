@@ -73,15 +73,29 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   decode(context, path, json, value.path, limits);
 }
 
+namespace {
+
+void decode_indices(const Context& context, const std::string& path, const nlohmann::json& json,
+                    const char* what, std::vector<Index>& indices) {
+  if (!json.is_array() || json.empty()) {
+    fail(context, path, describe_json(json), fmt::format("an array of one or more {} indices", what));
+  }
+  indices.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    decode(context, element_path(path, i), json[i], indices[i], at_least(0));
+  }
+}
+
+}  // namespace
+
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
             PointSelection& value, const Limits&) {
-  if (!json.is_array() || json.empty()) {
-    fail(context, path, describe_json(json), "an array of one or more point indices");
-  }
-  value.indices.resize(json.size());
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    decode(context, element_path(path, i), json[i], value.indices[i], at_least(0));
-  }
+  decode_indices(context, path, json, "point", value.indices);
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
+            const Limits&) {
+  decode_indices(context, path, json, "tet", value.indices);
 }
 
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -113,6 +127,9 @@ ordered_json encode(const std::string&, const MeshFile& value) {
   return value.path;
 }
 ordered_json encode(const std::string&, const PointSelection& value) {
+  return value.indices;
+}
+ordered_json encode(const std::string&, const TetSelection& value) {
   return value.indices;
 }
 

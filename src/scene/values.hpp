@@ -39,6 +39,8 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
             PointSelection& value, const Limits& limits);
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
+            const Limits& limits);
 /// One of `names`, as its index.
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
                           std::span<const std::string_view> names);
@@ -60,6 +62,7 @@ nlohmann::ordered_json encode(const std::string& path, const std::string& value)
 nlohmann::ordered_json encode(const std::string& path, const Vec3& value);
 nlohmann::ordered_json encode(const std::string& path, const MeshFile& value);
 nlohmann::ordered_json encode(const std::string& path, const PointSelection& value);
+nlohmann::ordered_json encode(const std::string& path, const TetSelection& value);
 
 template <class T, std::size_t N>
 nlohmann::ordered_json encode(const std::string& path, const std::array<T, N>& value) {

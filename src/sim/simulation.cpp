@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include <palpate/simulation.hpp>
 
 #include "fem/dynamics.hpp"
+#include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 #include "parallel/parallel.hpp"
@@ -32,6 +34,9 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
+  const double max_speed = s.limits.max_speed.value_or(1.0);
+  check(max_speed > 0.0, "limits.max_speed", max_speed, "a finite number > 0");
+  check(s.limits.inverted_steps > 0, "limits.inverted_steps", s.limits.inverted_steps, "at least 1");
   return s;
 }
 
@@ -43,6 +48,20 @@ std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::si
     throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
   }
   return flags;
+}
+
+/// The speed that LimitSettings says, or the one that stands for none.
+double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
+  constexpr double diagonals = 100.0;
+  if (settings.limits.max_speed || bodies.points_rest().empty())
+    return settings.limits.max_speed.value_or(std::numeric_limits<double>::max());
+  Vec3 lower = bodies.points_rest().front();
+  Vec3 upper = lower;
+  for (const Vec3& p : bodies.points_rest()) {
+    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+  }
+  return diagonals * length(upper - lower) / settings.time_step;
 }
 
 /// Points on rails are not free.
@@ -72,17 +91,20 @@ struct Simulation::State {
         settings(checked(s)),
         obstacles(flags_or_none(std::move(model.obstacles), bodies.bodies().size(), "obstacles")),
         threads(n),
+        materials(std::move(model.materials), std::move(model.material_of_tet)),
         rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
         forces(forces_or_none(std::move(model.forces), bodies.points_rest().size())),
         grabs(static_cast<Index>(bodies.points_rest().size())),
-        dynamics(bodies, model.materials,
+        dynamics(bodies, materials,
                  not_free(flags_or_none(std::move(model.fixed_points), bodies.points_rest().size(),
                                         "fixed_points"),
                           rails),
                  obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
-        response(bodies, model.materials, obstacles, settings.response, dynamics.point_masses(),
+        contact_materials(fem::mean_materials(bodies, materials)),
+        response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                  dynamics.free_points()),
+        max_speed(speed_limit(bodies, settings)),
         contact_forces(bodies.bodies().size()),
         masses(bodies.bodies().size(), 0.0),
         squared_speeds(bodies.bodies().size(), 0.0) {
@@ -99,20 +121,24 @@ struct Simulation::State {
   void detect();
   void measure();
   void solve();
+  void advance();
   void sum_contact_forces();
 
   Bodies bodies;
   SimulationSettings settings;
   std::vector<std::uint8_t> obstacles;
   parallel::Threads threads;
+  Materials materials;
   Rails rails;
   std::vector<Vec3> forces;  ///< on points; empty: none
   Grabs grabs;
   fem::Dynamics dynamics;
   Detector detector;
+  std::vector<Material> contact_materials;
   ContactResponse response;
   std::vector<fem::Coupling> couplings;  ///< of the contacts, then of the grabs
   std::size_t contact_couplings = 0;
+  double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
@@ -172,7 +198,7 @@ void Simulation::State::solve() {
   } while (
       metrics.solves < settings.solver.max_solves &&
       response.refine(threads, dynamics.end_velocities(), std::span(couplings).first(contact_couplings)));
-  dynamics.end_step();
+  dynamics.check_limits(max_speed, settings.limits.inverted_steps);
 }
 
 void Simulation::State::sum_contact_forces() {
@@ -190,22 +216,41 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
+/// The parts of a step that can fail, from forces to the contacts of the new positions; where they do, the
+/// state is as it was.
+void Simulation::State::advance() {
+  Stopwatch watch;
+  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
+                   settings.time_step, couplings);
+  contact_couplings = couplings.size();
+  grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
+  metrics.forces_seconds = watch.lap();
+  solve();
+  dynamics.end_step();
+  metrics.solver_seconds = watch.lap();
+  try {
+    detect();
+  } catch (...) {
+    dynamics.undo_step();
+    detect();
+    throw;
+  }
+}
+
 const StepMetrics& Simulation::step() {
   State& s = *state_;
-  Stopwatch watch;
-  s.response.compute(s.threads, s.bodies, s.detector.contacts(), s.dynamics.positions(),
-                     s.dynamics.velocities(), s.settings.time_step, s.couplings);
-  s.contact_couplings = s.couplings.size();
-  s.grabs.append(s.dynamics.positions(), s.dynamics.point_masses(), s.couplings);
-  s.metrics.forces_seconds = watch.lap();
-
-  s.solve();
-  s.metrics.solver_seconds = watch.lap();
+  const StepMetrics last = s.metrics;
+  try {
+    s.advance();
+  } catch (const Error& error) {
+    s.metrics = last;
+    const std::string step = "step " + std::to_string(last.step + 1);
+    const std::string where = error.where().empty() ? step : error.where() + ", " + step;
+    throw Error(error.source(), where, error.found(), error.expected());
+  }
   s.sum_contact_forces();
   s.grabs.take_forces(std::span(s.couplings).subspan(s.contact_couplings), s.settings.time_step,
                       s.dynamics.velocities());
-
-  s.detect();
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
@@ -268,6 +313,10 @@ std::span<const Vec3> Simulation::contact_forces() const {
 }
 std::span<const double> Simulation::masses() const {
   return state_->masses;
+}
+
+std::span<const Material> Simulation::contact_materials() const {
+  return state_->contact_materials;
 }
 
 std::string Simulation::state_hash() const {

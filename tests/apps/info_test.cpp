@@ -94,6 +94,13 @@ TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
   }
 }
 
+TEST_F(Info, RegionsCountInTheMass) {
+  write("scene.json", R"({"bodies": [
+    {"box": {"cells": [2, 1, 1], "size": [2, 1, 1]}, "material": {"density": 1},
+     "regions": [{"box": {"lower": [0, -1, -1], "upper": [1, 1, 1]}, "material": {"density": 4}}]}]})");
+  EXPECT_NEAR(json_of({"info", "scene.json", "--json"})["bodies"][0]["mass"], 1.0 + 4.0, 1e-12);
+}
+
 TEST_F(Info, RefusesWhatIsNoFileOfEitherKind) {
   expect_error(2, {"info", "missing.msh"}, {"missing.msh"});
   expect_error(2, {"info", "missing.json"}, {"missing.json"});

@@ -3,7 +3,41 @@
 namespace palpate::test {
 namespace {
 
-class RunErrors : public CommandTest {};
+class RunErrors : public CommandTest {
+ protected:
+  static std::string frame_name(std::int64_t index) {
+    return "frames/frame_00000" + std::to_string(index) + ".vtu";
+  }
+  /// The results of a run that blew up after `steps` steps of 0.01 s, with a frame every 4.
+  void expect_results_until(const Finished& done, std::int64_t steps, const std::string& message) const {
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_EQ(done.out, "");
+    ASSERT_EQ(lines_of(done.err).size(), 1U) << done.err;
+    EXPECT_TRUE(done.err.starts_with("palpate: error: " + message)) << done.err;
+    const std::string step = ", step " + std::to_string(steps + 1) + ": found ";
+    EXPECT_NE(done.err.find(step), std::string::npos) << done.err;
+    const Json report = Json::parse(read("out/run.json"));
+    EXPECT_EQ("palpate: error: " + report["error"].get<std::string>() + "\n", done.err);
+    EXPECT_EQ(report["steps"], steps);
+    EXPECT_EQ(report["at_rest"], false);
+    EXPECT_NEAR(report["simulated_time"], 0.01 * static_cast<double>(steps), 1e-12);
+    EXPECT_TRUE(report["results"]["picture"].is_null());
+    const auto rows = lines_of(read("out/metrics.csv"));
+    ASSERT_EQ(static_cast<std::int64_t>(rows.size()), steps + 2);
+    EXPECT_EQ(fields_of(rows.back()).size(), fields_of(rows.front()).size());
+    // The last frame is that of the last good step, also between two that are due.
+    const std::int64_t frames = steps / 4 + 1 + (steps % 4 == 0 ? 0 : 1);
+    EXPECT_EQ(report["results"]["frames"], frames);
+    const std::string series = read("out/frames.pvd");
+    EXPECT_TRUE(series.ends_with("</VTKFile>\n")) << series;
+    for (std::int64_t f = 0; f < frames; ++f) {
+      const std::string name = frame_name(f);
+      EXPECT_NE(series.find(name), std::string::npos) << name;
+      EXPECT_TRUE(exists("out/" + name)) << name;
+    }
+    EXPECT_FALSE(exists("out/" + frame_name(frames)));
+  }
+};
 
 TEST_F(RunErrors, ScenesThatCannotBeRead) {
   expect_error(2, {"run", "missing.json"}, {"missing.json"});
@@ -63,15 +97,15 @@ TEST_F(RunErrors, APictureThatCannotBeTakenLosesNothingElse) {
 TEST_F(RunErrors, ASimulationThatBlowsUpKeepsWhatItDid) {
   write("scene.json", falling_box(R"(, "gravity": [0, 0, -1e308])"));
   const Finished done = palpate({"run", "scene.json", "--out", "out", "--steps", "2000", "--quiet"});
-  EXPECT_EQ(done.exit_code, 1);
-  EXPECT_EQ(done.out, "");
-  EXPECT_EQ(lines_of(done.err).size(), 1U) << done.err;
-  EXPECT_TRUE(done.err.starts_with("palpate: error: ")) << done.err;
-  const Json report = Json::parse(read("out/run.json"));
-  EXPECT_EQ("palpate: error: " + report["error"].get<std::string>() + "\n", done.err);
-  EXPECT_EQ(report["at_rest"], false);
-  EXPECT_EQ(lines_of(read("out/metrics.csv")).size(), report["steps"].get<std::size_t>() + 2);
-  EXPECT_TRUE(exists("out/frames/frame_000000.vtu"));
+  expect_results_until(done, 0, "body box: tet ");
+}
+
+TEST_F(RunErrors, ARunThatBreaksALimitEndsAtTheLastGoodStep) {
+  // Upwards, damped by 1/s: v_n = (v_(n-1) + 0.0981) / 1.01 is 0.0971, 0.1933, 0.2885 m/s.
+  write("scene.json", falling_box(R"(, "gravity": [0, 0, 9.81], "limits": {"max_speed": 0.25})"));
+  const Finished done = palpate({"run", "scene.json", "--out", "out", "--steps", "200", "--quiet"});
+  expect_results_until(done, 2, "body box: tet ");
+  EXPECT_TRUE(done.err.ends_with(", expected at most 0.25 (limits.max_speed)\n")) << done.err;
 }
 
 }  // namespace

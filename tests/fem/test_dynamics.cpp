@@ -1,7 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include <palpate/settings.hpp>
+
 #include "fem/meshes.hpp"
+#include "support/meshes.hpp"
 
 namespace palpate::fem::test {
 namespace {
@@ -192,10 +196,13 @@ TEST(Dynamics, SmallTimeStepsNearlyConserveEnergy) {
 void expect_recovery(const Bodies& bodies, const std::vector<Vec3>& start, const char* what) {
   Dynamics dynamics = Scene{{2e4, 0.4, 1000.0, 1.0, 0.01}, {}, 1}.dynamics(bodies);
   dynamics.set_positions(start);
+  Index longest = 0;
   for (int i = 0; i < 600; ++i) {
     dynamics.step(0.01, {}, {}, {}, 1e-8, 2000);
     ASSERT_TRUE(std::isfinite(largest(dynamics.positions()))) << what << ", step " << i;
+    longest = std::max(longest, *std::ranges::max_element(dynamics.inverted_steps()));
   }
+  EXPECT_LT(longest, LimitSettings{}.inverted_steps) << what << " would have been stopped";
   EXPECT_LT(edge_strain(bodies, dynamics.positions()), 1e-3) << what;
   EXPECT_GT(smallest_volume(bodies, dynamics.positions()), 0.0) << what;
 }
@@ -225,6 +232,17 @@ TEST(Dynamics, InvertedFlatAndCollapsedElementsRecoverToRest) {
   expect_recovery(box, pushed, "box with inverted tets");
   expect_recovery(box, mapped(box, [](const Vec3& p) { return Vec3{p.x, p.y, 0.0}; }), "flat box");
   expect_recovery(box, mapped(box, [](const Vec3&) { return Vec3{}; }), "box in a point");
+}
+
+TEST(Dynamics, ABallInAPointOrInsideOutRecovers) {
+  const Bodies ball = single_body(palpate::test::ball_mesh(3, {0.0, 0.0, 0.0}, 0.15));
+  expect_recovery(ball, mapped(ball, [](const Vec3&) { return Vec3{1.0, 2.0, 3.0}; }), "ball in a point");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return 1e-12 * p; }), "ball nearly in a point");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{0.0, 0.0, p.z}; }), "ball on a line");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{p.x, p.y, 0.0}; }), "flat ball");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return Vec3{p.x, p.y, -p.z}; }), "mirrored ball");
+  expect_recovery(ball, mapped(ball, [](const Vec3& p) { return -p; }), "ball inside out");
+  expect_recovery(ball, random_vectors(ball.points_rest().size(), 0.1, 51), "points anywhere");
 }
 
 TEST(Dynamics, KeepsEachBodysOwnMaterial) {

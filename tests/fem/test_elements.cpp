@@ -6,6 +6,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/elements.hpp"
+#include "fem/lumping.hpp"
 #include "fem/meshes.hpp"
 
 namespace palpate::fem::test {

@@ -114,6 +114,48 @@ TEST(LoadBodies, RefusesSelectionsOfNothing) {
             "s.json: bodies[0].fixed[0].points[1]: found 27, expected a point index in [0, 26]");
 }
 
+TEST(LoadBodies, GivesTheTetsOfRegionsTheirMaterials) {
+  // Cells of 1 m, 5 tets each, from x = 4 on; the second cell's centres are at x > 5.
+  const std::string bar = R"("box": {"cells": [2, 1, 1], "size": [2, 1, 1]}, "translate": [5, 0, 0])";
+  const auto loaded = load_model(read_scene_text(R"({"bodies": [
+      {"name": "floor", "obstacle": true, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}},
+      {"name": "bar", "material": {"density": 1}, )" + bar +
+                                                      R"(, "regions": [
+        {"box": {"lower": [5, -9, -9], "upper": [9, 9, 9]}, "material": {"density": 2}},
+        {"sphere": {"center": [5.5, 0, 0], "radius": 1e-9}, "material": {"density": 3}},
+        {"tets": [0, 7], "material": {"density": 4}}]},
+      {"name": "last", "material": {"density": 5}, "ball": {"radius": 1, "resolution": 1}}]})",
+                                                  "s.json"),
+                                  {});
+  std::vector<double> densities;
+  ASSERT_EQ(loaded.material_of_tet.size(), 5U + 10U + 20U);
+  for (const Index m : loaded.material_of_tet) densities.push_back(at(loaded.materials, m).density);
+  std::vector<double> expected(35, 5.0);
+  std::fill_n(expected.begin(), 5, 1000.0);
+  std::fill_n(expected.begin() + 5, 5, 1.0);
+  std::fill_n(expected.begin() + 10, 5, 2.0);
+  // The tet in the middle of a cell is the one whose centre is the cell's.
+  Index middle = -1;
+  for (Index t = 10; t < 15; ++t) {
+    Vec3 center;
+    for (const Index p : at(loaded.bodies.tets(), t)) center += 0.25 * at(loaded.bodies.points_rest(), p);
+    if (length(center - Vec3{5.5, 0, 0}) < 1e-9) middle = t;
+  }
+  ASSERT_GE(middle, 0);
+  at(expected, middle) = 3.0;
+  expected[5] = expected[12] = 4.0;
+  EXPECT_EQ(densities, expected);
+  EXPECT_TRUE(load_model(scene_of(box), {}).material_of_tet.empty());
+}
+
+TEST(LoadBodies, RefusesRegionsOfNothing) {
+  EXPECT_EQ(load_problem(box + R"(, "regions": [{"tets": [40], "material": {}}])"),
+            "s.json: bodies[0].regions[0].tets[0]: found 40, expected a tet index in [0, 39]");
+  EXPECT_EQ(load_problem(box + R"(, "regions": [{"tets": [39], "material": {}},
+                         {"sphere": {"center": [9, 0, 0], "radius": 1}, "material": {}}])"),
+            "s.json: bodies[0].regions[1]: found no tet of 'body 0', expected one or more tets selected");
+}
+
 TEST(LoadBodies, PassesMeshErrorsOn) {
   const MeshReader broken = [](const std::filesystem::path& path) -> TetMesh {
     throw Error(path.string(), "line 3", "nothing", "a point");

@@ -43,6 +43,9 @@ TEST(ReadScene, FillsDefaults) {
   EXPECT_EQ(scene.settings.detection.cell_size, CellSize(CellSizeRule::automatic));
   EXPECT_EQ(scene.settings.detection.cells_per_primitive, std::nullopt);
   EXPECT_EQ(scene.settings.response.stiffness, std::nullopt);
+  EXPECT_EQ(scene.settings.limits.max_speed, std::nullopt);
+  EXPECT_TRUE(scene.bodies[0].regions.empty());
+  EXPECT_EQ(scene.bodies[0].material.value().plastic_yield, std::nullopt);
   EXPECT_EQ(scene.units, Units{});
   ASSERT_EQ(scene.bodies.size(), 1U);
   EXPECT_EQ(scene.bodies[0].name, "body 0");
@@ -166,6 +169,21 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[0].fixed[0].points: found an array of 0, expected an array of one or more point indices"},
       {with_body(ball + R"(, "fixed": [{"points": [-1]}])"),
        "bodies[0].fixed[0].points[0]: found -1, expected an integer >= 0"},
+      {with_body(ball + R"(, "regions": [{"tets": [1]}])"),
+       "bodies[0].regions[0].material: found nothing, expected a value"},
+      {with_body(ball + R"(, "regions": [{"material": {}}])"), "bodies[0].regions[0]: found none of its"},
+      {with_body(ball + R"(, "regions": [{"points": [1], "material": {}}])"), "bodies[0].regions[0]"},
+      {with_body(ball + R"(, "regions": [{"tets": [], "material": {}}])"),
+       "bodies[0].regions[0].tets: found an array of 0, expected an array of one or more tet indices"},
+      {with_body(ball + R"(, "regions": [{"tets": [0], "material": {"density": 0}}])"),
+       "bodies[0].regions[0].material.density: found 0, expected a number > 0"},
+      {R"({"bodies": [{"material": {"plastic_yield": 0.1}, )" + ball + "}]}",
+       "bodies[0].material.plastic_creep: found nothing, expected a number >= 0, since"},
+      {with(R"("limits": {"max_speed": 0})"), "limits.max_speed: found 0, expected a number > 0"},
+      {with(R"("limits": {"max_speed": "none"})"),
+       "limits.max_speed: found \"none\", expected 'auto' or a number > 0"},
+      {with(R"("limits": {"inverted_steps": 0})"),
+       "limits.inverted_steps: found 0, expected an integer >= 1"},
       {with_body(ball + R"(, "fixed": [{"box": {"lower": [0, 0, 0], "upper": [1, -1, 1]}}])"),
        "bodies[0].fixed[0].box.upper: found a value below 'lower', expected upper >= lower on each axis"},
       {R"({"bodies": []})", "bodies: found no body, expected one or more"},
@@ -213,6 +231,11 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   body.transform.scale = {1, 2, 1.0 / 7.0};
   body.transform.rotate.quaternion = {{0.5, 0.1, 0.2, 1.0 / 3.0}};
   body.color = {{0, 0.5, 1}};
+  scene.settings.limits = {.max_speed = 1.0 / 7.0, .inverted_steps = 17};
+  body.material->plastic_yield = 0.1;
+  body.material->plastic_creep = 1.0 / 3.0;
+  body.regions = {{BoxSelection{{0, 0, 0}, {1, 1, 1}}, {.young_modulus = 7}},
+                  {TetSelection{{3, 1}}, {.plastic_maximum = 0.5}}};
   body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}}};
   const std::string text = write_scene(scene);
   const Scene again = read(text);
@@ -226,6 +249,15 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   EXPECT_EQ(again.bodies[1].transform.rotate.quaternion, body.transform.rotate.quaternion);
   EXPECT_EQ(again.bodies[1].transform.translate, body.transform.translate);
   EXPECT_EQ(again.bodies[1].color, body.color);
+  EXPECT_EQ(again.settings.limits.max_speed, 1.0 / 7.0);
+  EXPECT_EQ(again.settings.limits.inverted_steps, 17);
+  EXPECT_EQ(again.bodies[1].material->plastic_yield, 0.1);
+  EXPECT_EQ(again.bodies[1].material->plastic_creep, 1.0 / 3.0);
+  EXPECT_EQ(again.bodies[1].material->plastic_maximum, std::nullopt);
+  ASSERT_EQ(again.bodies[1].regions.size(), 2U);
+  EXPECT_EQ(again.bodies[1].regions[0].material.young_modulus, 7.0);
+  EXPECT_EQ(std::get<TetSelection>(again.bodies[1].regions[1].tets).indices, (std::vector<Index>{3, 1}));
+  EXPECT_EQ(again.bodies[1].regions[1].material.plastic_maximum, 0.5);
   ASSERT_EQ(again.bodies[1].fixed.size(), 3U);
   EXPECT_EQ(std::get<BoxSelection>(again.bodies[1].fixed[0]).upper, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<PointSelection>(again.bodies[1].fixed[2]).indices, (std::vector<Index>{4, 2}));

@@ -55,6 +55,12 @@ def broken_scenes(good):
         "attached to nothing": lambda s: s["bodies"][1].update(attached=[{"points": [0]}]),
         "grab of no stiffness": lambda s: s["bodies"][1].update(
             grabs=[{"from": [0, 0, 0], "target": [0, 0, 1], "stiffness": 0}]),
+        "region without material": lambda s: s["bodies"][1].update(regions=[{"tets": [0]}]),
+        "region of two selections": lambda s: s["bodies"][1].update(
+            regions=[{"material": {}, "tets": [0], "sphere": {"center": [0, 0, 0], "radius": 1}}]),
+        "region of points": lambda s: s["bodies"][1].update(regions=[{"material": {}, "points": [0]}]),
+        "yield without creep": lambda s: s["bodies"][1]["material"].update(plastic_yield=0.1),
+        "speed limit of zero": lambda s: s.update(limits={"max_speed": 0}),
         "color above 1": lambda s: s["bodies"][1].update(color=[0, 0, 2]),
     }
     for name, edit in edits.items():

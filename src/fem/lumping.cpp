@@ -1,0 +1,77 @@
+#include "fem/lumping.hpp"
+
+#include <cstddef>
+
+#include "fem/matrix.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// Volume of a tet at rest, m^3: a sixth of the determinant of its edges as columns, as Elements have it.
+double tet_volume_rest(const Bodies& bodies, Index tet) {
+  const Tet& corners = at(bodies.tets(), tet);
+  const Vec3 origin = at(bodies.points_rest(), corners[0]);
+  const Vec3 a = at(bodies.points_rest(), corners[1]) - origin;
+  const Vec3 b = at(bodies.points_rest(), corners[2]) - origin;
+  const Vec3 c = at(bodies.points_rest(), corners[3]) - origin;
+  return determinant(Matrix3{{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}}) / 6.0;
+}
+
+}  // namespace
+
+std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials) {
+  std::vector<double> masses(bodies.points_rest().size(), 0.0);
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const Tet& corners = at(bodies.tets(), tet);
+      const double volume = tet_volume_rest(bodies, tet);
+      for (const Index point : corners) at(masses, point) += 0.25 * materials.of(tet, body).density * volume;
+    }
+  }
+  return masses;
+}
+
+std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
+                                  std::span<const double> masses) {
+  std::vector<double> dampings(masses.size());
+  for (std::size_t point = 0; point < masses.size(); ++point) {
+    dampings[point] = at(materials.all, bodies.body_of_point()[point]).mass_damping;
+  }
+  if (materials.of_tet.empty()) return dampings;
+  std::vector<double> changes(masses.size(), 0.0);  // from the body's own, times mass
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const Material& material = materials.of(tet, body);
+      const double change = material.mass_damping - at(materials.all, body).mass_damping;
+      const double quarter = 0.25 * material.density * tet_volume_rest(bodies, tet);
+      for (const Index point : at(bodies.tets(), tet)) at(changes, point) += quarter * change;
+    }
+  }
+  for (std::size_t point = 0; point < masses.size(); ++point) {
+    if (changes[point] != 0.0) dampings[point] += changes[point] / masses[point];
+  }
+  return dampings;
+}
+
+std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials) {
+  std::vector<Material> means(materials.all.begin(), materials.all.begin() + bodies.body_count());
+  if (materials.of_tet.empty()) return means;
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    const double own = at(means, body).young_modulus;
+    double change = 0.0;
+    double volume = 0.0;
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const double share = tet_volume_rest(bodies, tet);
+      change += share * (materials.of(tet, body).young_modulus - own);
+      volume += share;
+    }
+    if (change != 0.0) at(means, body).young_modulus += change / volume;
+  }
+  return means;
+}
+
+}  // namespace palpate::fem

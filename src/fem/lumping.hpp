@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+
+/// What points and bodies have of the materials of their tets. Materials are checked by the caller.
+namespace palpate::fem {
+
+/// Lumped masses (n_points), kg: a quarter of each tet of every body, obstacles included; zero for points
+/// without a tet. O(n_tets).
+[[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials);
+
+/// Mass damping of each point, 1/s (n_points): the mean over its tets by mass, bit for bit the body's own
+/// where all have that. `masses` are those of lumped_masses(). O(n_tets).
+[[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
+                                                std::span<const double> masses);
+
+/// Of each body its own material, with the mean of Young's modulus over its tets by volume. O(n_tets).
+[[nodiscard]] std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials);
+
+}  // namespace palpate::fem

@@ -1,0 +1,148 @@
+// Runs that must stop: what they say, and that the last good state stays.
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "sim/response.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+/// A plate that stands still and a box above it.
+Bodies plate_and_box() {
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({2, 2, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0.0}));
+  bodies.add("liver", test::box_mesh({2, 2, 2}, {-0.1, -0.1, 1.0}, {0.1, 0.1, 1.2}));
+  return bodies;
+}
+
+Model plate_and_box_model() {
+  return {.bodies = plate_and_box(), .materials = {Material{}, Material{}}, .obstacles = {1, 0}};
+}
+
+std::string message_of_step(Simulation& simulation) {
+  try {
+    simulation.step();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+void expect_last_state_kept(Simulation& simulation, const std::string& start, const std::string& end) {
+  std::string hash = simulation.state_hash();
+  StepMetrics metrics = simulation.metrics();
+  std::vector<Index> contacts = simulation.detector().contacts().point;
+  std::vector<Vec3> forces(simulation.contact_forces().begin(), simulation.contact_forces().end());
+  std::string message;
+  for (int n = 0; n < 2000; ++n) {
+    message = message_of_step(simulation);
+    if (message != "no error") break;
+    hash = simulation.state_hash();
+    metrics = simulation.metrics();
+    contacts = simulation.detector().contacts().point;
+    forces.assign(simulation.contact_forces().begin(), simulation.contact_forces().end());
+  }
+  EXPECT_TRUE(message.starts_with(start)) << message;
+  EXPECT_TRUE(message.ends_with(end)) << message;
+  EXPECT_NE(message.find(", step " + std::to_string(metrics.step + 1) + ": "), std::string::npos) << message;
+  EXPECT_EQ(simulation.state_hash(), hash);
+  EXPECT_EQ(simulation.metrics().step, metrics.step);
+  EXPECT_EQ(simulation.metrics().time, metrics.time);
+  EXPECT_EQ(simulation.metrics().kinetic_energy, metrics.kinetic_energy);
+  EXPECT_EQ(simulation.metrics().solver_iterations, metrics.solver_iterations);
+  EXPECT_EQ(simulation.metrics().detection.contacts, metrics.detection.contacts);
+  EXPECT_EQ(simulation.detector().contacts().point, contacts);
+  EXPECT_TRUE(std::ranges::equal(simulation.contact_forces(), forces));
+  EXPECT_EQ(message_of_step(simulation), message) << "the step can be tried again";
+}
+
+TEST(BlowUp, SpeedAboveTheLimit) {
+  SimulationSettings settings;
+  settings.limits.max_speed = 1.0;
+  Simulation simulation(plate_and_box_model(), settings, 1);
+  // 9.81 m/s^2 for 10 ms a step: the first speed above 1 m/s is that of step 11.
+  expect_last_state_kept(simulation, "body liver: tet ", ", expected at most 1 (limits.max_speed)");
+  EXPECT_EQ(simulation.metrics().step, 10);
+}
+
+TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
+  Bodies bodies;
+  bodies.add("box", test::box_mesh({1, 1, 1}, {0, 0, 0}, {1, 2, 2}));
+  SimulationSettings settings;
+  settings.gravity = {0, 0, -29900.0 / 0.1};  // 29900 m/s after a step of 0.1 s
+  settings.time_step = 0.1;
+  Simulation simulation({.bodies = std::move(bodies), .materials = {Material{}}}, settings, 1);
+  const std::string message = message_of_step(simulation);
+  EXPECT_TRUE(message.ends_with(", expected at most 3000 (limits.max_speed)")) << message;
+  EXPECT_TRUE(message.starts_with("body box: tet 0, step 1: found a speed of 299")) << message;
+}
+
+TEST(BlowUp, NumbersThatAreNotFinite) {
+  SimulationSettings settings;
+  settings.gravity = {0, 0, -1e308};
+  Simulation simulation(plate_and_box_model(), settings, 1);
+  expect_last_state_kept(simulation, "body liver: tet ", "");
+  EXPECT_EQ(simulation.metrics().step, 0);
+}
+
+TEST(BlowUp, ATetThatStaysInverted) {
+  // Much too soft for its weight: it falls through its own fixed bottom and hangs below it, inside out.
+  SimulationSettings settings;
+  settings.limits.inverted_steps = 40;
+  Bodies bodies = plate_and_box();
+  std::vector<std::uint8_t> fixed;
+  for (const Vec3& p : bodies.points_rest()) fixed.push_back(p.z == 1.0 ? 1 : 0);
+  const Material material{.young_modulus = 300.0, .poisson_ratio = 0.0, .mass_damping = 20.0};
+  Simulation simulation({.bodies = std::move(bodies),
+                         .materials = {material, material},
+                         .fixed_points = fixed,
+                         .obstacles = {1, 0}},
+                        settings, 1);
+  expect_last_state_kept(
+      simulation, "body liver: tet ",
+      ": found it inverted for 40 steps in a row, expected fewer than 40 (limits.inverted_steps)");
+  EXPECT_GT(simulation.metrics().step, 40);
+}
+
+TEST(BlowUp, LimitsOutOfRangeAreRefused) {
+  const auto message = [&](const LimitSettings& limits) -> std::string {
+    SimulationSettings settings;
+    settings.limits = limits;
+    try {
+      Simulation(plate_and_box_model(), settings, 1);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message({}), "accepted");
+  EXPECT_EQ(message({.max_speed = 0.0}),
+            "simulation settings: limits.max_speed: found 0, expected a finite number > 0");
+  EXPECT_EQ(message({.inverted_steps = 0}),
+            "simulation settings: limits.inverted_steps: found 0, expected at least 1");
+}
+
+TEST(Regions, ContactStiffnessComesFromTheMeanByVolume) {
+  Bodies bodies = plate_and_box();
+  const auto plate_tets = static_cast<std::size_t>(bodies.bodies()[0].tets.size());
+  std::vector<Index> of_tet(bodies.tets().size(), 1);
+  std::fill_n(of_tet.begin(), plate_tets, 0);
+  for (std::size_t t = plate_tets; t < plate_tets + 12; ++t) of_tet[t] = 2;  // a quarter of 48 equal tets
+  const std::vector<Material> materials{{}, {.young_modulus = 1000.0}, {.young_modulus = 9000.0}};
+  Simulation simulation(
+      {.bodies = std::move(bodies), .materials = materials, .material_of_tet = of_tet, .obstacles = {1, 0}},
+      {}, 1);
+  ASSERT_EQ(simulation.contact_materials().size(), 2U);
+  EXPECT_NEAR(simulation.contact_materials()[1].young_modulus, 3000.0, 1e-9);
+  EXPECT_EQ(simulation.contact_materials()[0].young_modulus, Material{}.young_modulus);
+}
+
+}  // namespace
+}  // namespace palpate
