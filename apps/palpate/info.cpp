@@ -11,6 +11,7 @@
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "overlaps.hpp"
 #include "scene/json_text.hpp"
 #include "subcommands.hpp"
 
@@ -63,6 +64,9 @@ struct SceneFacts {
     for (Index p = points.begin; p < points.end; ++p) count += at(fixed, p) != 0 ? 1 : 0;
     return count;
   }
+  [[nodiscard]] std::vector<Overlap> overlaps() const {
+    return app::overlaps(simulation.bodies(), simulation.detector().contacts());
+  }
   [[nodiscard]] const MeshRecord* file(Index body) const {
     const auto& record = input.files[static_cast<std::size_t>(body)];
     return record ? &*record : nullptr;
@@ -81,7 +85,8 @@ Json scene_json(const SceneFacts& facts) {
       {"time_step", scene.settings.time_step},
       {"duration", scene.duration},
       {"cell_size", start.cell_size},
-      {"contacts_at_start", start.contacts}};
+      {"contacts_at_start", start.contacts},
+      {"overlaps_at_start", overlaps_json(bodies, facts.overlaps())}};
   json["total"] = statistics_json(mesh_statistics(bodies, bodies.points_rest()));
   json["bodies"] = Json::array();
   for (Index b = 0; b < bodies.body_count(); ++b) {
@@ -129,7 +134,8 @@ std::string scene_text(const SceneFacts& facts) {
   text += "\nall bodies\n" + statistics_text(mesh_statistics(bodies, bodies.points_rest()), units.length);
   const DetectionCounts& start = facts.simulation.detector().counts();
   text += fmt::format("cell size       {} {}\n", short_text(start.cell_size), units.length);
-  return text + fmt::format("contacts        {} at the start\n", start.contacts);
+  text += fmt::format("contacts        {} at the start\n", start.contacts);
+  return text + overlaps_text(bodies, facts.overlaps(), units.length);
 }
 
 int scene_info(const InfoOptions& options) {

@@ -97,9 +97,22 @@ void add_build_and_machine(Json& json, const RunReport& report) {
   json["threads"] = report.threads;
 }
 
+Json relaxed_json(const std::optional<RelaxReport>& report) {
+  if (!report) return {};
+  return {{"done", report->relaxed},
+          {"steps", report->steps},
+          {"contacts_before", report->contacts_before},
+          {"contacts_after", report->contacts_after},
+          {"deepest_before", report->deepest_before},
+          {"deepest_after", report->deepest_after},
+          {"allowed_depth", report->allowed_depth},
+          {"largest_move", report->largest_move}};
+}
+
 void add_outcome(Json& json, const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   const StepMetrics& metrics = report.simulation.metrics();
+  json["relaxed"] = relaxed_json(report.relaxed);
   json["steps"] = outcome.steps;
   json["most_steps"] = report.most_steps;
   json["simulated_time"] = metrics.time;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <palpate/relax.hpp>
 #include <palpate/simulation.hpp>
 
 #include "run_loop.hpp"
@@ -21,6 +22,7 @@ struct RunReport {
   const Simulation& simulation;
   const std::vector<std::optional<MeshRecord>>& files;  ///< (n_bodies)
   const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
+  const std::optional<RelaxReport>& relaxed;            ///< none: the scene did not ask for it
   const RunOutcome& outcome;
   std::filesystem::path folder;
   std::size_t frames = 0;

@@ -57,6 +57,12 @@ std::string report_text(const RunReport& report) {
   std::string text = fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
                                  counted(static_cast<std::size_t>(outcome.steps), "step"),
                                  short_text(metrics.time), units.time, ending(report));
+  if (report.relaxed) {
+    text += fmt::format("relaxed       {} deep before, {} after {}, points moved by {} {} at most\n",
+                        short_text(report.relaxed->deepest_before), short_text(report.relaxed->deepest_after),
+                        counted(static_cast<std::size_t>(report.relaxed->steps), "step"),
+                        short_text(report.relaxed->largest_move), units.length);
+  }
   text += tally_line("contacts", outcome.contacts);
   text += tally_line("crossings", outcome.crossings);
   text += fmt::format("deepest       {} {}\n", short_text(metrics.deepest), units.length);

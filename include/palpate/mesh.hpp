@@ -60,6 +60,10 @@ class Bodies {
   /// the same side of it. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
+  /// Other rest positions (n_points x 3) for the same meshes. Throws Error, and changes nothing, on another
+  /// number of points and where a tet would be flat or inside out. O(n).
+  void set_points_rest(std::span<const Vec3> points);
+
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
   [[nodiscard]] Index body_count() const { return static_cast<Index>(bodies_.size()); }
   /// Notes of check_mesh() for each body, (n_bodies).

@@ -7,6 +7,7 @@
 #include <palpate/error.hpp>
 #include <palpate/mesh.hpp>
 
+#include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
 #include "mesh/faces.hpp"
 
@@ -198,6 +199,23 @@ Index Bodies::add(std::string name, TetMesh mesh) {
   bodies_.push_back(std::move(body));
   notes_.push_back(notes);
   return id;
+}
+
+void Bodies::set_points_rest(std::span<const Vec3> points) {
+  if (points.size() != points_rest_.size()) {
+    throw Error("bodies", "points_rest", std::to_string(points.size()) + " points",
+                std::to_string(points_rest_.size()));
+  }
+  for (const Body& body : bodies_) {
+    for (Index t = body.tets.begin; t < body.tets.end; ++t) {
+      const Tet& c = at(tets_, t);
+      if (orient3d(at(points, c[0]), at(points, c[1]), at(points, c[2]), at(points, c[3])) > 0) continue;
+      std::string where = "tet ";
+      where.append(std::to_string(t - body.tets.begin));
+      throw Error(body.name, where, "no positive volume", "a tet that is not flat or inside out");
+    }
+  }
+  points_rest_.assign(points.begin(), points.end());
 }
 
 }  // namespace palpate

@@ -190,6 +190,12 @@ void describe(Visitor& v, LimitSettings& limits) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, RelaxSettings& relax) {
+  v.field("depth", relax.depth, above(0));
+  v.field("max_steps", relax.max_steps, at_least(1));
+}
+
+template <class Visitor>
 void describe(Visitor& v, Camera& camera) {
   v.optional("position", camera.position);
   v.optional("target", camera.target);
@@ -221,6 +227,7 @@ void describe(Visitor& v, Scene& scene) {
   v.object("contact", contact);
   v.object("solver", scene.settings.solver);
   v.object("rest", scene.settings.rest);
+  v.optional("relax", scene.relax);
   v.object("limits", scene.settings.limits);
   v.object("output", scene.output);
   v.list("bodies", scene.bodies);

@@ -10,6 +10,7 @@
 
 #include <palpate/material.hpp>
 #include <palpate/model.hpp>
+#include <palpate/relax.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
 
@@ -155,7 +156,8 @@ struct Scene {
   std::string name;
   Units units;
   SimulationSettings settings;
-  double duration = 1.0;  ///< simulated time, > 0
+  double duration = 1.0;               ///< simulated time, > 0
+  std::optional<RelaxSettings> relax;  ///< overlaps at the start are removed before a run; none: they stay
   std::vector<SceneBody> bodies;
   OutputSettings output;
   std::string source;            ///< the file (or other origin) that errors name; not part of the text

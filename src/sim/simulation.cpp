@@ -14,6 +14,7 @@
 #include "number_text.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/grabs.hpp"
+#include "sim/model_check.hpp"
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
 #include "sim/state_hash.hpp"
@@ -40,16 +41,6 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   return s;
 }
 
-/// One flag for each of `count`, all 0 where none are given.
-std::vector<std::uint8_t> flags_or_none(std::vector<std::uint8_t> flags, std::size_t count,
-                                        const char* name) {
-  if (flags.empty()) flags.assign(count, 0);
-  if (flags.size() != count) {
-    throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
-  }
-  return flags;
-}
-
 /// The speed that LimitSettings says, or the one that stands for none.
 double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   constexpr double diagonals = 100.0;
@@ -62,12 +53,6 @@ double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
     upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
   }
   return diagonals * length(upper - lower) / settings.time_step;
-}
-
-/// Points on rails are not free.
-std::vector<std::uint8_t> not_free(std::vector<std::uint8_t> fixed, const Rails& rails) {
-  for (const Index p : rails.points()) at(fixed, p) = 1;
-  return fixed;
 }
 
 std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
@@ -87,19 +72,16 @@ std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
 
 struct Simulation::State {
   State(Model model, const SimulationSettings& s, int n)
-      : bodies(std::move(model.bodies)),
+      : obstacles(rigid_bodies(model)),
+        unfree(unfree_points(model)),
+        bodies(std::move(model.bodies)),
         settings(checked(s)),
-        obstacles(flags_or_none(std::move(model.obstacles), bodies.bodies().size(), "obstacles")),
         threads(n),
         materials(std::move(model.materials), std::move(model.material_of_tet)),
         rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
         forces(forces_or_none(std::move(model.forces), bodies.points_rest().size())),
         grabs(static_cast<Index>(bodies.points_rest().size())),
-        dynamics(bodies, materials,
-                 not_free(flags_or_none(std::move(model.fixed_points), bodies.points_rest().size(),
-                                        "fixed_points"),
-                          rails),
-                 obstacles, threads),
+        dynamics(bodies, materials, std::move(unfree), obstacles, threads),
         detector(bodies, settings.detection, obstacles, n),
         contact_materials(fem::mean_materials(bodies, materials)),
         response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
@@ -124,9 +106,10 @@ struct Simulation::State {
   void advance();
   void sum_contact_forces();
 
+  std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
+  std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
   Bodies bodies;
   SimulationSettings settings;
-  std::vector<std::uint8_t> obstacles;
   parallel::Threads threads;
   Materials materials;
   Rails rails;

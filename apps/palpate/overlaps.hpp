@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/mesh.hpp>
+
+namespace palpate::app {
+
+/// Contacts between two bodies, or of one with itself, from either side.
+struct Overlap {
+  Index first;   ///< body; not above second
+  Index second;  ///< body
+  std::size_t contacts = 0;
+  double deepest = 0.0;
+};
+
+/// Each pair of bodies that has a contact, sorted. O(contacts log pairs).
+std::vector<Overlap> overlaps(const Bodies& bodies, const Contacts& contacts);
+
+nlohmann::ordered_json overlaps_json(const Bodies& bodies, const std::vector<Overlap>& list);
+/// A line for each of the deepest pairs, and how many others there are; empty without any.
+std::string overlaps_text(const Bodies& bodies, std::vector<Overlap> list, const std::string& length_unit);
+
+}  // namespace palpate::app

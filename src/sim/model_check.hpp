@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <palpate/error.hpp>
+#include <palpate/model.hpp>
+
+#include "geometry/vector.hpp"
+
+/// The arrays of a model, made whole: those that are empty are filled with "none".
+namespace palpate {
+
+/// One flag for each of `count`, all 0 where none are given. Throws Error on another number.
+inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& flags, std::size_t count,
+                                               const char* name) {
+  if (flags.empty()) return std::vector<std::uint8_t>(count, 0);
+  if (flags.size() == count) return flags;
+  throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
+}
+
+/// 1 for each body that is rigid.
+inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
+  return flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
+}
+
+/// 1 for each point that is fixed or on rails.
+inline std::vector<std::uint8_t> unfree_points(const Model& model) {
+  auto flags = flags_or_none(model.fixed_points, model.bodies.points_rest().size(), "fixed_points");
+  for (std::size_t p = 0; p < model.motion_of_point.size() && p < flags.size(); ++p) {
+    if (model.motion_of_point[p] >= 0) flags[p] = 1;
+  }
+  return flags;
+}
+
+}  // namespace palpate

@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/error.hpp>
+#include <palpate/relax.hpp>
+
+#include "fem/dynamics.hpp"
+#include "fem/lumping.hpp"
+#include "geometry/vector.hpp"
+#include "number_text.hpp"
+#include "sim/model_check.hpp"
+#include "sim/rails.hpp"
+#include "sim/response.hpp"
+
+namespace palpate {
+namespace {
+
+/// Time steps of the scene in one of ours: so long that inertia has little part in where it leads, so short
+/// that the solver finds the motions of whole bodies, which nothing but inertia resists.
+constexpr double time_steps = 10.0;
+/// A solve ends well before rounding, the next step goes on from there.
+constexpr double solver_tolerance = 1e-4;
+constexpr int solver_iterations = 1000;
+/// Share of the depth before that a step must leave for the contact stiffness to be doubled.
+constexpr double stalled = 0.9;
+/// The contact stiffness may grow to 2^this of its own.
+constexpr int most_doublings = 10;
+
+double least_mean_edge(const Bodies& bodies) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    least = std::min(least, mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
+  }
+  return least;
+}
+
+double deepest_of(const Contacts& contacts) {
+  return contacts.depth.empty() ? 0.0 : *std::max_element(contacts.depth.begin(), contacts.depth.end());
+}
+
+ResponseSettings without_friction(ResponseSettings settings) {
+  settings.friction = 0.0;
+  settings.damping = 0.0;
+  return settings;
+}
+
+double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, squared_length(a[i] - b[i]));
+  return std::sqrt(largest);
+}
+
+/// Tissue that does not yield.
+std::vector<Material> elastic(std::vector<Material> materials) {
+  for (Material& material : materials) material.plastic_yield.reset();
+  return materials;
+}
+
+/// The bodies on their way to where they only touch.
+class Relaxation {
+ public:
+  Relaxation(const Model& model, const SimulationSettings& settings, int threads)
+      : bodies_(model.bodies),
+        threads_(threads),
+        time_step_(time_steps * settings.time_step),
+        materials_(elastic(model.materials), model.material_of_tet),
+        dynamics_(bodies_, materials_, unfree_points(model), rigid_bodies(model), threads_),
+        detector_(bodies_, settings.detection, rigid_bodies(model), threads),
+        contact_materials_(fem::mean_materials(bodies_, materials_)),
+        response_(bodies_, contact_materials_, rigid_bodies(model), without_friction(settings.response),
+                  dynamics_.point_masses(), dynamics_.free_points()),
+        rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
+        still_(bodies_.points_rest().size()),
+        start_(bodies_.points_rest().begin(), bodies_.points_rest().end()) {
+    const std::span<const Vec3> placed = rails_.positions(threads_, 0.0);
+    for (std::size_t k = 0; k < placed.size(); ++k) at(start_, rails_.points()[k]) = placed[k];
+    dynamics_.set_positions(start_);
+    detector_.detect(dynamics_.positions());
+  }
+
+  [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
+  /// Furthest that a point has gone, m.
+  [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
+  /// The rest positions that belong to the positions now: those of points on rails are as before.
+  [[nodiscard]] std::vector<Vec3> points_rest() const {
+    std::vector<Vec3> points(dynamics_.positions().begin(), dynamics_.positions().end());
+    for (const Index p : rails_.points()) at(points, p) = at(bodies_.points_rest(), p);
+    return points;
+  }
+
+  void step() {
+    const double before = deepest_of(contacts());
+    response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
+    for (fem::Coupling& coupling : couplings_) {
+      coupling.force = factor_ * coupling.force;
+      coupling.stiffness = factor_ * coupling.stiffness;
+    }
+    last_.assign(dynamics_.positions().begin(), dynamics_.positions().end());
+    dynamics_.step(time_step_, {}, {}, couplings_, solver_tolerance, solver_iterations);
+    shorten_step(before);
+    dynamics_.set_velocities(still_);
+    dynamics_.set_velocity_changes(still_);
+    detector_.detect(dynamics_.positions());
+    if (deepest_of(contacts()) > stalled * before && doublings_ < most_doublings) {
+      factor_ *= 2.0;
+      ++doublings_;
+    }
+  }
+
+ private:
+  /// No point goes further in a step than the deepest contact was: a body that is free to turn would go far
+  /// beyond where the linear model holds.
+  void shorten_step(double most) {
+    const double move = largest_distance(dynamics_.positions(), last_);
+    if (move <= most) return;
+    for (std::size_t p = 0; p < last_.size(); ++p) {
+      last_[p] += (most / move) * (dynamics_.positions()[p] - last_[p]);
+    }
+    dynamics_.set_positions(last_);
+  }
+
+  const Bodies& bodies_;
+  parallel::Threads threads_;
+  double time_step_;
+  Materials materials_;
+  fem::Dynamics dynamics_;
+  Detector detector_;
+  std::vector<Material> contact_materials_;
+  ContactResponse response_;
+  Rails rails_;
+  std::vector<Vec3> still_;
+  std::vector<Vec3> start_;
+  std::vector<Vec3> last_;  ///< positions before the step at hand
+  std::vector<fem::Coupling> couplings_;
+  double factor_ = 1.0;
+  int doublings_ = 0;
+};
+
+void take_positions(Model& model, const Relaxation& bodies) {
+  try {
+    model.bodies.set_points_rest(bodies.points_rest());
+  } catch (const Error& error) {
+    throw Error("relaxing", "", "an overlap that turns tissue inside out (" + std::string(error.what()) + ")",
+                "bodies that can give way to each other");
+  }
+}
+
+void check(const RelaxSettings& settings) {
+  if (!(settings.depth > 0.0) || !std::isfinite(settings.depth))
+    throw Error("relax settings", "depth", number_text(settings.depth), "a finite number > 0");
+  if (settings.max_steps < 1)
+    throw Error("relax settings", "max_steps", std::to_string(settings.max_steps), "at least 1");
+}
+
+}  // namespace
+
+RelaxReport relax(Model& model, const SimulationSettings& settings, const RelaxSettings& relaxation,
+                  int threads, const std::function<void(int, double)>& progress) {
+  check(relaxation);
+  Relaxation bodies(model, settings, threads);
+  RelaxReport report;
+  report.allowed_depth = relaxation.depth * least_mean_edge(model.bodies);
+  report.contacts_before = bodies.contacts().size();
+  report.deepest_before = deepest_of(bodies.contacts());
+  while (deepest_of(bodies.contacts()) > report.allowed_depth && report.steps < relaxation.max_steps) {
+    bodies.step();
+    ++report.steps;
+    if (progress) progress(report.steps, deepest_of(bodies.contacts()));
+  }
+  report.contacts_after = bodies.contacts().size();
+  report.deepest_after = deepest_of(bodies.contacts());
+  report.relaxed = report.deepest_after <= report.allowed_depth;
+  report.largest_move = bodies.largest_move();
+  if (report.steps > 0) take_positions(model, bodies);
+  return report;
+}
+
+}  // namespace palpate
