@@ -91,6 +91,25 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
   return best;
 }
 
+double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                    const Vec3& p, const Vec3& direction, double radius) {
+  constexpr double along = 0.75;  // of two faces at a right angle never both
+  constexpr double against = -0.3;
+  double nearest = radius;
+  walk(
+      bodies, positions, tet, p, -1, [&] { return nearest; },
+      [&](Index here, std::size_t opposite, const Vec3&, double distance) {
+        const Tet& corners = at(bodies.tets(), here);
+        const auto& [i, j, k] = outward_face[opposite];
+        const Vec3& corner = at(positions, corners[i]);
+        const Vec3 normal =
+            normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
+        const double cosine = dot(normal, direction);
+        if (cosine <= along && cosine >= against) nearest = distance;
+      });
+  return nearest;
+}
+
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction) {
   constexpr int most_tets = 256;  // of a way that rounding turned into a circle
@@ -134,40 +153,6 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
     if (distance >= best.distance) continue;
     const Vec3 outward = normalized(q - p);
     best = {q, outward == Vec3{} ? normal : outward, distance};
-  }
-  return best;
-}
-
-SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
-                               const Vec3& p, const Vec3& direction, double radius) {
-  constexpr double along = 0.75;  // of two faces at a right angle never both
-  constexpr double against = -0.3;
-  std::array<Index, 64> reached{tet};
-  std::size_t count = 1;
-  SurfacePoint best{p, {}, radius};
-  for (std::size_t next = 0; next < count; ++next) {
-    const Tet& corners = at(bodies.tets(), reached[next]);
-    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
-      const auto& [i, j, k] = outward_face[opposite];
-      const std::array<Vec3, 3> face{at(positions, corners[i]), at(positions, corners[j]),
-                                     at(positions, corners[k])};
-      const Vec3 normal = normalized(cross(face[1] - face[0], face[2] - face[0]));
-      if (std::abs(dot(face[0] - p, normal)) >= best.distance)
-        continue;  // so is its plane; quicker than the face
-      const Vec3 q = nearest_on_triangle(p, face);
-      const double distance = length(q - p);
-      if (distance >= best.distance) continue;
-      const Index neighbor = at(bodies.tet_neighbors(), reached[next])[opposite];
-      if (neighbor < 0) {
-        const double cosine = dot(normal, direction);
-        if (normal == Vec3{} || cosine > along || cosine < against) continue;
-        const Vec3 outward = normalized(q - p);
-        best = {q, outward == Vec3{} ? normal : outward, distance};
-      } else if (const auto seen = std::span(reached).first(count);
-                 count < reached.size() && std::find(seen.begin(), seen.end(), neighbor) == seen.end()) {
-        reached[count++] = neighbor;
-      }
-    }
   }
   return best;
 }

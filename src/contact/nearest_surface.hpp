@@ -43,6 +43,12 @@ class ExitSearch {
   SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                        Index without, double radius, double enough);
 
+  /// Distance of p, a point in `tet`, to the nearest side: a surface triangle whose normal is neither along
+  /// `direction` (cosine over 0.75) nor against it (under -0.3). `radius` where none is nearer. O(tets nearer
+  /// than the result).
+  double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                          const Vec3& direction, double radius);
+
   /// Calls found(tet, opposite, nearest point, distance) for each surface face within `radius` of p that the
   /// walk reaches. O(tets within the radius).
   template <class Found>
@@ -109,14 +115,5 @@ double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Inde
 /// where there is none. O(triangles of the body).
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
                                    const Vec3& p, Index without = -1);
-
-/// The nearest side exit of p, a point in `tet`: the nearest point within `radius` on a surface triangle
-/// whose normal is neither along `direction` (cosine over 0.75) nor against it (under -0.3). None: `distance`
-/// is `radius`.
-///
-/// Walks from tet to tet through the faces that are nearer than `radius`, so a small radius costs a few tets;
-/// ends after 64 tets with what it has found.
-SurfacePoint nearest_side_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
-                               const Vec3& p, const Vec3& direction, double radius);
 
 }  // namespace palpate

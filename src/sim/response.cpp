@@ -88,11 +88,11 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
 }
 
 double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> positions,
-                                   const Contacts& contacts, std::size_t c) const {
+                                   const Contacts& contacts, std::size_t c, ExitSearch& search) const {
   const double width = at(rim_width_, contacts.body[c]);
-  const SurfacePoint side = nearest_side_exit(bodies, positions, contacts.tet[c],
-                                              at(positions, contacts.point[c]), contacts.direction[c], width);
-  return side.distance / width;
+  return search.distance_to_side(bodies, positions, contacts.tet[c], at(positions, contacts.point[c]),
+                                 contacts.direction[c], width) /
+         width;
 }
 
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
@@ -152,40 +152,50 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   time_step_ = time_step;
   resize_with_room(couplings, contacts.size());
   resize_with_room(laws_, contacts.size());
-  parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
-    const Index point = contacts.point[c];
-    const Tet& tet = at(bodies.tets(), contacts.tet[c]);
-    const std::array<double, 4>& w = contacts.weights[c];
-    const Vec3& r = contacts.direction[c];
-    const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-    const double k = side_share(bodies, positions, contacts, c) * full;
-    const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
-    const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step);
+  const std::size_t chunks = parallel::chunk_count(contacts.size(), grain);
+  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
+  parallel::for_chunks(
+      threads, contacts.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        for (std::size_t c = begin; c < end; ++c) {
+          compute_one(bodies, contacts, c, positions, velocities, searches_[chunk], couplings[c]);
+        }
+      });
+}
 
-    fem::Coupling& coupling = couplings[c];
-    coupling = {};
-    coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
-    coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
-    const Vec3 velocity = fem::relative(coupling, velocities);
-    const Vec3 force = k * contacts.depth[c] * r;
-    RememberedContact& remembered = memory_.of_contact(c);
-    if (remembered.seen > 1) remembered.slip += time_step * velocity;
-    if (remembered.seen > 1 || remembered.lost > 0)
-      update_calming(remembered, force, velocity, most_calming * time_step * full);
-    remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
-    const double last_normal = remembered.normal(velocity, time_step);
-    const double lag = k > 0.0 ? (damping + remembered.calming) / k : 0.0;
-    laws_[c] = {
-        .stiffness = k, .lag = lag, .depth = contacts.depth[c], .slip = remembered.slip, .direction = r};
-    set_pushes(laws_[c], true, coupling);
-    set_share(laws_[c], spring_share(laws_[c], velocity, last_normal), coupling);
-    remembered.force = force;
-    remembered.direction = r;
-    remembered.velocity = velocity;
-    remembered.stiffness = k;
-    remembered.lag = lag;
-    remembered.lost = 0;
-  });
+void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+                                  std::span<const Vec3> positions, std::span<const Vec3> velocities,
+                                  ExitSearch& search, fem::Coupling& coupling) {
+  const Index point = contacts.point[c];
+  const Tet& tet = at(bodies.tets(), contacts.tet[c]);
+  const std::array<double, 4>& w = contacts.weights[c];
+  const Vec3& r = contacts.direction[c];
+  const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
+  const double k = side_share(bodies, positions, contacts, c, search) * full;
+  const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
+  const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step_);
+
+  coupling = {};
+  coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
+  coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
+  const Vec3 velocity = fem::relative(coupling, velocities);
+  const Vec3 force = k * contacts.depth[c] * r;
+  RememberedContact& remembered = memory_.of_contact(c);
+  if (remembered.seen > 1) remembered.slip += time_step_ * velocity;
+  if (remembered.seen > 1 || remembered.lost > 0)
+    update_calming(remembered, force, velocity, most_calming * time_step_ * full);
+  remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
+  const double last_normal = remembered.normal(velocity, time_step_);
+  const double lag = k > 0.0 ? (damping + remembered.calming) / k : 0.0;
+  laws_[c] = {
+      .stiffness = k, .lag = lag, .depth = contacts.depth[c], .slip = remembered.slip, .direction = r};
+  set_pushes(laws_[c], true, coupling);
+  set_share(laws_[c], spring_share(laws_[c], velocity, last_normal), coupling);
+  remembered.force = force;
+  remembered.direction = r;
+  remembered.velocity = velocity;
+  remembered.stiffness = k;
+  remembered.lag = lag;
+  remembered.lost = 0;
 }
 
 bool ContactResponse::refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,

@@ -6,6 +6,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/material.hpp>
 
+#include "contact/nearest_surface.hpp"
 #include "fem/coupling.hpp"
 #include "sim/contact_memory.hpp"
 
@@ -92,11 +93,14 @@ class ContactResponse {
   [[nodiscard]] Vec3 stretch(const Law& law, const Vec3& velocity) const;
   static void set_share(Law& law, double share, fem::Coupling& coupling);
   static void set_pushes(Law& law, bool pushes, fem::Coupling& coupling);
+  void compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+                   std::span<const Vec3> positions, std::span<const Vec3> velocities, ExitSearch& search,
+                   fem::Coupling& coupling);
   void update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity, double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
   /// Share of the stiffness that a contact has so near to a side of the body: 0 to 1.
   [[nodiscard]] double side_share(const Bodies& bodies, std::span<const Vec3> positions,
-                                  const Contacts& contacts, std::size_t c) const;
+                                  const Contacts& contacts, std::size_t c, ExitSearch& search) const;
 
   ResponseSettings settings_;
   ContactMemory memory_;
@@ -104,6 +108,7 @@ class ContactResponse {
   std::vector<Law> laws_;                ///< of the contacts, in their order
   std::vector<Refined> refined_;         ///< scratch of refine()
   std::vector<double> partial_;          ///< scratch
+  std::vector<ExitSearch> searches_;     ///< of the chunks of contacts
   std::vector<double> body_compliance_;  ///< (n_bodies) m/N; 0 for obstacles
   std::vector<double> rim_width_;        ///< (n_bodies) m
   std::span<const double> masses_;
