@@ -39,18 +39,19 @@ double ConjugateGradients::precondition(const parallel::Threads& threads, const 
 
 SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSystem& system,
                                       std::span<const Vec3> b, std::span<Vec3> x, double tolerance,
-                                      int max_iterations) {
+                                      int max_iterations, double least_scale) {
   for (auto* vector : {&residual_, &preconditioned_, &direction_, &product_}) vector->resize(system.size());
   const double norm_b = std::sqrt(inner_product(threads, b, b));
   if (norm_b == 0.0) {
     std::fill(x.begin(), x.end(), Vec3{});
     return {0, 0.0, true};
   }
+  const double scale = std::max(norm_b, least_scale);
   double norm = start(threads, system, b, norm_b, x);
   double rz = precondition(threads, system);
   std::copy(preconditioned_.begin(), preconditioned_.end(), direction_.begin());
   SolveReport report;
-  while (norm > tolerance * norm_b && report.iterations < max_iterations) {
+  while (norm > tolerance * scale && report.iterations < max_iterations) {
     system.multiply(threads, direction_, product_);
     const double curvature = inner_product(threads, direction_, product_);
     const double step = rz / curvature;
@@ -67,8 +68,8 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     parallel::for_each(threads, x.size(), point_grain,
                        [&](std::size_t i) { direction_[i] = preconditioned_[i] + turn * direction_[i]; });
   }
-  report.relative_residual = norm / norm_b;
-  report.converged = norm <= tolerance * norm_b;
+  report.relative_residual = norm / scale;
+  report.converged = norm <= tolerance * scale;
   return report;
 }
 

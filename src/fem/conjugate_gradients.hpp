@@ -10,8 +10,9 @@ namespace palpate::fem {
 
 /// How a linear system was solved.
 struct SolveReport {
-  int iterations = 0;              ///< products with the matrix after the first
-  double relative_residual = 0.0;  ///< |b - A x| / |b| as the recurrence has it; 0 where b = 0
+  int iterations = 0;  ///< products with the matrix after the first
+  double relative_residual =
+      0.0;                 ///< |b - A x| / max(|b|, least_scale) as the recurrence has it; 0 where b = 0
   bool converged = false;  ///< false: the cap was reached, or the matrix is not positive definite to rounding
 };
 
@@ -20,7 +21,7 @@ struct SolveReport {
 /// same bits for every thread count. Keeps its memory between solves.
 class ConjugateGradients {
  public:
-  /// Solves A x = b over the free points of the system until |b - A x| <= tolerance |b|.
+  /// Solves A x = b over the free points of the system until |b - A x| <= tolerance max(|b|, least_scale).
   ///
   /// \param b  (n_points x 3), zero at points that are not free
   /// \param x  (n_points x 3): a guess on entry, zero at points that are not free; the solution on return. A
@@ -29,7 +30,7 @@ class ConjugateGradients {
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const Vec3> b,
-                    std::span<Vec3> x, double tolerance, int max_iterations);
+                    std::span<Vec3> x, double tolerance, int max_iterations, double least_scale = 0.0);
 
  private:
   double start(const parallel::Threads& threads, LinearSystem& system, std::span<const Vec3> b, double norm_b,

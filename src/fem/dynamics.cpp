@@ -139,6 +139,13 @@ void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> e
     }
     point_forces_[i] = force;
   });
+  // What gravity and loads push in a step: at rest all forces cancel, and only this says how small an error
+  // is.
+  load_impulse_ =
+      time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+        if (system_.free()[i] == 0) return 0.0;
+        return squared_length(masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]));
+      }));
 }
 
 /// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
@@ -210,7 +217,8 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
     throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
                          "finite forces, positions and velocities");
   }
-  const Report report = solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations);
+  const Report report =
+      solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations, load_impulse_);
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
     const auto largest = std::ranges::max_element(right_side_, {}, largest_component);

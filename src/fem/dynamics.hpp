@@ -51,7 +51,8 @@ class Dynamics {
   /// \param gravity          m/s^2, on every mass
   /// \param external_forces  (n_points x 3), N, or empty
   /// \param couplings        their points in range; summed in this order
-  /// \param tolerance        relative residual at which the solve stops, >= 0
+  /// \param tolerance        residual at which the solve stops, relative to the right side or, where that is
+  ///                         smaller (at rest), to the impulse of gravity and external forces; >= 0
   /// \param max_iterations   cap, >= 0; where it is reached the report says so and the iterate is used
   /// The solve starts from the last step's dv, where that is zero from free fall. Throws Error, with the
   /// state as it was, on a parameter out of range, and, naming body and tet, where the right side or the
@@ -156,6 +157,7 @@ class Dynamics {
   std::vector<Index> prescribed_points_;    ///< for the next step
   std::vector<Vec3> prescribed_positions_;  ///< of them, at its end
   std::vector<Vec3> base_velocities_;       ///< at the start of the step; where not free, as prescribed
+  double load_impulse_ = 0.0;               ///< |h (M g + external forces)| over the free points, N s
   double time_step_ = 0.0;                  ///< of the step that has begun
 };
 

@@ -169,7 +169,7 @@ TEST(ContactMechanics, AStackOfTenBlocksStandsStillForTenSecondsInStepsOf10Milli
   }
   EXPECT_LT(length(centre(simulation, 10) - before), 1e-5);
   const double weight = 10 * 9.81 * 0.064;
-  EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 1e-6 * weight);
+  EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 1e-4 * weight);
 }
 
 }  // namespace

@@ -126,6 +126,7 @@ TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
   SimulationSettings settings;
   settings.response.stiffness = 500.0;
   settings.rest.speed = 1e-6;
+  settings.solver.tolerance = 1e-7;
   Simulation simulation({.bodies = std::move(bodies),
                          .materials = {Material{}, Material{.young_modulus = 1e6, .mass_damping = 5.0}},
                          .obstacles = {1, 0}},
