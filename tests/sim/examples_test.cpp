@@ -92,7 +92,12 @@ TEST(Examples, ABeltTakesTheBlockAlongAndSlidesUnderItWhenItMeetsTheStop) {
 }
 
 TEST(Examples, AFoldedStripLiesOnItself) {
-  const Simulation simulation = run(example("fold"));
+  Simulation simulation = simulate(example("fold"));
+  while (simulation.metrics().time < 2.0 - 1e-9) {
+    simulation.step();
+    ASSERT_LT(self_contacts(simulation).deepest, 0.005)
+        << "half of the strip, step " << simulation.metrics().step;
+  }
   EXPECT_TRUE(simulation.at_rest());
   EXPECT_GT(self_contacts(simulation).count, 5U);
   EXPECT_LT(self_contacts(simulation).deepest, 0.001) << "a tenth of the strip";
