@@ -1,0 +1,218 @@
+// Every scene of examples/scenes runs, has its place in docs/gallery.md, and does what it says. Oracles:
+// statics and dynamics by hand, and the same scene without what it is about.
+#include "sim/examples.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+namespace palpate::test {
+namespace {
+
+std::vector<std::string> example_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(example_folder())) {
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class EveryExample : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryExample, RunsAFewSteps) {
+  const Scene scene = example(GetParam());
+  EXPECT_EQ(scene.name, GetParam()) << "results and pictures go by the name";
+  Simulation simulation = simulate(scene);
+  EXPECT_LE(simulation.bodies().tets().size(), 1500U);
+  EXPECT_LE(scene.duration, 2.0);
+  Vec3 lower{INFINITY, INFINITY, INFINITY};
+  Vec3 upper = -lower;
+  for (const Vec3& p : simulation.positions()) {
+    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+  }
+  const Vec3 middle = 0.5 * (lower + upper);
+  const double size = length(upper - lower);
+  for (int i = 0; i < 20; ++i) {
+    simulation.step();
+    for (const Vec3& p : simulation.positions()) ASSERT_LT(length(p - middle), size) << "step " << i + 1;
+    // A point that one spring pulls is the fastest: it never overtakes free fall from the height of the
+    // scene.
+    ASSERT_LT(simulation.metrics().largest_speed, 2.0 * std::sqrt(2.0 * 9.81 * size)) << "step " << i + 1;
+  }
+}
+
+TEST_P(EveryExample, IsInTheGallery) {
+  std::stringstream gallery;
+  gallery << std::ifstream(PALPATE_SOURCE_DIR "/docs/gallery.md").rdbuf();
+  EXPECT_NE(gallery.str().find("(gallery/" + GetParam() + ".png)"), std::string::npos);
+  EXPECT_NE(gallery.str().find("run examples/scenes/" + GetParam() + ".json"), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, EveryExample, testing::ValuesIn(example_names()), [](const auto& example) {
+  std::string name = example.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+TEST(Examples, AttachedTissueFollowsItsBoneAndBendsOverTheRod) {
+  const Simulation simulation = run(example("attached"));
+  const Range bar = points_of(simulation, "bar");
+  int glued = 0;
+  for (Index p = bar.begin; p < bar.end; ++p) {
+    const Vec3 start = at(simulation.bodies().points_rest(), p);
+    if (std::abs(start.x) > 1e-9) continue;
+    ++glued;
+    EXPECT_LT(length(at(simulation.positions(), p) - (start - Vec3{0, 0, 0.07})), 1e-12);
+  }
+  EXPECT_EQ(glued, 5 * 3);
+  EXPECT_LT(force_on(simulation, "rod").z, 0.0);
+  EXPECT_GT(height_at(simulation, "bar", 0.16), height_at(simulation, "bar", 0.0) + 0.04);
+  EXPECT_TRUE(simulation.at_rest());
+}
+
+TEST(Examples, ABeltTakesTheBlockAlongAndSlidesUnderItWhenItMeetsTheStop) {
+  Simulation simulation = simulate(example("belt"));
+  run_to(simulation, 0.3);
+  EXPECT_NEAR(velocity(simulation, "block").x, 0.3, 0.003);
+  EXPECT_EQ(force_on(simulation, "stop").x, 0.0);
+  run_to(simulation, 1.0);
+  EXPECT_LT(length(velocity(simulation, "block")), 0.002);
+  const Vec3 belt = force_on(simulation, "belt");
+  const Vec3 stop = force_on(simulation, "stop");
+  EXPECT_NEAR(belt.x, 0.4 * belt.z, -0.005 * belt.z) << "slides";
+  EXPECT_NEAR(stop.x, -belt.x, 0.005 * stop.x);
+  // The block leans on the stop, whose friction, at most 0.4 of the push, presses it down a little.
+  const double weight = weight_of(simulation, "block");
+  EXPECT_NEAR(-belt.z, weight + stop.z, 0.005 * weight);
+  EXPECT_GT(stop.z, 0.0);
+  EXPECT_LT(stop.z, 0.401 * stop.x);
+}
+
+TEST(Examples, AFoldedStripLiesOnItself) {
+  Simulation simulation = simulate(example("fold"));
+  while (simulation.metrics().time < 2.0 - 1e-9) {
+    simulation.step();
+    ASSERT_LT(self_contacts(simulation).deepest, 0.005)
+        << "half of the strip, step " << simulation.metrics().step;
+  }
+  EXPECT_TRUE(simulation.at_rest());
+  EXPECT_GT(self_contacts(simulation).count, 5U);
+  EXPECT_LT(self_contacts(simulation).deepest, 0.001) << "a tenth of the strip";
+  Scene scene = example("fold");
+  scene.bodies.at(2).self_collision = false;
+  scene.settings.detection.self_collision.clear();
+  EXPECT_LT(height_at(run(scene), "strip", 0.06), height_at(simulation, "strip", 0.06) - 0.003)
+      << "it would sink into itself";
+}
+
+TEST(Examples, AGrabHoldsTheBallByItsWeight) {
+  const Scene scene = example("grab");
+  const Simulation simulation = run(scene);
+  const SceneGrab& grab = scene.bodies.at(1).grabs.at(0);
+  const double weight = weight_of(simulation, "ball");
+  const Vec3 force = simulation.grab_force(0);
+  EXPECT_NEAR(force.z, weight, 0.01 * weight);
+  const double pulled = heights(simulation, "ball").highest;  // the point that the spring holds
+  EXPECT_NEAR(grab.stiffness * (grab.target.z - pulled), weight, 0.01 * weight);
+  EXPECT_GT(heights(simulation, "ball").lowest, 0.03) << "off the plate";
+}
+
+TEST(Examples, ABlockSticksBelowTheAngleOfFrictionAndSlidesAboveIt) {
+  Simulation sticks = simulate(example("incline-stick"));
+  const double start = centre(sticks, "block").x;
+  run_to(sticks, 1.0);
+  EXPECT_NEAR(centre(sticks, "block").x, start, 0.001);
+  EXPECT_LT(length(velocity(sticks, "block")), 1e-5);
+
+  Simulation slides = simulate(example("incline-slide"));
+  run_to(slides, 0.2);
+  const double before = length(velocity(slides, "block"));
+  run_to(slides, 0.6);
+  const double angle = 20.0 * std::numbers::pi / 180.0;
+  const double expected = 9.81 * (std::sin(angle) - 0.2 * std::cos(angle));
+  EXPECT_NEAR((length(velocity(slides, "block")) - before) / 0.4, expected, 0.05 * expected);
+}
+
+TEST(Examples, AJawPressesTheBlockOntoThePlate) {
+  const Simulation simulation = run(example("jaw"));
+  EXPECT_TRUE(simulation.at_rest());
+  const double weight = weight_of(simulation, "block");
+  const double bite = force_on(simulation, "jaw").z;
+  EXPECT_GT(bite, 5.0 * weight);
+  EXPECT_NEAR(-force_on(simulation, "plate").z, bite + weight, 0.01 * bite);
+  EXPECT_NEAR(force_on(simulation, "plate").x, -force_on(simulation, "jaw").x, 0.01 * bite)
+      << "friction of the plate holds what the slanted jaw pushes out";
+}
+
+TEST(Examples, ThePlateFeelsTheLoadAndTheWeight) {
+  const Simulation simulation = run(example("load"));
+  const double weight = weight_of(simulation, "column");
+  const Vec3 felt = force_on(simulation, "plate");
+  EXPECT_LT(length(felt - Vec3{0.6, 0, -0.5 - weight}), 0.01 * weight);
+  EXPECT_GT(centre(simulation, "column").x, 0.002) << "it leans";
+  EXPECT_TRUE(simulation.at_rest());
+}
+
+TEST(Examples, ABarThatYieldedStaysBent) {
+  const auto sag = [](const Simulation& simulation) {
+    return 0.5 * (height_at(simulation, "bar", -0.08) + height_at(simulation, "bar", 0.08)) -
+           height_at(simulation, "bar", 0.0);
+  };
+  const Simulation yields = run(example("plastic"));
+  EXPECT_EQ(force_on(yields, "punch"), Vec3{}) << "the punch is away";
+  Scene scene = example("plastic");
+  scene.bodies.back().material->plastic_yield.reset();
+  const Simulation springs_back = run(scene);
+  EXPECT_GT(sag(yields), 0.02);
+  EXPECT_LT(sag(springs_back), 0.003) << "its own weight";
+}
+
+TEST(Examples, PlatesPressABallWithTheSameForce) {
+  const Simulation simulation = run(example("press"));
+  EXPECT_TRUE(simulation.at_rest());
+  const double force = force_on(simulation, "upper").z;
+  EXPECT_NEAR(-force_on(simulation, "lower").z, force, 0.005 * force);
+  // Hertz, a lower bound (tests/sim/contact_mechanics_test.cpp): each plate comes 14 mm nearer to the centre.
+  const double hertz = 4.0 / 3.0 * 1e5 / (1.0 - 0.3 * 0.3) * std::sqrt(0.05) * std::pow(0.014, 1.5);
+  EXPECT_GT(force, hertz);
+  EXPECT_LT(force, 1.6 * hertz);
+}
+
+TEST(Examples, OfABarOfTwoMaterialsTheSoftHalfHangsDownMore) {
+  const Simulation simulation = run(example("regions"));
+  EXPECT_TRUE(simulation.at_rest());
+  const double middle = height_at(simulation, "bar", 0.0);
+  const double soft = middle - height_at(simulation, "bar", -0.12);
+  const double stiff = middle - height_at(simulation, "bar", 0.12);
+  EXPECT_GT(stiff, 0.0);
+  EXPECT_GT(soft, 3.0 * stiff);
+  Scene scene = example("regions");
+  scene.bodies.back().regions.clear();
+  const Simulation one_material = run(scene);
+  EXPECT_NEAR(height_at(one_material, "bar", -0.12), height_at(one_material, "bar", 0.12), 0.001);
+}
+
+TEST(Examples, ATowerOfTenBlocksStands) {
+  const Simulation simulation = run(example("tower"));
+  EXPECT_TRUE(simulation.at_rest());
+  EXPECT_TRUE(simulation.metrics().solver_converged);
+  const double weight = 10.0 * weight_of(simulation, "block 0");
+  EXPECT_NEAR(-force_on(simulation, "plate").z, weight, 0.001 * weight);
+  EXPECT_NEAR(heights(simulation, "block 9").highest, 0.4, 0.003);
+}
+
+TEST(Examples, BlocksOfTwoStiffnessesShareTheForceAndGiveWayByTheirStiffness) {
+  const Simulation simulation = run(example("two-stiffnesses"));
+  EXPECT_TRUE(simulation.at_rest());
+  const double force = force_on(simulation, "upper").z;
+  EXPECT_NEAR(-force_on(simulation, "lower").z, force, 0.005 * force);
+  const double ratio =
+      (0.04 - heights(simulation, "soft").extent()) / (0.04 - heights(simulation, "stiff").extent());
+  EXPECT_NEAR(ratio, 4.0, 0.4) << "the rim of the interface bears less, the more the coarser the mesh";
+}
+
+}  // namespace
+}  // namespace palpate::test
