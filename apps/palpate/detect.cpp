@@ -85,12 +85,10 @@ std::string json(const Scene& scene, const Bodies& bodies, const Contacts& conta
 int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
   options.detection.apply(input.scene.settings.detection);
-  const Bodies& bodies = input.model.bodies;
-  const Detector detector = as_input([&] {
-    Detector made(bodies, input.scene.settings.detection, input.model.obstacles, options.threads);
-    made.detect(bodies.points_rest());
-    return made;
-  });
+  // As a run starts: bodies on rails are where their motion is at time 0.
+  const Simulation simulation = make_simulation(input.scene, std::move(input.model), options.threads);
+  const Bodies& bodies = simulation.bodies();
+  const Detector& detector = simulation.detector();
   const Contacts& contacts = detector.contacts();
   const std::string text =
       format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, contacts);

@@ -75,9 +75,9 @@ struct ResponseSettings {
 struct SolverSettings {
   /// Residual at which the conjugate gradients stop, > 0; relative to the right side or, where that is
   /// smaller (at rest), to the impulse of gravity and loads in a step.
-  double tolerance = 1e-4;
-  int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
-  int max_solves = 5;        ///< cap of the linear solves of a step, where friction asks for more than one
+  double tolerance = 1e-6;
+  int max_iterations = 1000;  ///< cap; reaching it is counted in the metrics
+  int max_solves = 5;         ///< cap of the linear solves of a step, where friction asks for more than one
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for
@@ -91,7 +91,7 @@ struct RestSettings {
 /// When a run has blown up and stops with an Error; a value that is not finite always stops it.
 struct LimitSettings {
   /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
-  /// step.
+  /// step, and what a free fall adds.
   std::optional<double> max_speed{};
   /// > 0; a tet that has been inverted (volume <= 0) for so many steps in a row is beyond recovery.
   int inverted_steps = 300;

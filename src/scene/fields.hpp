@@ -142,6 +142,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("color", body.color, within(0, 1));
   v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
          "false: a rigid body has one shape");
+  v.rule(!body.motion || body.fixed.empty(), "fixed", "it in a body with a motion", "one of the two");
   v.rule(is_rigid(body) || body.material, "material", "nothing",
          "the material of a body that is neither an obstacle nor has a motion");
   const auto only_soft = [&](const auto& list, const char* key) {

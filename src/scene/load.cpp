@@ -174,6 +174,10 @@ class BodyPoints {
                       "point " + std::to_string(i) + ", which is attached to another body too",
                       "points that follow one body");
         }
+        if (at(model_.fixed_points, range_.begin + i) != 0) {
+          throw Error(scene_.source, path("attached", a), "point " + std::to_string(i) + ", which is fixed",
+                      "points that are not in 'fixed' too");
+        }
         there = motion;
       }
     }

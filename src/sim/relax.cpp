@@ -44,6 +44,12 @@ double deepest_of(const Contacts& contacts) {
   return contacts.depth.empty() ? 0.0 : *std::max_element(contacts.depth.begin(), contacts.depth.end());
 }
 
+/// What has overlaps removed must see them all.
+DetectionSettings exact(DetectionSettings settings) {
+  settings.cells_per_primitive.reset();
+  return settings;
+}
+
 ResponseSettings without_friction(ResponseSettings settings) {
   settings.friction = 0.0;
   settings.damping = 0.0;
@@ -71,7 +77,7 @@ class Relaxation {
         time_step_(time_steps * settings.time_step),
         materials_(elastic(model.materials), model.material_of_tet),
         dynamics_(bodies_, materials_, unfree_points(model), rigid_bodies(model), threads_),
-        detector_(bodies_, settings.detection, rigid_bodies(model), threads),
+        detector_(bodies_, exact(settings.detection), rigid_bodies(model), threads),
         contact_materials_(fem::mean_materials(bodies_, materials_)),
         response_(bodies_, contact_materials_, rigid_bodies(model), without_friction(settings.response),
                   dynamics_.point_masses(), dynamics_.free_points()),

@@ -9,6 +9,7 @@
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
 #include "number_text.hpp"
 #include "room.hpp"
 
@@ -41,6 +42,22 @@ void add_across(double s, const Vec3& r, fem::SymmetricMatrix3& m) {
   m.yz -= s * r.y * r.z;
 }
 
+/// Mean over the tets of a body of the smallest height at rest.
+double mean_height(const Bodies& bodies, Index body) {
+  const Range tets = at(bodies.bodies(), body).tets;
+  double sum = 0.0;
+  for (Index t = tets.begin; t < tets.end; ++t) {
+    const Tet& corners = at(bodies.tets(), t);
+    const auto rest = [&](std::size_t i) { return at(bodies.points_rest(), corners[i]); };
+    const double six_volumes = dot(cross(rest(1) - rest(0), rest(2) - rest(0)), rest(3) - rest(0));
+    double largest = 0.0;  // twice the area of a face
+    for (const auto& [i, j, k] : outward_face)
+      largest = std::max(largest, length(cross(rest(j) - rest(i), rest(k) - rest(i))));
+    if (largest > 0.0) sum += six_volumes / largest;
+  }
+  return tets.size() > 0 ? sum / tets.size() : 0.0;
+}
+
 constexpr std::size_t grain = 256;
 /// Share of the calming that stays from step to step: it fades within a hundred steps.
 constexpr double calming_kept = 0.99;
@@ -59,7 +76,7 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
     : settings_(settings),
       body_compliance_(bodies.bodies().size(), 0.0),
-      rim_width_(bodies.bodies().size(), 0.0),
+      rims_(bodies.bodies().size()),
       masses_(masses),
       moves_(moves) {
   if (settings.stiffness)
@@ -68,7 +85,8 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
   check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
   for (Index b = 0; b < bodies.body_count(); ++b) {
     const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
-    at(rim_width_, b) = 0.25 * h;
+    at(rims_, b).outer = 0.25 * h;
+    at(rims_, b).inner = std::min(0.075 * mean_height(bodies, b), 0.5 * at(rims_, b).outer);
     if (at(obstacles, b) != 0) continue;
     at(body_compliance_, b) = 1.0 / (10.0 * at(materials, b).young_modulus * h);
   }
@@ -89,10 +107,10 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
 
 double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> positions,
                                    const Contacts& contacts, std::size_t c, ExitSearch& search) const {
-  const double width = at(rim_width_, contacts.body[c]);
-  return search.distance_to_side(bodies, positions, contacts.tet[c], at(positions, contacts.point[c]),
-                                 contacts.direction[c], width) /
-         width;
+  const Rim& rim = at(rims_, contacts.body[c]);
+  const double distance = search.distance_to_side(
+      bodies, positions, contacts.tet[c], at(positions, contacts.point[c]), contacts.direction[c], rim.outer);
+  return std::max(0.0, distance - rim.inner) / (rim.outer - rim.inner);
 }
 
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last

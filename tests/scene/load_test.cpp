@@ -119,14 +119,15 @@ TEST(LoadBodies, GivesTheTetsOfRegionsTheirMaterials) {
   const std::string bar = R"("box": {"cells": [2, 1, 1], "size": [2, 1, 1]}, "translate": [5, 0, 0])";
   const auto loaded = load_model(read_scene_text(R"({"bodies": [
       {"name": "floor", "obstacle": true, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}},
-      {"name": "bar", "material": {"density": 1}, )" + bar +
-                                                      R"(, "regions": [
+      {"name": "bar", "material": {"density": 1}, )" +
+                                                     bar +
+                                                     R"(, "regions": [
         {"box": {"lower": [5, -9, -9], "upper": [9, 9, 9]}, "material": {"density": 2}},
         {"sphere": {"center": [5.5, 0, 0], "radius": 1e-9}, "material": {"density": 3}},
         {"tets": [0, 7], "material": {"density": 4}}]},
       {"name": "last", "material": {"density": 5}, "ball": {"radius": 1, "resolution": 1}}]})",
-                                                  "s.json"),
-                                  {});
+                                                 "s.json"),
+                                 {});
   std::vector<double> densities;
   ASSERT_EQ(loaded.material_of_tet.size(), 5U + 10U + 20U);
   for (const Index m : loaded.material_of_tet) densities.push_back(at(loaded.materials, m).density);
@@ -220,6 +221,9 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
       attached(R"([{"to": "jaw", "points": [0]}, {"to": "skull", "points": [1, 0]}])"),
       "s.json: bodies[2].attached[1]: found point 0, which is attached to another body too, expected points "
       "that follow one body");
+  EXPECT_EQ(attached(R"([{"to": "jaw", "points": [3]}], "fixed": [{"points": [3]}])"),
+            "s.json: bodies[2].attached[0]: found point 3, which is fixed, expected points that are not in "
+            "'fixed' too");
   EXPECT_EQ(attached(R"([{"to": "jaw", "points": [8]}])"),
             "s.json: bodies[2].attached[0].points[0]: found 8, expected a point index in [0, 7]");
 }

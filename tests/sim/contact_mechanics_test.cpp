@@ -144,6 +144,41 @@ TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirSti
   EXPECT_NEAR((side - height(2)) / (side - height(3)), 4.0, 0.2);
 }
 
+/// Acceleration of a block on a plane that rises by `angle`, by that of the analytic answer. The plane is
+/// flat but has a point every 41.7 mm, which the block, 80 mm long, runs over.
+double sliding_by_coulomb(double young_modulus, double friction, double time_step) {
+  constexpr double angle = 20.0 * 3.14159265358979 / 180.0;
+  Model model;
+  model.bodies.add("plane", test::box_mesh({48, 4, 1}, {-0.2, -0.07, -0.02}, {1.8, 0.07, 0}));
+  model.materials.resize(1);
+  model.obstacles = {1};
+  model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
+  add_soft(model, "block", test::box_mesh({6, 6, 3}, {-0.04, -0.04, 1e-5}, {0.04, 0.04, 0.04001}),
+           Material{.young_modulus = young_modulus, .stiffness_damping = 0.005});
+  SimulationSettings settings;
+  settings.time_step = time_step;
+  settings.gravity = {9.81 * std::sin(angle), 0, -9.81 * std::cos(angle)};
+  settings.response.friction = friction;
+  Simulation simulation(std::move(model), settings, 2);
+  const auto velocity_at = [&](double time) {
+    while (simulation.metrics().time < time - 1e-9) simulation.step();
+    const Range points = simulation.bodies().bodies()[1].points;
+    double sum = 0.0;
+    for (Index p = points.begin; p < points.end; ++p) sum += at(simulation.velocities(), p).x;
+    return sum / points.size();
+  };
+  const double start = velocity_at(0.2);
+  return (velocity_at(1.0) - start) / 0.8 / (9.81 * (std::sin(angle) - friction * std::cos(angle)));
+}
+
+TEST(ContactMechanics, ABlockSlidesOverAPlaneOfManyTrianglesAsCoulombSays) {
+  for (const auto& [young_modulus, time_step] :
+       {std::pair{2e5, 0.0025}, {2e5, 0.005}, {2e5, 0.01}, {6e6, 0.0025}, {6e6, 0.005}}) {
+    EXPECT_NEAR(sliding_by_coulomb(young_modulus, 0.3, time_step), 1.0, 0.05)
+        << "E " << young_modulus << ", step " << time_step;
+  }
+}
+
 TEST(ContactMechanics, AStackOfTenBlocksStandsStillForTenSecondsInStepsOf10Milliseconds) {
   Model model;
   model.bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.1, -0.1, -0.05}, {0.1, 0.1, 0}));
