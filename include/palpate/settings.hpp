@@ -75,8 +75,8 @@ struct ResponseSettings {
 struct SolverSettings {
   /// Residual at which the conjugate gradients stop, > 0; relative to the right side or, where that is
   /// smaller (at rest), to the impulse of gravity and loads in a step.
-  double tolerance = 1e-6;
-  int max_iterations = 1000;  ///< cap; reaching it is counted in the metrics
+  double tolerance = 1e-4;
+  int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
   int max_solves = 5;         ///< cap of the linear solves of a step, where friction asks for more than one
 };
 

@@ -78,9 +78,6 @@ Scene make_stacking_scene(const StackingOptions& options) {
   scene.source = "make_stacking_scene";
   scene.settings.time_step = 0.005;  // a membrane falls less than half its thickness in a step
   scene.settings.response.friction = 0.3;
-  scene.settings.solver.tolerance =
-      1e-4;  // soft, damped and slow: an error of 5e-6 m/s a step is nothing here
-  scene.settings.solver.max_iterations = 300;
   scene.duration = 5.0;
   for (int i = 0; i < options.count; ++i) scene.bodies.push_back(membrane(options, i));
   return scene;
