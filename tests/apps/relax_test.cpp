@@ -5,7 +5,8 @@ namespace {
 
 /// Two balls that overlap by 4 mm; `more` goes into the scene.
 std::string overlapping(const std::string& more, const std::string& more_of_bodies = "") {
-  std::string scene = R"({"name": "overlap", "time_step": 0.01, "duration": 0.05, "gravity": [0, 0, 0], )" + more;
+  std::string scene =
+      R"({"name": "overlap", "time_step": 0.01, "duration": 0.05, "gravity": [0, 0, 0], )" + more;
   scene += R"("bodies": [
     {"name": "left", "ball": {"radius": 0.025, "resolution": 6}, "translate": [-0.023, 0, 0], "material": {})";
   scene += more_of_bodies + R"(},
@@ -27,7 +28,8 @@ TEST_F(RelaxCommand, InfoTellsWhichBodiesOverlap) {
 
 TEST_F(RelaxCommand, RunRemovesOverlapsWhereTheSceneAsksForIt) {
   write("scene.json", overlapping(""));
-  EXPECT_TRUE(json_of({"run", "scene.json", "--json", "--no-picture", "--out", "as-is"})["relaxed"].is_null());
+  EXPECT_TRUE(
+      json_of({"run", "scene.json", "--json", "--no-picture", "--out", "as-is"})["relaxed"].is_null());
   write("scene.json", overlapping(R"("relax": {},)"));
   const Json json = json_of({"run", "scene.json", "--json", "--no-picture", "--out", "out"});
   EXPECT_EQ(json["relaxed"]["done"], true);
