@@ -15,6 +15,7 @@
 #include "numbers.hpp"
 #include "option_values.hpp"
 #include "scene_input.hpp"
+#include "sim/rails.hpp"
 #include "subcommands.hpp"
 
 namespace palpate::app {
@@ -86,9 +87,14 @@ int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
   options.detection.apply(input.scene.settings.detection);
   // As a run starts: bodies on rails are where their motion is at time 0.
-  const Simulation simulation = make_simulation(input.scene, std::move(input.model), options.threads);
-  const Bodies& bodies = simulation.bodies();
-  const Detector& detector = simulation.detector();
+  const Model& model = input.model;
+  const Bodies& bodies = model.bodies;
+  const Detector detector = as_input([&] {
+    Detector made(bodies, input.scene.settings.detection, model.obstacles, options.threads);
+    Rails rails(model.motions, model.motion_of_point, bodies.points_rest());
+    made.detect(rails.start_positions(parallel::Threads(options.threads), bodies.points_rest()));
+    return made;
+  });
   const Contacts& contacts = detector.contacts();
   const std::string text =
       format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, contacts);

@@ -19,6 +19,7 @@ std::vector<Overlap> overlaps(const Bodies& bodies, const Contacts& contacts) {
     overlap.deepest = std::max(overlap.deepest, contacts.depth[c]);
   }
   std::vector<Overlap> list;
+  list.reserve(pairs.size());
   for (const auto& [key, overlap] : pairs) list.push_back(overlap);
   return list;
 }

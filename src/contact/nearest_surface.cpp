@@ -84,9 +84,10 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
          const Vec3& corner = at(positions, corners[i]);
          const Vec3 outward = normalized(q - p);
          best = {q, outward, distance};
-         if (outward == Vec3{})
+         if (outward == Vec3{}) {
            best.outward =
                normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
+         }
        });
   return best;
 }

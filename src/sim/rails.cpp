@@ -102,6 +102,14 @@ std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double 
   return positions_;
 }
 
+std::vector<Vec3> Rails::start_positions(const parallel::Threads& threads,
+                                         std::span<const Vec3> points_rest) {
+  std::vector<Vec3> all(points_rest.begin(), points_rest.end());
+  const std::span<const Vec3> placed = positions(threads, 0.0);
+  for (std::size_t k = 0; k < placed.size(); ++k) at(all, points_[k]) = placed[k];
+  return all;
+}
+
 double Rails::end() const {
   double last = 0.0;
   for (const Motion& motion : motions_) last = std::max(last, motion.keyframes.back().time);

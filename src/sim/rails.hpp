@@ -21,6 +21,9 @@ class Rails {
   [[nodiscard]] std::span<const Index> points() const { return points_; }  ///< ascending
   /// Where points() are at a time, in their order; the span is valid until the next call.
   std::span<const Vec3> positions(const parallel::Threads& threads, double time);
+  /// All points at the start (n_points x 3), with those on rails where their motion is at time 0.
+  [[nodiscard]] std::vector<Vec3> start_positions(const parallel::Threads& threads,
+                                                  std::span<const Vec3> points_rest);
   /// Time of the last keyframe, s; 0 without motions. From then on nothing moves.
   [[nodiscard]] double end() const;
 

@@ -83,9 +83,7 @@ class Relaxation {
                   dynamics_.point_masses(), dynamics_.free_points()),
         rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
-        start_(bodies_.points_rest().begin(), bodies_.points_rest().end()) {
-    const std::span<const Vec3> placed = rails_.positions(threads_, 0.0);
-    for (std::size_t k = 0; k < placed.size(); ++k) at(start_, rails_.points()[k]) = placed[k];
+        start_(rails_.start_positions(threads_, bodies_.points_rest())) {
     dynamics_.set_positions(start_);
     detector_.detect(dynamics_.positions());
   }

@@ -94,12 +94,11 @@ struct Simulation::State {
       at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
     }
     for (const Grab& grab : model.grabs) grabs.add(grab);
-    start_on_rails();
+    dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
     detect();
     measure();
   }
 
-  void start_on_rails();
   void detect();
   void measure();
   void solve();
@@ -128,14 +127,6 @@ struct Simulation::State {
   StepMetrics metrics;
   int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
-
-void Simulation::State::start_on_rails() {
-  if (rails.points().empty()) return;
-  std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
-  const std::span<const Vec3> placed = rails.positions(threads, 0.0);
-  for (std::size_t k = 0; k < placed.size(); ++k) at(positions, rails.points()[k]) = placed[k];
-  dynamics.set_positions(positions);
-}
 
 void Simulation::State::detect() {
   detector.detect(dynamics.positions());

@@ -17,6 +17,19 @@ class Detect : public CommandTest {
   }
 };
 
+TEST_F(Detect, PlacesBodiesOnRailsAsARunStarts) {
+  const auto contacts = [&](const std::string& translate) {
+    write("pose.json", R"({"bodies": [
+      {"name": "plate", "box": {"cells": [4, 4, 1], "size": [0.4, 0.4, 0.04]},
+       "motion": {"keyframes": [{"time": 0, "translate": )" +
+                           translate + R"(}]}},
+      {"name": "ball", "ball": {"radius": 0.04, "resolution": 4}, "translate": [0, 0, 0.07], "material": {}}]})");
+    return lines_of(palpate({"detect", "pose.json"}).out).size() - 1;
+  };
+  EXPECT_EQ(contacts("[0, 0, 0]"), 0U) << "1 cm apart";
+  EXPECT_GT(contacts("[0, 0, 0.045]"), 10U);
+}
+
 TEST_F(Detect, WritesTheContactThatIsThere) {
   const Finished done = palpate({"detect", "scene.json"});
   EXPECT_EQ(done.exit_code, 0);

@@ -86,6 +86,17 @@ TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
   EXPECT_TRUE(message.starts_with("body box: tet 1, step 1: found a speed of 2487")) << message;
 }
 
+TEST(BlowUp, AFreeFallIsNoneHoweverSmallTheBody) {
+  Bodies bodies;
+  bodies.add("drop", test::ball_mesh(2, {0, 0, 0}, 5e-4));
+  SimulationSettings settings;
+  settings.time_step = 0.02;
+  Simulation simulation({.bodies = std::move(bodies), .materials = {Material{}}}, settings, 1);
+  for (int i = 0; i < 200; ++i) simulation.step();
+  EXPECT_NEAR(simulation.metrics().largest_speed, 9.81 * 4.0, 1e-6)
+      << "a hundred diagonals a step are 8.7 m/s";
+}
+
 TEST(BlowUp, NumbersThatAreNotFinite) {
   SimulationSettings settings;
   settings.gravity = {0, 0, -1e308};

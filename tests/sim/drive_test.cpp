@@ -8,16 +8,14 @@
 #include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
+#include "support/mean.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
 namespace {
 
 Vec3 mean_velocity(const Simulation& simulation, Index body) {
-  const Range points = at(simulation.bodies().bodies(), body).points;
-  Vec3 sum;
-  for (Index p = points.begin; p < points.end; ++p) sum += at(simulation.velocities(), p);
-  return (1.0 / points.size()) * sum;
+  return test::mean_of_body(simulation.bodies(), body, simulation.velocities());
 }
 
 /// A block on a plate that follows a motion.
@@ -67,9 +65,7 @@ TEST(RigidMotion, LiftsWhatLiesOnItAndHoldsAtItsEnd) {
   while (!simulation.at_rest() && simulation.metrics().step < 400) simulation.step();
   ASSERT_TRUE(simulation.at_rest());
   EXPECT_GE(simulation.metrics().time, 0.5);
-  const Range block = simulation.bodies().bodies()[1].points;
-  double height = 0.0;
-  for (Index p = block.begin; p < block.end; ++p) height += at(simulation.positions(), p).z / block.size();
+  const double height = test::mean_of_body(simulation.bodies(), 1, simulation.positions()).z;
   EXPECT_NEAR(height, 0.225, 0.001);
 }
 
@@ -112,11 +108,7 @@ TEST(Force, AcceleratesAFreeBodyByNewtonAndIsTakenOff) {
   settings.solver.tolerance = 1e-10;
   Simulation simulation(std::move(model), settings, 1);
   const auto momentum = [&] {
-    // Of a whole body: mass times the velocity of its centre of mass; all forces together move it.
-    double sum = 0.0;
-    const double moved = mean_velocity(simulation, 0).x;
-    sum = moved * simulation.masses()[0];
-    return sum;
+    return mean_velocity(simulation, 0).x * simulation.masses()[0];  // to the evenness of the mesh
   };
   for (int i = 0; i < 20; ++i) simulation.step();
   EXPECT_NEAR(momentum(), 0.01 * static_cast<double>(points) * 0.2, 0.05 * momentum());

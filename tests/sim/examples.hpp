@@ -11,6 +11,7 @@
 #include "geometry/vector.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
+#include "support/mean.hpp"
 
 /// The scenes of examples/scenes, and what tests ask of their runs.
 namespace palpate::test {
@@ -62,10 +63,7 @@ inline double weight_of(const Simulation& simulation, const std::string& body) {
 }
 
 inline Vec3 mean(const Simulation& simulation, const std::string& body, std::span<const Vec3> values) {
-  const Range points = points_of(simulation, body);
-  Vec3 sum;
-  for (Index p = points.begin; p < points.end; ++p) sum += at(values, p);
-  return (1.0 / points.size()) * sum;
+  return mean_of_body(simulation.bodies(), body_named(simulation, body), values);
 }
 
 inline Vec3 centre(const Simulation& simulation, const std::string& body) {

@@ -97,6 +97,7 @@ TEST(Examples, AFoldedStripLiesOnItself) {
     simulation.step();
     ASSERT_LT(self_contacts(simulation).deepest, 0.005)
         << "half of the strip, step " << simulation.metrics().step;
+    ASSERT_EQ(simulation.metrics().detection.folded_pairs, 0U) << "step " << simulation.metrics().step;
   }
   EXPECT_TRUE(simulation.at_rest());
   EXPECT_GT(self_contacts(simulation).count, 5U);

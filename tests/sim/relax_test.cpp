@@ -8,6 +8,7 @@
 #include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
+#include "support/mean.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
@@ -30,10 +31,7 @@ SimulationSettings without_gravity() {
 }
 
 Vec3 centre(const Model& model, Index body) {
-  const Range points = at(model.bodies.bodies(), body).points;
-  Vec3 sum;
-  for (Index p = points.begin; p < points.end; ++p) sum += at(model.bodies.points_rest(), p);
-  return (1.0 / points.size()) * sum;
+  return test::mean_of_body(model.bodies, body, model.bodies.points_rest());
 }
 
 TEST(Relax, MovesEqualBodiesEquallyFarApart) {
@@ -63,6 +61,18 @@ TEST(Relax, MovesEqualBodiesEquallyFarApart) {
   EXPECT_LE(simulation.metrics().deepest, report.allowed_depth);
   for (int i = 0; i < 50; ++i) simulation.step();
   EXPECT_LT(simulation.metrics().largest_speed, 0.002);
+}
+
+TEST(Relax, SeesAllOverlapsInApproximateModeToo) {
+  SimulationSettings settings = without_gravity();
+  settings.detection.cells_per_primitive = 1;
+  settings.detection.cell_size = 0.001;  // so small that one slot of a primitive misses nearly all
+  Model approximate = two_balls();
+  Model exact = two_balls();
+  const RelaxReport report = relax(approximate, settings, {});
+  settings.detection.cells_per_primitive.reset();
+  EXPECT_EQ(report.contacts_before, relax(exact, settings, {}).contacts_before);
+  EXPECT_GT(report.contacts_before, 10U);
 }
 
 TEST(Relax, HasTheSameBitsForEveryThreadCount) {
