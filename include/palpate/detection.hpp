@@ -118,6 +118,7 @@ struct DetectionTimes {
   double border_edges = 0.0;
   double crossings = 0.0;
   double depth = 0.0;
+  DetectionTimes& operator+=(const DetectionTimes& other);
 };
 
 /// Finds the contacts among bodies, and how deep they are, frame after frame.

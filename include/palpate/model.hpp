@@ -52,6 +52,7 @@ struct Model {
   std::vector<Motion> motions{};             ///< rails for obstacles and attached points
   std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
   std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
+  std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
   std::vector<Grab> grabs{};
 };
 

@@ -77,7 +77,8 @@ struct SolverSettings {
   /// smaller (at rest), to the impulse of gravity and loads in a step.
   double tolerance = 1e-4;
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
-  int max_solves = 5;        ///< cap of the linear solves of a step, where friction asks for more than one
+  int max_solves =
+      20;  ///< cap of the linear solves of a step, where friction or bodies that meet ask for more
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for

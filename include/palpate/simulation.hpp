@@ -19,17 +19,19 @@ struct StepMetrics {
   std::int64_t step = 0;  ///< steps done; 0 is the start
   double time = 0.0;      ///< s, of the simulation
   DetectionCounts detection;
-  int solves = 0;             ///< linear solves; more than one where contacts change between stick and slide
-  int solver_iterations = 0;  ///< of all solves
-  bool solver_converged = true;  ///< each solve
-  double kinetic_energy = 0.0;   ///< J
-  double elastic_energy = 0.0;   ///< J
-  double largest_speed = 0.0;    ///< m/s, over all points
-  double fastest_body = 0.0;     ///< m/s, largest root mean square speed (by mass) of a body
-  double deepest = 0.0;          ///< m, largest penetration depth
-  DetectionTimes detection_seconds;
-  double forces_seconds = 0.0;  ///< contact forces
-  double solver_seconds = 0.0;  ///< elastic forces, assembly and linear solve
+  int solves =
+      0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
+  int detections = 0;                ///< more than one where bodies met within the step
+  int solver_iterations = 0;         ///< of all solves
+  bool solver_converged = true;      ///< each solve
+  double kinetic_energy = 0.0;       ///< J
+  double elastic_energy = 0.0;       ///< J
+  double largest_speed = 0.0;        ///< m/s, over all points
+  double fastest_body = 0.0;         ///< m/s, largest root mean square speed (by mass) of a body
+  double deepest = 0.0;              ///< m, largest penetration depth
+  DetectionTimes detection_seconds;  ///< of all detections
+  double forces_seconds = 0.0;       ///< contact forces
+  double solver_seconds = 0.0;       ///< elastic forces, assembly and linear solve
 };
 
 /// Soft bodies under gravity, with contact: the step of positions -> contacts -> forces -> implicit Euler.

@@ -173,6 +173,15 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
       points);
 }
 
+DetectionTimes& DetectionTimes::operator+=(const DetectionTimes& other) {
+  grid += other.grid;
+  contacts += other.contacts;
+  border_edges += other.border_edges;
+  crossings += other.crossings;
+  depth += other.depth;
+  return *this;
+}
+
 Detector::Detector(const Bodies& bodies, const DetectionSettings& settings,
                    std::vector<std::uint8_t> immovable, int threads)
     : state_(std::make_unique<State>(bodies, settings, std::move(immovable), threads)) {}

@@ -103,10 +103,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
   inverted_steps_.resize(elements, 0);
-  inverted_steps_prev_ = inverted_steps_;
-  plastic_strains_prev_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
-  plastic_strains_next_ = plastic_strains_prev_;
-  positions_prev_ = positions_;
+  plastic_strains_next_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
+  end_positions_ = positions_;
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
@@ -230,33 +228,33 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tol
   return report;
 }
 
-void Dynamics::end_step() {
-  std::swap(velocity_changes_, solution_);
-  std::swap(velocities_, end_velocities_);
-  std::ranges::copy(positions_, positions_prev_.begin());
-  std::swap(inverted_steps_, inverted_steps_prev_);
-  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
-    const bool inverted = elements_.inverted(static_cast<Index>(e));
-    inverted_steps_[e] = inverted ? inverted_steps_prev_[e] + 1 : 0;
-  });
+void Dynamics::compute_end_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] != 0) positions_[i] += time_step_ * velocities_[i];
+    end_positions_[i] = positions_[i];
+    if (system_.free()[i] != 0) end_positions_[i] += time_step_ * end_velocities_[i];
   });
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
-    at(positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
+    at(end_positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
   }
-  prescribed_points_.clear();
-  std::ranges::copy(elements_.plastic_strains(), plastic_strains_prev_.begin());
-  elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
-  elements_.set_plastic_strains(plastic_strains_next_);
 }
 
-void Dynamics::undo_step() {
+std::span<const Vec3> Dynamics::end_positions() {
+  compute_end_positions();
+  return end_positions_;
+}
+
+void Dynamics::end_step() {
+  compute_end_positions();
+  prescribed_points_.clear();
+  std::swap(positions_, end_positions_);
   std::swap(velocity_changes_, solution_);
   std::swap(velocities_, end_velocities_);
-  std::swap(positions_, positions_prev_);
-  std::swap(inverted_steps_, inverted_steps_prev_);
-  elements_.set_plastic_strains(plastic_strains_prev_);
+  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
+    const bool inverted = elements_.inverted(static_cast<Index>(e));
+    inverted_steps_[e] = inverted ? inverted_steps_[e] + 1 : 0;
+  });
+  elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
+  elements_.set_plastic_strains(plastic_strains_next_);
 }
 
 bool Dynamics::all_finite(std::span<const Vec3> values) {

@@ -76,9 +76,10 @@ class Dynamics {
   /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
   /// the start of this one. The state stays as it is.
   void check_limits(double max_speed, int inverted_steps);
+  /// Positions that end_step() would lead to, as the last solve() has them (n_points x 3), m; valid until the
+  /// next call of this class. O(n_points).
+  [[nodiscard]] std::span<const Vec3> end_positions();
   void end_step();
-  /// Takes the last end_step() back, bit for bit: positions, velocities and all other state. Once a step.
-  void undo_step();
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
@@ -120,6 +121,7 @@ class Dynamics {
   void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_right_side();
   void set_base_velocities();
+  void compute_end_positions();
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
@@ -143,11 +145,9 @@ class Dynamics {
   std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness share of the matrix
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
-  std::vector<Vec3> positions_prev_;
-  std::vector<Index> inverted_steps_;  ///< (n_elements), before the step that has begun
-  std::vector<Index> inverted_steps_prev_;
+  std::vector<Vec3> end_positions_;                     ///< as end_positions() left them
+  std::vector<Index> inverted_steps_;                   ///< (n_elements), before the step that has begun
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
-  std::vector<SymmetricMatrix3> plastic_strains_prev_;
   std::vector<Vec3> velocities_;
   std::vector<Vec3> velocity_changes_;
   std::vector<Vec3> solution_;

@@ -130,6 +130,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.scale("scale", body.transform.scale, above(0));
   v.object("rotate", body.transform.rotate);
   v.field("translate", body.transform.translate);
+  v.field("velocity", body.velocity);
   v.optional("material", body.material);
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
@@ -142,6 +143,8 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("color", body.color, within(0, 1));
   v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
          "false: a rigid body has one shape");
+  v.rule(!is_rigid(body) || body.velocity == Vec3{}, "velocity", "one for a rigid body",
+         "a body that deforms (an obstacle is moved by its motion)");
   v.rule(!body.motion || body.fixed.empty(), "fixed", "it in a body with a motion", "one of the two");
   v.rule(is_rigid(body) || body.material, "material", "nothing",
          "the material of a body that is neither an obstacle nor has a motion");

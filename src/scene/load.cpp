@@ -142,6 +142,7 @@ class BodyPoints {
     fill_rigid(at(motions, body));
     fill_fixed();
     fill_attached();
+    fill_velocity();
     fill_loads();
     fill_grabs();
   }
@@ -192,6 +193,11 @@ class BodyPoints {
     const std::string expected = known.empty() ? "a body with a motion (there is none)"
                                                : expected_name(name, known) + ", with a motion";
     throw Error(scene_.source, where + ".to", "'" + name + "'", expected);
+  }
+  void fill_velocity() {
+    if (body_.velocity == Vec3{}) return;
+    model_.velocities.resize(model_.bodies.points_rest().size());
+    for (Index p = range_.begin; p < range_.end; ++p) at(model_.velocities, p) = body_.velocity;
   }
   void fill_loads() {
     for (std::size_t l = 0; l < body_.loads.size(); ++l) {

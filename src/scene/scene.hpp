@@ -120,6 +120,7 @@ struct SceneBody {
   BodySource source;
   Transform transform;
   std::optional<Material> material;   ///< always there for a body that is not an obstacle
+  Vec3 velocity{};                    ///< of all free points at the start, m/s
   std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
   std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion

@@ -5,13 +5,23 @@
 #include "room.hpp"
 
 namespace palpate {
+namespace {
+
+std::pair<Index, Index> key_of(const RememberedContact& contact) {
+  return {contact.point, contact.body};
+}
+
+}  // namespace
 
 void ContactMemory::remember_lost(RememberedContact contact) {
-  if (++contact.lost > longest_absence) return;
+  const bool never_there = contact.foreseen && contact.lost == 0;
+  if (never_there || ++contact.lost > longest_absence) return;
+  contact.foreseen = false;
   contact.seen = 0;
   contact.slip = {};
   contact.force = {};
   contact.stiffness = 0.0;
+  contact.damping = 0.0;
   all_.push_back(contact);
 }
 
@@ -22,19 +32,52 @@ void ContactMemory::update(const Contacts& contacts) {
   make_room(all_, contacts.size() + last_.size());
   resize_with_room(place_, contacts.size());
   std::size_t l = 0;
-  const auto last_key = [&] { return std::pair(last_[l].point, last_[l].body); };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const std::pair key(contacts.point[c], contacts.body[c]);
-    while (l < last_.size() && last_key() < key) remember_lost(last_[l++]);
+    while (l < last_.size() && key_of(last_[l]) < key) remember_lost(last_[l++]);
     place_[c] = all_.size();
     RememberedContact remembered;
-    if (l < last_.size() && last_key() == key) remembered = last_[l++];
+    if (l < last_.size() && key_of(last_[l]) == key) remembered = last_[l++];
     remembered.point = key.first;
     remembered.body = key.second;
+    remembered.foreseen = false;
     ++remembered.seen;
     all_.push_back(remembered);
   }
   while (l < last_.size()) remember_lost(last_[l++]);
+}
+
+void ContactMemory::undo() {
+  std::swap(all_, last_);
+}
+
+void ContactMemory::list_unknown(const Contacts& contacts, std::vector<std::size_t>& unknown) const {
+  make_room(unknown, contacts.size());
+  unknown.clear();
+  std::size_t k = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const std::pair key(contacts.point[c], contacts.body[c]);
+    while (k < all_.size() && key_of(all_[k]) < key) ++k;
+    const bool remembered = k < all_.size() && key_of(all_[k]) == key;
+    if (!remembered || (all_[k].lost > 0 && !all_[k].foreseen)) unknown.push_back(c);
+  }
+}
+
+void ContactMemory::add(std::span<const RememberedContact> contacts) {
+  make_room(joined_, all_.size() + contacts.size());
+  joined_.clear();
+  std::size_t k = 0;
+  for (const RememberedContact& contact : contacts) {
+    while (k < all_.size() && key_of(all_[k]) < key_of(contact)) joined_.push_back(all_[k++]);
+    joined_.push_back(contact);
+    if (k < all_.size() && key_of(all_[k]) == key_of(contact)) {
+      joined_.back().lost = all_[k].lost;
+      joined_.back().calming = all_[k].calming;
+      ++k;
+    }
+  }
+  while (k < all_.size()) joined_.push_back(all_[k++]);
+  std::swap(all_, joined_);
 }
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -13,20 +14,21 @@ namespace palpate {
 struct RememberedContact {
   Index point = -1;
   Index body = -1;
-  int seen = 0;  ///< times in a row, this one included
-  int lost = 0;  ///< steps since it was last there; 0 while it is
-  Vec3 slip;     ///< how far the friction spring is stretched, m; across the direction
+  int seen = 0;           ///< times in a row, this one included
+  int lost = 0;           ///< steps since it was last there; 0 while it is
+  bool foreseen = false;  ///< met within the last step, and not yet there at the end of one
+  Vec3 slip;              ///< how far the friction spring is stretched, m; across the direction
   // Of the last time it was there:
   Vec3 force;              ///< along the direction, at the start of the step, N
   Vec3 direction;          ///< unit
   Vec3 velocity;           ///< of the point relative to the tet, at the start of the step, m/s
   double stiffness = 0.0;  ///< N/m
-  double lag = 0.0;        ///< damping by stiffness, s
+  double damping = 0.0;    ///< N s/m
   double calming = 0.0;    ///< damping against chatter, N s/m
 
   /// Force along the direction at the end of its step of that length, from the velocity there, N.
   [[nodiscard]] double normal(const Vec3& velocity_end, double time_step) const {
-    return dot(force, direction) - stiffness * (time_step + lag) * dot(velocity_end, direction);
+    return dot(force, direction) - (damping + time_step * stiffness) * dot(velocity_end, direction);
   }
 };
 
@@ -40,15 +42,26 @@ class ContactMemory {
   /// Matches the contacts of a step, sorted by (point, body), with those of the step before. O(contacts).
   void update(const Contacts& contacts);
 
-  /// Of a contact of the last update(): `lost` is how many steps it had been away.
+  /// Takes the last update(), and what was added since, back.
+  void undo();
+
+  /// Of a contact of the last update(): `lost` is how many steps it had been away. Until the next add().
   [[nodiscard]] RememberedContact& of_contact(std::size_t contact) { return all_[place_[contact]]; }
+
+  /// Those of `contacts`, sorted by (point, body), that were in no update() or add() of this step: their
+  /// places in `contacts`. O(contacts).
+  void list_unknown(const Contacts& contacts, std::vector<std::size_t>& unknown) const;
+  /// Adds contacts that are not known yet, sorted by (point, body), to those of the last update(), as
+  /// foreseen ones. One that is not there in the next, and never was, leaves no trace. O(all contacts).
+  void add(std::span<const RememberedContact> contacts);
 
  private:
   void remember_lost(RememberedContact contact);
 
-  std::vector<RememberedContact> all_;  ///< sorted by (point, body)
-  std::vector<RememberedContact> last_;
-  std::vector<std::size_t> place_;  ///< in all_, of each contact
+  std::vector<RememberedContact> all_;     ///< sorted by (point, body)
+  std::vector<RememberedContact> last_;    ///< of the step before
+  std::vector<RememberedContact> joined_;  ///< scratch
+  std::vector<std::size_t> place_;         ///< in all_, of each contact
 };
 
 }  // namespace palpate

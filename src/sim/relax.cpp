@@ -100,6 +100,7 @@ class Relaxation {
 
   void step() {
     const double before = deepest_of(contacts());
+    couplings_.clear();
     response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
     for (fem::Coupling& coupling : couplings_) {
       coupling.force = factor_ * coupling.force;

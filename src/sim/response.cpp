@@ -58,6 +58,14 @@ double mean_height(const Bodies& bodies, Index body) {
   return tets.size() > 0 ? sum / tets.size() : 0.0;
 }
 
+/// Of a point and the place of a tet with these weights, without a force yet.
+fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w) {
+  fem::Coupling coupling;
+  coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
+  coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
+  return coupling;
+}
+
 constexpr std::size_t grain = 256;
 /// Share of the calming that stays from step to step: it fades within a hundred steps.
 constexpr double calming_kept = 0.99;
@@ -68,6 +76,8 @@ constexpr double stiff_damping = 10.0;
 /// Root mean square of the errors of forces, by that of the forces (of friction: of its bounds), which ends a
 /// step.
 constexpr double force_tolerance = 0.01;
+/// The same for contacts that are met within the step.
+constexpr double foreseen_tolerance = 0.05;
 
 }  // namespace
 
@@ -126,40 +136,45 @@ void ContactResponse::update_calming(RememberedContact& contact, const Vec3& for
   contact.calming = std::min(std::max(contact.calming, length(force - foreseen) / speed), most);
 }
 
+/// Force by which a relative velocity at the end of the step is held, along and across the direction, N s/m.
+double ContactResponse::resistance(const Law& law) const {
+  return law.damping + time_step_ * law.stiffness;
+}
+
 /// Normal force at the end of a step if the contact pushes, N; negative where it would pull.
 double ContactResponse::normal_force(const Law& law, const Vec3& velocity) const {
-  return law.stiffness * (law.depth - (time_step_ + law.lag) * dot(velocity, law.direction));
+  return law.stiffness * law.depth - resistance(law) * dot(velocity, law.direction);
 }
 
 /// Share of the friction spring, with its damping, at which it pulls no more than mu times the normal force.
 double ContactResponse::spring_share(const Law& law, const Vec3& velocity, double normal_force) const {
   const double bound = settings_.friction * std::max(normal_force, 0.0);
-  const double pull = law.stiffness * length(stretch(law, velocity));
+  const double pull = length(spring_force(law, velocity));
   return pull > bound ? bound / pull : 1.0;
 }
 
-/// Of the friction spring at the end of a step, with what its damper adds, m.
-Vec3 ContactResponse::stretch(const Law& law, const Vec3& velocity) const {
-  return law.slip + (time_step_ + law.lag) * across(velocity, law.direction);
+/// Of the friction spring at the end of a step, with its damper and without bound, N.
+Vec3 ContactResponse::spring_force(const Law& law, const Vec3& velocity) const {
+  return -law.stiffness * law.slip - resistance(law) * across(velocity, law.direction);
 }
 
 /// Puts another share of the friction spring into a coupling.
 void ContactResponse::set_share(Law& law, double share, fem::Coupling& coupling) {
-  const double change = (share - law.share) * law.stiffness;
+  const double change = share - law.share;
   law.share = share;
-  coupling.force -= change * law.slip;
-  add_across(change, law.direction, coupling.stiffness);
-  add_across(change * law.lag, law.direction, coupling.damping);
+  coupling.force -= (change * law.stiffness) * law.slip;
+  add_across(change * law.stiffness, law.direction, coupling.stiffness);
+  add_across(change * law.damping, law.direction, coupling.damping);
 }
 
 /// Puts the force along the direction into a coupling, or takes it out.
 void ContactResponse::set_pushes(Law& law, bool pushes, fem::Coupling& coupling) {
   if (pushes == law.pushes) return;
-  const double change = pushes ? law.stiffness : -law.stiffness;
+  const double change = pushes ? 1.0 : -1.0;
   law.pushes = pushes;
-  coupling.force += (change * law.depth) * law.direction;
-  coupling.stiffness = coupling.stiffness + outer_product(change, law.direction);
-  coupling.damping = coupling.damping + outer_product(change * law.lag, law.direction);
+  coupling.force += (change * law.stiffness * law.depth) * law.direction;
+  coupling.stiffness = coupling.stiffness + outer_product(change * law.stiffness, law.direction);
+  coupling.damping = coupling.damping + outer_product(change * law.damping, law.direction);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
@@ -168,16 +183,24 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                               std::vector<fem::Coupling>& couplings) {
   memory_.update(contacts);
   time_step_ = time_step;
-  resize_with_room(couplings, contacts.size());
+  has_iterate_ = false;
+  const std::size_t first = couplings.size();
+  make_room(couplings, first + contacts.size());
+  couplings.resize(first + contacts.size());
   resize_with_room(laws_, contacts.size());
-  const std::size_t chunks = parallel::chunk_count(contacts.size(), grain);
+  for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
+    compute_one(bodies, contacts, c, positions, velocities, search, couplings[first + c]);
+  });
+}
+
+/// f(i, search) for each i < size, with a search that is no other thread's.
+template <class F>
+void ContactResponse::for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f) {
+  const std::size_t chunks = parallel::chunk_count(size, grain);
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
-  parallel::for_chunks(
-      threads, contacts.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        for (std::size_t c = begin; c < end; ++c) {
-          compute_one(bodies, contacts, c, positions, velocities, searches_[chunk], couplings[c]);
-        }
-      });
+  parallel::for_chunks(threads, size, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    for (std::size_t i = begin; i < end; ++i) f(i, searches_[chunk]);
+  });
 }
 
 void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
@@ -192,9 +215,7 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
   const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
   const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step_);
 
-  coupling = {};
-  coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
-  coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
+  coupling = coupling_of(point, tet, w);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
   RememberedContact& remembered = memory_.of_contact(c);
@@ -203,45 +224,148 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
     update_calming(remembered, force, velocity, most_calming * time_step_ * full);
   remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
   const double last_normal = remembered.normal(velocity, time_step_);
-  const double lag = k > 0.0 ? (damping + remembered.calming) / k : 0.0;
-  laws_[c] = {
-      .stiffness = k, .lag = lag, .depth = contacts.depth[c], .slip = remembered.slip, .direction = r};
+  laws_[c] = {.stiffness = k,
+              .damping = damping + remembered.calming,
+              .depth = contacts.depth[c],
+              .slip = remembered.slip,
+              .direction = r};
   set_pushes(laws_[c], true, coupling);
   set_share(laws_[c], spring_share(laws_[c], velocity, last_normal), coupling);
   remembered.force = force;
   remembered.direction = r;
   remembered.velocity = velocity;
   remembered.stiffness = k;
-  remembered.lag = lag;
+  remembered.damping = laws_[c].damping;
   remembered.lost = 0;
+}
+
+Vec3 ContactResponse::force_at(const Law& law, const Vec3& velocity) const {
+  const Vec3 friction = bounded(spring_force(law, velocity), law.bound);
+  return std::max(normal_force(law, velocity), 0.0) * law.direction + friction;
+}
+
+/// Derivative of what the step minimises along the way from the last iterate to the solution, by the time
+/// step, at a share of the way. The rest of the system is linear and in balance with the couplings at both
+/// ends, so that its part follows from their forces there.
+double ContactResponse::slope(const parallel::Threads& threads, double share) {
+  return parallel::sum(threads, laws_.size(), partial_, [&](std::size_t c) {
+    const Law& law = laws_[c];
+    const Vec3 way = solved_[c].velocity - law.velocity;
+    const Vec3 balance = law.force + share * (solved_[c].force - law.force);
+    return dot(balance - force_at(law, law.velocity + share * way), way);
+  });
+}
+
+/// The share of the way from the last iterate to the solution where the slope is zero; 1 where there is none.
+double ContactResponse::search_line(const parallel::Threads& threads) {
+  constexpr int halvings = 8;
+  const double at_solution = slope(threads, 1.0);
+  const double at_iterate = slope(threads, 0.0);
+  // A small overshoot is no harm, and a way that does not lead down comes of a bound that changed.
+  if (!(at_iterate < 0.0) || at_solution <= -0.1 * at_iterate) return 1.0;
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (slope(threads, middle) < 0.0 ? low : high) = middle;
+  }
+  return high;
 }
 
 bool ContactResponse::refine(const parallel::Threads& threads, std::span<const Vec3> velocities_end,
                              std::span<fem::Coupling> couplings) {
-  resize_with_room(refined_, couplings.size());
+  resize_with_room(solved_, couplings.size());
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
     const Law& law = laws_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);
     const double normal = normal_force(law, velocity);
     const double share = spring_share(law, velocity, normal);
-    const double spring_error = (share - law.share) * law.stiffness * length(stretch(law, velocity));
+    const double spring_error = (share - law.share) * length(spring_force(law, velocity));
     const bool right = (normal > 0.0) == law.pushes;
-    refined_[c] = {share, normal, right ? 0.0 : normal, spring_error};
+    const Vec3 force = fem::end_force(couplings[c], time_step_, velocities_end);
+    solved_[c] = {velocity, force, normal, right ? 0.0 : normal, spring_error};
   });
-  const auto squares = [&](double Refined::*value) {
+  const auto squares = [&](double Solved::*value) {
     return parallel::sum(threads, couplings.size(), partial_,
-                         [&](std::size_t c) { return refined_[c].*value * (refined_[c].*value); });
+                         [&](std::size_t c) { return solved_[c].*value * (solved_[c].*value); });
   };
-  const double allowed = force_tolerance * force_tolerance * squares(&Refined::normal);
+  const double allowed = force_tolerance * force_tolerance * squares(&Solved::normal);
   const double friction = settings_.friction;
-  if (squares(&Refined::normal_error) <= allowed &&
-      squares(&Refined::spring_error) <= friction * friction * allowed) {
-    return false;
-  }
+  const bool fits = squares(&Solved::normal_error) <= allowed &&
+                    squares(&Solved::spring_error) <= friction * friction * allowed;
+  const double share = fits || !has_iterate_ ? 1.0 : search_line(threads);
+  has_iterate_ = true;
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
-    set_pushes(laws_[c], refined_[c].normal > 0.0, couplings[c]);
-    set_share(laws_[c], refined_[c].share, couplings[c]);
+    Law& law = laws_[c];
+    law.velocity += share * (solved_[c].velocity - law.velocity);
+    law.force += share * (solved_[c].force - law.force);
+    if (!fits) take_iterate(law, couplings[c]);
   });
+  return !fits;
+}
+
+/// Makes the coupling fit the iterate of its law.
+void ContactResponse::take_iterate(Law& law, fem::Coupling& coupling) const {
+  const double normal = normal_force(law, law.velocity);
+  law.bound = settings_.friction * std::max(normal, 0.0);
+  set_pushes(law, normal > 0.0, coupling);
+  set_share(law, spring_share(law, law.velocity, normal), coupling);
+}
+
+void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+                                  std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
+                                  ExitSearch& search, Foreseen& foreseen) const {
+  const Index point = contacts.point[c];
+  const Index body = contacts.body[c];
+  const Vec3& r = contacts.direction[c];
+  const double k = side_share(bodies, positions_end, contacts, c, search) *
+                   stiffness(at(bodies.body_of_point(), point), body);
+  fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), contacts.weights[c]);
+  const Vec3 velocity = fem::relative(coupling, velocities_end);
+  // Where it was before the step, along the straight way that it came: outside.
+  const double depth = std::min(contacts.depth[c] + time_step_ * dot(velocity, r), 0.0);
+  Law law{.stiffness = k, .damping = 0.0, .depth = depth, .slip = {}, .direction = r};
+  const double normal = normal_force(law, velocity);
+  law.velocity = velocity;
+  take_iterate(law, coupling);
+  foreseen = {.law = law, .coupling = coupling, .remembered = {}, .force = std::max(normal, 0.0)};
+  foreseen.remembered = {.point = point,
+                         .body = body,
+                         .seen = 1,
+                         .foreseen = true,
+                         .slip = {},
+                         .force = (k * depth) * r,
+                         .direction = r,
+                         .velocity = velocity,
+                         .stiffness = k,
+                         .damping = 0.0,
+                         .calming = 0.0};
+}
+
+bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bodies,
+                              const Contacts& contacts, std::span<const Vec3> positions_end,
+                              std::span<const Vec3> velocities_end, std::vector<fem::Coupling>& couplings) {
+  memory_.list_unknown(contacts, unknown_);
+  resize_with_room(foreseen_, unknown_.size());
+  for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {
+    foresee_one(bodies, contacts, unknown_[i], positions_end, velocities_end, search, foreseen_[i]);
+  });
+  std::erase_if(foreseen_, [](const Foreseen& contact) { return contact.force == 0.0; });
+  const double met = parallel::sum(threads, foreseen_.size(), partial_,
+                                   [&](std::size_t i) { return foreseen_[i].force * foreseen_[i].force; });
+  const double acting = parallel::sum(threads, laws_.size(), partial_,
+                                      [&](std::size_t c) { return solved_[c].normal * solved_[c].normal; });
+  if (met <= foreseen_tolerance * foreseen_tolerance * acting) return false;
+  make_room(laws_, laws_.size() + foreseen_.size());
+  make_room(couplings, couplings.size() + foreseen_.size());
+  make_room(added_, foreseen_.size());
+  added_.clear();
+  for (const Foreseen& contact : foreseen_) {
+    laws_.push_back(contact.law);
+    couplings.push_back(contact.coupling);
+    added_.push_back(contact.remembered);
+  }
+  memory_.add(added_);
   return true;
 }
 

@@ -55,6 +55,7 @@ double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   return diagonals * length(upper - lower) / settings.time_step;
 }
 
+/// `forces`, or an Error where they are neither none nor one finite force for each of `count` points.
 std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
   if (!forces.empty() && forces.size() != count) {
     throw Error("simulation", "forces", std::to_string(forces.size()) + " values", std::to_string(count));
@@ -95,13 +96,16 @@ struct Simulation::State {
     }
     for (const Grab& grab : model.grabs) grabs.add(grab);
     dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
-    detect();
+    if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
+    detect(dynamics.positions());
     measure();
   }
 
-  void detect();
+  void detect(std::span<const Vec3> positions);
   void measure();
+  void begin_step();
   void solve();
+  void find_way();
   void advance();
   void sum_contact_forces();
 
@@ -118,8 +122,10 @@ struct Simulation::State {
   Detector detector;
   std::vector<Material> contact_materials;
   ContactResponse response;
-  std::vector<fem::Coupling> couplings;  ///< of the contacts, then of the grabs
-  std::size_t contact_couplings = 0;
+  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the contacts
+  std::size_t grab_couplings = 0;
+  bool agrees =
+      true;  ///< the last solve with the forces that went into it, and it was not the last one allowed
   double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
@@ -128,10 +134,10 @@ struct Simulation::State {
   int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
-void Simulation::State::detect() {
-  detector.detect(dynamics.positions());
+void Simulation::State::detect(std::span<const Vec3> positions) {
+  detector.detect(positions);
   metrics.detection = detector.counts();
-  metrics.detection_seconds = detector.times();
+  metrics.detection_seconds += detector.times();
 }
 
 /// Energies and extremes at the end of a step.
@@ -155,23 +161,29 @@ void Simulation::State::measure() {
   metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
-/// Solves, and again with the friction that the solution leads to, until both agree.
-void Simulation::State::solve() {
+void Simulation::State::begin_step() {
   const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
   dynamics.prescribe(rails.points(), rails.positions(threads, end));
   dynamics.begin_step(settings.time_step, settings.gravity, forces);
   metrics.solves = 0;
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
+  metrics.detections = 0;
+  metrics.detection_seconds = {};
+}
+
+/// Solves, and again with the friction that the solution leads to, until both agree.
+void Simulation::State::solve() {
   do {
     const fem::SolveReport report =
         dynamics.solve(couplings, settings.solver.tolerance, settings.solver.max_iterations);
     ++metrics.solves;
     metrics.solver_iterations += report.iterations;
     metrics.solver_converged = metrics.solver_converged && report.converged;
-  } while (
-      metrics.solves < settings.solver.max_solves &&
-      response.refine(threads, dynamics.end_velocities(), std::span(couplings).first(contact_couplings)));
+    agrees =
+        metrics.solves < settings.solver.max_solves &&
+        !response.refine(threads, dynamics.end_velocities(), std::span(couplings).subspan(grab_couplings));
+  } while (!agrees && metrics.solves < settings.solver.max_solves);
   // What falls freely is no blow-up, however small it is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
@@ -179,9 +191,26 @@ void Simulation::State::solve() {
   dynamics.check_limits(allowed, settings.limits.inverted_steps);
 }
 
+/// Solves and looks where the solution leads to, until that meets nothing that the step did not know of.
+void Simulation::State::find_way() {
+  bool meets = true;
+  while (meets) {
+    Stopwatch watch;
+    solve();
+    const std::span<const Vec3> positions_end = dynamics.end_positions();
+    metrics.solver_seconds += watch.lap();
+    detect(positions_end);
+    ++metrics.detections;
+    watch.lap();
+    meets = agrees && response.foresee(threads, bodies, detector.contacts(), positions_end,
+                                       dynamics.end_velocities(), couplings);
+    metrics.forces_seconds += watch.lap();
+  }
+}
+
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
-  for (const fem::Coupling& coupling : std::span(couplings).first(contact_couplings)) {
+  for (const fem::Coupling& coupling : std::span(couplings).subspan(grab_couplings)) {
     const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
     at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
     at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
@@ -194,25 +223,27 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
-/// The parts of a step that can fail, from forces to the contacts of the new positions; where they do, the
-/// state is as it was.
+/// A step, from forces to the contacts of the new positions; where it fails, the state is as it was.
 void Simulation::State::advance() {
   Stopwatch watch;
+  couplings.clear();
+  grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
+  grab_couplings = couplings.size();
   response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
                    settings.time_step, couplings);
-  contact_couplings = couplings.size();
-  grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   metrics.forces_seconds = watch.lap();
-  solve();
-  dynamics.end_step();
-  metrics.solver_seconds = watch.lap();
   try {
-    detect();
+    begin_step();
+    metrics.solver_seconds = watch.lap();
+    find_way();
   } catch (...) {
-    dynamics.undo_step();
-    detect();
+    response.undo();
+    detector.detect(dynamics.positions());
     throw;
   }
+  watch.lap();
+  dynamics.end_step();
+  metrics.solver_seconds += watch.lap();
 }
 
 const StepMetrics& Simulation::step() {
@@ -227,7 +258,7 @@ const StepMetrics& Simulation::step() {
     throw Error(error.source(), where, error.found(), error.expected());
   }
   s.sum_contact_forces();
-  s.grabs.take_forces(std::span(s.couplings).subspan(s.contact_couplings), s.settings.time_step,
+  s.grabs.take_forces(std::span(s.couplings).first(s.grab_couplings), s.settings.time_step,
                       s.dynamics.velocities());
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;

@@ -39,7 +39,7 @@ class Run : public CommandTest {
 TEST_F(Run, LeavesAllResultsAndSaysWhere) {
   const std::string summary = output_of({"run", "scene.json"});
   for (const char* part :
-       {"falling box: 10 steps, 0.1 s simulated, not at rest", "contacts", "crossings", "ms per step",
+       {"falling box: 10 steps, 0.1 s simulated, at rest", "contacts", "crossings", "ms per step",
         "  grid", "  border edges", "  depth", "  forces", "  solver", "solver cap    hit in 0 steps",
         "state hash", "results/falling-box/frames.pvd (4 frames)", "results/falling-box/metrics.csv",
         "results/falling-box/run.json", "results/falling-box/picture.png"}) {
@@ -258,7 +258,11 @@ TEST_F(Run, UntilRestEndsAtRestOrAtTheCap) {
       json_of({"run", "still.json", "--until-rest", "--steps", "3", "--json", "--no-picture"});
   EXPECT_EQ(capped["steps"], 3);
   EXPECT_EQ(capped["at_rest"], false);
-  const Json falling = json_of({"run", "scene.json", "--until-rest", "--json", "--no-picture"});
+  const Json landed = json_of({"run", "scene.json", "--until-rest", "--json", "--no-picture"});
+  EXPECT_LT(landed["steps"], 10) << "it falls 0.05 mm and stays";
+  EXPECT_EQ(landed["at_rest"], true);
+  write("falling.json", falling_box(R"(, "gravity": [0, 0, 9.81])"));
+  const Json falling = json_of({"run", "falling.json", "--until-rest", "--json", "--no-picture"});
   EXPECT_EQ(falling["steps"], 10) << "the scene's duration";
   EXPECT_EQ(falling["at_rest"], false);
 }

@@ -178,6 +178,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
     }
     Detector detector(bodies, {}, {}, 1);
     detector.detect(positions);
+    couplings.clear();
     response.compute(parallel::Threads(1), bodies, detector.contacts(), positions, velocities, h, couplings);
     return couplings.empty() ? 0.0 : couplings.front().damping.zz;
   };
