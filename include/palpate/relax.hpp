@@ -17,7 +17,8 @@ struct RelaxSettings {
 /// What relax() did.
 struct RelaxReport {
   int steps = 0;
-  bool relaxed = false;  ///< no contact is deeper than allowed; false: the cap was reached
+  bool relaxed =
+      false;  ///< no contact is deeper than allowed; false: the cap was reached, or nothing gave way
   std::size_t contacts_before = 0;
   std::size_t contacts_after = 0;
   double deepest_before = 0.0;  ///< m
@@ -32,12 +33,13 @@ struct RelaxReport {
 /// elastic and contact forces, linearised as in a simulation, but from rest, with no gravity, loads, friction
 /// or plasticity, and no further than the deepest contact is deep. Where the depth falls by less than a tenth
 /// from one step to the next the contact stiffness is doubled (up to 1024 times), so that in the end the
-/// tissue gives way whatever it resists. What does not move in a run stays here too. The positions reached
-/// become the rest positions of the model: overlaps are errors of the geometry, and the tissue starts without
-/// stress.
+/// tissue gives way whatever it resists; where a step would crush tissue it is halved. What does not move in
+/// a run stays here too. The positions reached become the rest positions of the model: overlaps are errors of
+/// the geometry, and the tissue starts without stress.
 ///
-/// Overlaps among points that do not move cannot be removed; the report then says so. `model` changes only
-/// when all is done. Throws Error as Simulation does, and where tissue would be turned inside out. `progress`
+/// No tet gets flatter than a tenth of its volume: overlaps that ask for more, and those among points that do
+/// not move, stay, and the report says so. `model` changes only when all is done. Throws Error as Simulation
+/// does. `progress`
 /// is called after each step with the steps done and the deepest contact; it may throw to stop. O(steps x
 /// step of a simulation).
 RelaxReport relax(Model& model, const SimulationSettings& settings, const RelaxSettings& relaxation,

@@ -168,6 +168,7 @@ class BodyPoints {
     for (std::size_t a = 0; a < body_.attached.size(); ++a) {
       const auto& [to, selection] = body_.attached[a];
       const Index motion = motion_of_body(to, path("attached", a));
+      check_start(to, at(model_.motions, motion), path("attached", a));
       for (const Index i : checked_selection(scene_, path("attached", a), body_, selection, points_)) {
         Index& there = at(model_.motion_of_point, range_.begin + i);
         if (there >= 0 && there != motion) {
@@ -182,6 +183,14 @@ class BodyPoints {
         there = motion;
       }
     }
+  }
+  /// What is attached must start where it is: a bone that starts elsewhere would tear the tissue.
+  void check_start(const std::string& to, const Motion& motion, const std::string& where) const {
+    const Keyframe& first = motion.keyframes.front();
+    const Vec3 turned{first.quaternion[1], first.quaternion[2], first.quaternion[3]};
+    if (first.translate == Vec3{} && turned == Vec3{}) return;
+    throw Error(scene_.source, where + ".to", "'" + to + "', whose first keyframe is away from its placement",
+                "a body whose motion starts where the body is placed");
   }
   [[nodiscard]] Index motion_of_body(const std::string& name, const std::string& where) const {
     std::vector<std::string_view> known;

@@ -29,8 +29,12 @@ constexpr double solver_tolerance = 1e-4;
 constexpr int solver_iterations = 1000;
 /// Share of the depth before that a step must leave for the contact stiffness to be doubled.
 constexpr double stalled = 0.9;
-/// The contact stiffness may grow to 2^this of its own.
-constexpr int most_doublings = 10;
+/// Bounds of the contact stiffness, by its own.
+constexpr double most_factor = 1024.0;
+constexpr double least_factor = 1.0 / 1024.0;
+/// Share of its volume that every tet keeps, and how often a step that would leave less is halved.
+constexpr double least_volume = 0.1;
+constexpr int most_halvings = 8;
 
 double least_mean_edge(const Bodies& bodies) {
   double least = std::numeric_limits<double>::infinity();
@@ -98,7 +102,8 @@ class Relaxation {
     return points;
   }
 
-  void step() {
+  /// False where bodies cannot give way to each other without crushing their tissue.
+  bool step() {
     const double before = deepest_of(contacts());
     couplings_.clear();
     response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
@@ -108,26 +113,47 @@ class Relaxation {
     }
     last_.assign(dynamics_.positions().begin(), dynamics_.positions().end());
     dynamics_.step(time_step_, {}, {}, couplings_, solver_tolerance, solver_iterations);
-    shorten_step(before);
+    const bool moved = shorten_step(before);
     dynamics_.set_velocities(still_);
     dynamics_.set_velocity_changes(still_);
     detector_.detect(dynamics_.positions());
-    if (deepest_of(contacts()) > stalled * before && doublings_ < most_doublings) {
-      factor_ *= 2.0;
-      ++doublings_;
+    // Where tissue would be crushed, its own forces need time; where nothing comes of it, more is needed.
+    if (!moved) {
+      factor_ *= 0.5;
+    } else if (deepest_of(contacts()) > stalled * before) {
+      factor_ = std::min(2.0 * factor_, most_factor);
     }
+    return factor_ >= least_factor;
   }
 
  private:
   /// No point goes further in a step than the deepest contact was: a body that is free to turn would go far
-  /// beyond where the linear model holds.
-  void shorten_step(double most) {
+  /// beyond where the linear model holds. Nor does a tet get too flat.
+  bool shorten_step(double most) {
     const double move = largest_distance(dynamics_.positions(), last_);
-    if (move <= most) return;
-    for (std::size_t p = 0; p < last_.size(); ++p) {
-      last_[p] += (most / move) * (dynamics_.positions()[p] - last_[p]);
+    if (move > most) shorten_step_to(most / move);
+    for (int halvings = 0; !tets_keep_volume(); ++halvings) {
+      shorten_step_to(halvings < most_halvings ? 0.5 : 0.0);
+      if (halvings == most_halvings) return false;
     }
-    dynamics_.set_positions(last_);
+    return true;
+  }
+  void shorten_step_to(double share) {
+    shortened_.assign(last_.begin(), last_.end());
+    for (std::size_t p = 0; p < last_.size(); ++p) {
+      shortened_[p] += share * (dynamics_.positions()[p] - last_[p]);
+    }
+    dynamics_.set_positions(shortened_);
+  }
+  [[nodiscard]] bool tets_keep_volume() const {
+    const auto six_volumes = [](std::span<const Vec3> points, const Tet& tet) {
+      const Vec3& corner = at(points, tet[0]);
+      return dot(cross(at(points, tet[1]) - corner, at(points, tet[2]) - corner),
+                 at(points, tet[3]) - corner);
+    };
+    return std::ranges::all_of(bodies_.tets(), [&](const Tet& tet) {
+      return six_volumes(dynamics_.positions(), tet) >= least_volume * six_volumes(start_, tet);
+    });
   }
 
   const Bodies& bodies_;
@@ -141,20 +167,11 @@ class Relaxation {
   Rails rails_;
   std::vector<Vec3> still_;
   std::vector<Vec3> start_;
-  std::vector<Vec3> last_;  ///< positions before the step at hand
+  std::vector<Vec3> last_;       ///< positions before the step at hand
+  std::vector<Vec3> shortened_;  ///< scratch
   std::vector<fem::Coupling> couplings_;
-  double factor_ = 1.0;
-  int doublings_ = 0;
+  double factor_ = 1.0;  ///< of the contact stiffness
 };
-
-void take_positions(Model& model, const Relaxation& bodies) {
-  try {
-    model.bodies.set_points_rest(bodies.points_rest());
-  } catch (const Error& error) {
-    throw Error("relaxing", "", "an overlap that turns tissue inside out (" + std::string(error.what()) + ")",
-                "bodies that can give way to each other");
-  }
-}
 
 void check(const RelaxSettings& settings) {
   if (!(settings.depth > 0.0) || !std::isfinite(settings.depth))
@@ -174,15 +191,16 @@ RelaxReport relax(Model& model, const SimulationSettings& settings, const RelaxS
   report.contacts_before = bodies.contacts().size();
   report.deepest_before = deepest_of(bodies.contacts());
   while (deepest_of(bodies.contacts()) > report.allowed_depth && report.steps < relaxation.max_steps) {
-    bodies.step();
+    const bool gives_way = bodies.step();
     ++report.steps;
     if (progress) progress(report.steps, deepest_of(bodies.contacts()));
+    if (!gives_way) break;
   }
   report.contacts_after = bodies.contacts().size();
   report.deepest_after = deepest_of(bodies.contacts());
   report.relaxed = report.deepest_after <= report.allowed_depth;
   report.largest_move = bodies.largest_move();
-  if (report.steps > 0) take_positions(model, bodies);
+  if (report.steps > 0) model.bodies.set_points_rest(bodies.points_rest());
   return report;
 }
 

@@ -78,6 +78,8 @@ constexpr double stiff_damping = 10.0;
 constexpr double force_tolerance = 0.01;
 /// The same for contacts that are met within the step.
 constexpr double foreseen_tolerance = 0.05;
+/// Rounds in which bounds of friction are just those of the normal forces.
+constexpr int rounds_with_new_bounds = 4;
 
 }  // namespace
 
@@ -146,9 +148,16 @@ double ContactResponse::normal_force(const Law& law, const Vec3& velocity) const
   return law.stiffness * law.depth - resistance(law) * dot(velocity, law.direction);
 }
 
-/// Share of the friction spring, with its damping, at which it pulls no more than mu times the normal force.
-double ContactResponse::spring_share(const Law& law, const Vec3& velocity, double normal_force) const {
-  const double bound = settings_.friction * std::max(normal_force, 0.0);
+/// The next bound of the friction, N: that of this normal force. Bounds are no part of what the rounds of a
+/// step minimise, and in a hard step they could go to and fro for ever; so after a few rounds each changes
+/// them less.
+double ContactResponse::friction_bound(const Law& law, double normal_force) const {
+  const double weight = 1.0 / std::max(1, rounds_ - rounds_with_new_bounds);
+  return law.bound + weight * (settings_.friction * std::max(normal_force, 0.0) - law.bound);
+}
+
+/// Share of the friction spring, with its damping, at which it pulls no more than a bound.
+double ContactResponse::spring_share(const Law& law, const Vec3& velocity, double bound) const {
   const double pull = length(spring_force(law, velocity));
   return pull > bound ? bound / pull : 1.0;
 }
@@ -184,6 +193,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   memory_.update(contacts);
   time_step_ = time_step;
   has_iterate_ = false;
+  rounds_ = 0;
   const std::size_t first = couplings.size();
   make_room(couplings, first + contacts.size());
   couplings.resize(first + contacts.size());
@@ -230,7 +240,8 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
               .slip = remembered.slip,
               .direction = r};
   set_pushes(laws_[c], true, coupling);
-  set_share(laws_[c], spring_share(laws_[c], velocity, last_normal), coupling);
+  laws_[c].bound = friction_bound(laws_[c], last_normal);
+  set_share(laws_[c], spring_share(laws_[c], velocity, laws_[c].bound), coupling);
   remembered.force = force;
   remembered.direction = r;
   remembered.velocity = velocity;
@@ -279,7 +290,7 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
     const Law& law = laws_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);
     const double normal = normal_force(law, velocity);
-    const double share = spring_share(law, velocity, normal);
+    const double share = spring_share(law, velocity, friction_bound(law, normal));
     const double spring_error = (share - law.share) * length(spring_force(law, velocity));
     const bool right = (normal > 0.0) == law.pushes;
     const Vec3 force = fem::end_force(couplings[c], time_step_, velocities_end);
@@ -295,6 +306,7 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
                     squares(&Solved::spring_error) <= friction * friction * allowed;
   const double share = fits || !has_iterate_ ? 1.0 : search_line(threads);
   has_iterate_ = true;
+  ++rounds_;
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
     Law& law = laws_[c];
     law.velocity += share * (solved_[c].velocity - law.velocity);
@@ -307,9 +319,9 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
 /// Makes the coupling fit the iterate of its law.
 void ContactResponse::take_iterate(Law& law, fem::Coupling& coupling) const {
   const double normal = normal_force(law, law.velocity);
-  law.bound = settings_.friction * std::max(normal, 0.0);
+  law.bound = friction_bound(law, normal);
   set_pushes(law, normal > 0.0, coupling);
-  set_share(law, spring_share(law, law.velocity, normal), coupling);
+  set_share(law, spring_share(law, law.velocity, law.bound), coupling);
 }
 
 void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
@@ -345,6 +357,7 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
 bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions_end,
                               std::span<const Vec3> velocities_end, std::vector<fem::Coupling>& couplings) {
+  rounds_ = 0;
   memory_.list_unknown(contacts, unknown_);
   resize_with_room(foreseen_, unknown_.size());
   for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {

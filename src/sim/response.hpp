@@ -129,7 +129,8 @@ class ContactResponse {
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
   [[nodiscard]] double normal_force(const Law& law, const Vec3& velocity) const;
-  [[nodiscard]] double spring_share(const Law& law, const Vec3& velocity, double normal_force) const;
+  [[nodiscard]] double friction_bound(const Law& law, double normal_force) const;
+  [[nodiscard]] double spring_share(const Law& law, const Vec3& velocity, double bound) const;
   [[nodiscard]] double resistance(const Law& law) const;
   [[nodiscard]] Vec3 spring_force(const Law& law, const Vec3& velocity) const;
   /// The force at a relative velocity at the end of the step, friction by the bound that the law has, N.
@@ -158,6 +159,7 @@ class ContactResponse {
   std::vector<Law> laws_;                 ///< of the contacts, in their order
   std::vector<Solved> solved_;            ///< of refine()
   bool has_iterate_ = false;              ///< laws_ have one of this step
+  int rounds_ = 0;                        ///< of refine() since compute() or foresee()
   std::vector<std::size_t> unknown_;      ///< scratch of foresee()
   std::vector<Foreseen> foreseen_;        ///< scratch of foresee()
   std::vector<RememberedContact> added_;  ///< scratch of foresee()

@@ -39,9 +39,9 @@ class Run : public CommandTest {
 TEST_F(Run, LeavesAllResultsAndSaysWhere) {
   const std::string summary = output_of({"run", "scene.json"});
   for (const char* part :
-       {"falling box: 10 steps, 0.1 s simulated, at rest", "contacts", "crossings", "ms per step",
-        "  grid", "  border edges", "  depth", "  forces", "  solver", "solver cap    hit in 0 steps",
-        "state hash", "results/falling-box/frames.pvd (4 frames)", "results/falling-box/metrics.csv",
+       {"falling box: 10 steps, 0.1 s simulated, at rest", "contacts", "crossings", "ms per step", "  grid",
+        "  border edges", "  depth", "  forces", "  solver", "solver cap    hit in 0 steps", "state hash",
+        "results/falling-box/frames.pvd (4 frames)", "results/falling-box/metrics.csv",
         "results/falling-box/run.json", "results/falling-box/picture.png"}) {
     EXPECT_NE(summary.find(part), std::string::npos) << part << " is not in:\n" << summary;
   }

@@ -210,7 +210,9 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
           {"name": "jaw", "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "motion": {"keyframes": [{"time": 0}]}},
           {"name": "skull", "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "motion": {"keyframes": [{"time": 0}]}},
           {"name": "tissue", "material": {}, "box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "attached": )" +
-                                     list + "}]}",
+                                     list + R"(},
+          {"name": "away", "box": {"cells": [1, 1, 1], "size": [1, 1, 1]},
+           "motion": {"keyframes": [{"time": 0, "translate": [0, 0, 1]}]}}]})",
                                  "s.json"),
                  {});
     });
@@ -224,6 +226,10 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
   EXPECT_EQ(attached(R"([{"to": "jaw", "points": [3]}], "fixed": [{"points": [3]}])"),
             "s.json: bodies[2].attached[0]: found point 3, which is fixed, expected points that are not in "
             "'fixed' too");
+  EXPECT_EQ(
+      attached(R"([{"to": "away", "points": [0]}])"),
+      "s.json: bodies[2].attached[0].to: found 'away', whose first keyframe is away from its placement, "
+      "expected a body whose motion starts where the body is placed");
   EXPECT_EQ(attached(R"([{"to": "jaw", "points": [8]}])"),
             "s.json: bodies[2].attached[0].points[0]: found 8, expected a point index in [0, 7]");
 }

@@ -16,6 +16,10 @@ Vec3 centre(const Simulation& simulation, Index body) {
   return test::mean_of_body(simulation.bodies(), body, simulation.positions());
 }
 
+Vec3 mean_velocity(const Simulation& simulation, Index body) {
+  return test::mean_of_body(simulation.bodies(), body, simulation.velocities());
+}
+
 /// Two rigid plates (bodies 0 and 1) that come nearer to each other along z by `closing` within `time`, and
 /// whatever is added between them.
 Model press(double half_gap, double closing, double time) {
@@ -177,32 +181,94 @@ TEST(ContactMechanics, ABlockSlidesOverAPlaneOfManyTrianglesAsCoulombSays) {
   }
 }
 
+/// Ten blocks on each other, each up to 8 mm beside the one below, with gaps between them.
+class Tower {
+ public:
+  Tower(double young_modulus, double time_step, double gap)
+      : simulation_(model(young_modulus, gap), settings(time_step), 2) {}
+  Simulation& simulation() { return simulation_; }
+  void run_to(double time) {
+    while (simulation_.metrics().time < time - 1e-9) {
+      simulation_.step();
+      deepest_ = std::max(deepest_, simulation_.metrics().deepest);
+    }
+  }
+  [[nodiscard]] Vec3 top() const { return centre(simulation_, 10); }
+  [[nodiscard]] double deepest() const { return deepest_; }
+  static constexpr double weight = 10 * 9.81 * 0.064;
+
+ private:
+  static Model model(double young_modulus, double gap) {
+    Model model;
+    model.bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.1, -0.1, -0.05}, {0.1, 0.1, 0}));
+    for (int i = 0; i < 10; ++i) {
+      const double z = i * (0.04 + gap) + gap;
+      const double x = 0.002 * ((i * 7) % 5 - 2) - 0.02;
+      const double y = 0.0015 * ((i * 3) % 4 - 1.5) - 0.02;
+      model.bodies.add("block " + std::to_string(i),
+                       test::box_mesh({3, 3, 3}, {x, y, z}, {x + 0.04, y + 0.04, z + 0.04}));
+    }
+    model.materials.assign(11, Material{.young_modulus = young_modulus, .stiffness_damping = 1e-3});
+    model.obstacles.assign(11, 0);
+    model.obstacles[0] = 1;
+    return model;
+  }
+  static SimulationSettings settings(double time_step) {
+    SimulationSettings settings;
+    settings.time_step = time_step;
+    settings.response.friction = 0.5;
+    settings.solver.max_iterations = 2000;  // from the top to the plate it is far
+    return settings;
+  }
+  Simulation simulation_;
+  double deepest_ = 0.0;
+};
+
 TEST(ContactMechanics, AStackOfTenBlocksStandsStillForTenSecondsInStepsOf10Milliseconds) {
-  Model model;
-  model.bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.1, -0.1, -0.05}, {0.1, 0.1, 0}));
-  for (int i = 0; i < 10; ++i) {
-    const double z = i * 0.0401 + 1e-4;
-    const double x = 0.002 * ((i * 7) % 5 - 2) - 0.02;  // up to 8 mm from one to the next
-    const double y = 0.0015 * ((i * 3) % 4 - 1.5) - 0.02;
-    model.bodies.add("block " + std::to_string(i),
-                     test::box_mesh({3, 3, 3}, {x, y, z}, {x + 0.04, y + 0.04, z + 0.04}));
-  }
-  model.materials.assign(11, Material{.young_modulus = 2e7, .stiffness_damping = 1e-3});
-  model.obstacles.assign(11, 0);
-  model.obstacles[0] = 1;
-  SimulationSettings settings;
-  settings.time_step = 0.01;
-  settings.response.friction = 0.5;
-  Simulation simulation(std::move(model), settings, 2);
-  while (simulation.metrics().step < 300) simulation.step();  // falls 0.1 mm a block, and settles
-  const Vec3 before = centre(simulation, 10);
+  Tower tower(2e7, 0.01, 1e-4);
+  tower.run_to(3.0);  // falls 0.1 mm a block, and settles
+  const Vec3 before = tower.top();
   for (int i = 0; i < 1000; ++i) {
-    simulation.step();
-    ASSERT_TRUE(simulation.at_rest()) << "step " << simulation.metrics().step;
+    tower.simulation().step();
+    ASSERT_TRUE(tower.simulation().at_rest()) << "step " << tower.simulation().metrics().step;
   }
-  EXPECT_LT(length(centre(simulation, 10) - before), 1e-5);
-  const double weight = 10 * 9.81 * 0.064;
-  EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 2e-5 * weight);
+  EXPECT_LT(length(tower.top() - before), 1e-5);
+  EXPECT_NEAR(-tower.simulation().contact_forces()[0].z, Tower::weight, 2e-5 * Tower::weight);
+}
+
+TEST(ContactMechanics, APileFallsTogetherAndStands) {
+  // Within a step of 20 ms blocks fall further than the gaps between them: all of them meet the one below
+  // within one step. Without foreseeing it they would sink into each other by centimetres.
+  Tower tower(2e6, 0.02, 1e-3);
+  tower.run_to(3.0);
+  EXPECT_LT(tower.deepest(), 0.004) << "what a block falls in one step, 9.81 (20 ms)^2";
+  EXPECT_NEAR(tower.top().z, 9.5 * 0.04, 0.001);
+  EXPECT_LT(std::hypot(tower.top().x - 0.002 * (63 % 5 - 2), tower.top().y - 0.0015 * (27 % 4 - 1.5)), 0.002);
+  EXPECT_NEAR(-tower.simulation().contact_forces()[0].z, Tower::weight, 1e-3 * Tower::weight);
+}
+
+TEST(ContactMechanics, ABlockThatLandsStopsWhereItTouches) {
+  // At 1 m/s it would be 5 mm deep after the step in which it meets the plate.
+  Model model;
+  model.bodies.add("plate", test::box_mesh({2, 2, 1}, {-0.1, -0.1, -0.05}, {0.1, 0.1, 0}));
+  model.bodies.add("block", test::box_mesh({3, 3, 3}, {-0.02, -0.02, 0.005}, {0.02, 0.02, 0.045}));
+  model.materials.assign(2, Material{.young_modulus = 1e6, .stiffness_damping = 1e-3});
+  model.obstacles = {1, 0};
+  model.velocities.assign(model.bodies.points_rest().size(), {0, 0, -1});
+  SimulationSettings settings;
+  settings.gravity = {};
+  settings.time_step = 0.01;
+  Simulation simulation(std::move(model), settings, 1);
+  const double momentum = simulation.masses()[1];
+  simulation.step();
+  EXPECT_GT(simulation.metrics().detections, 1);
+  EXPECT_LT(simulation.metrics().deepest, 5e-4);
+  const double pushed = -simulation.contact_forces()[0].z * settings.time_step;
+  EXPECT_NEAR(mean_velocity(simulation, 1).z, pushed / momentum - 1.0, 0.01)
+      << "the impulse is what stopped it";
+  EXPECT_GT(pushed, 0.4 * momentum) << "half of the step is left to go to the plate";
+  for (int i = 0; i < 100; ++i) simulation.step();
+  EXPECT_GT(test::mean_of_body(simulation.bodies(), 1, simulation.positions()).z, 0.0199);
 }
 
 }  // namespace

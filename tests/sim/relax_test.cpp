@@ -63,6 +63,56 @@ TEST(Relax, MovesEqualBodiesEquallyFarApart) {
   EXPECT_LT(simulation.metrics().largest_speed, 0.002);
 }
 
+double six_volumes(const Model& model, const Tet& tet) {
+  const auto points = model.bodies.points_rest();
+  const auto edge = [&](std::size_t i) { return at(points, tet[i]) - at(points, tet[0]); };
+  return dot(cross(edge(1), edge(2)), edge(3));
+}
+
+TEST(Relax, RemovesDeepOverlapsWithoutCrushingTissue) {
+  Model three;
+  const std::vector<Vec3> centres{{0, 0, 0}, {0.06, 0, 0.001}, {0.03, 0.05, 0.001}};
+  for (const Vec3& c : centres) three.bodies.add("ball", test::ball_mesh(5, c, 0.05));
+  three.materials.assign(3, Material{});
+  Model in_bone;  // nearly swallowed
+  in_bone.bodies.add("bone", test::box_mesh({4, 4, 4}, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}));
+  in_bone.bodies.add("ball", test::ball_mesh(3, {0.01, 0.005, 0.045}, 0.02));
+  in_bone.materials.assign(2, Material{});
+  in_bone.obstacles = {1, 0};
+  for (Model* model : {&three, &in_bone}) {
+    const Model before = *model;
+    const RelaxReport report = relax(*model, without_gravity(), {});
+    EXPECT_TRUE(report.relaxed) << report.deepest_after << " m of " << report.deepest_before;
+    EXPECT_GT(report.deepest_before, 0.02);
+    for (const Tet& tet : model->bodies.tets())
+      ASSERT_GE(six_volumes(*model, tet), 0.1 * six_volumes(before, tet));
+    Detector detector(model->bodies, {}, {}, 1);
+    detector.detect(model->bodies.points_rest());
+    for (const double depth : detector.contacts().depth) EXPECT_LE(depth, report.allowed_depth);
+  }
+}
+
+TEST(Relax, LeavesWhatHasNowhereToGo) {
+  // A ball in a cavity of bone that is too small for it: there is no answer without crushing it.
+  Model model;
+  for (const double side : {-1.0, 1.0}) {
+    model.bodies.add("bone", test::box_mesh({2, 2, 2}, {-0.06, -0.06, side * 0.05 - 0.045},
+                                            {0.06, 0.06, side * 0.05 + 0.045}));
+  }
+  model.bodies.add("ball", test::ball_mesh(4, {0, 0, 0}, 0.03));
+  model.bodies.add("wall", test::box_mesh({2, 2, 2}, {0.006, -0.06, -0.1}, {0.05, 0.06, 0.1}));
+  model.bodies.add("wall", test::box_mesh({2, 2, 2}, {-0.05, -0.06, -0.1}, {-0.006, 0.06, 0.1}));
+  model.bodies.add("wall", test::box_mesh({2, 2, 2}, {-0.06, 0.006, -0.1}, {0.06, 0.05, 0.1}));
+  model.bodies.add("wall", test::box_mesh({2, 2, 2}, {-0.06, -0.05, -0.1}, {0.06, -0.006, 0.1}));
+  model.materials.assign(7, Material{});
+  model.obstacles = {1, 1, 0, 1, 1, 1, 1};
+  const Model before = model;
+  const RelaxReport report = relax(model, without_gravity(), {});
+  EXPECT_FALSE(report.relaxed);
+  for (const Tet& tet : model.bodies.tets())
+    ASSERT_GE(six_volumes(model, tet), 0.1 * six_volumes(before, tet));
+}
+
 TEST(Relax, SeesAllOverlapsInApproximateModeToo) {
   SimulationSettings settings = without_gravity();
   settings.detection.cells_per_primitive = 1;
