@@ -165,7 +165,7 @@ void Simulation::State::solve() {
   metrics.solver_converged = true;
   do {
     const fem::SolveReport report =
-        dynamics.solve(couplings, settings.solver.tolerance, settings.solver.max_iterations);
+        dynamics.solve(couplings, {settings.solver.tolerance, settings.solver.max_iterations});
     ++metrics.solves;
     metrics.solver_iterations += report.iterations;
     metrics.solver_converged = metrics.solver_converged && report.converged;

@@ -37,7 +37,7 @@ class CollidingBalls {
     dynamics_.begin_step(time_step_, {}, {});
     int solves = 0;
     do {
-      dynamics_.solve(couplings_, 1e-8, 3000);
+      dynamics_.solve(couplings_, {1e-8, 3000});
     } while (++solves < 5 && response_.refine(threads_, dynamics_.end_velocities(), couplings_));
     dynamics_.end_step();
     detector_.detect(dynamics_.positions());
