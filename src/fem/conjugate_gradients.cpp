@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpate::fem {
 namespace {
@@ -25,10 +26,10 @@ double ConjugateGradients::start(const parallel::Threads& threads, LinearSystem&
     return 0.0;
   }
   system.multiply(threads, x, product_);
-  // |e|_A^2 of the guess below that of zero by this much.
+  // Squared residual of the guess below that of zero by this much.
   const double gain = parallel::sum(threads, b.size(), partial_sums_, [&](std::size_t i) {
     residual_[i] = {b[i].x - product_[i].x, b[i].y - product_[i].y, b[i].z - product_[i].z, 0.0};
-    return dot(x[i], residual_[i]) + dot(x[i], b[i]);
+    return (dot(b[i], b[i]) - dot(residual_[i], residual_[i])) * system.inverse_masses()[i];
   });
   if (!(gain >= 0.0)) {
     std::fill(x.begin(), x.end(), simd::Padded3{});
@@ -63,11 +64,12 @@ void ConjugateGradients::turn(const parallel::Threads& threads, const simd::Grad
 
 SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSystem& system,
                                       std::span<const simd::Padded3> b, std::span<simd::Padded3> x,
-                                      const SolveGoal& goal) {
+                                      const SolveGoal& goal, CoarseSpace* coarse,
+                                      std::span<const Vec3> positions) {
   for (auto* vector : {&residual_, &preconditioned_, &direction_, &product_}) vector->resize(system.size());
   partial_.resize(parallel::chunk_count(system.size(), row_grain));
   const double size_b = start(threads, system, b, x);
-  if (size_b == 0.0) return {0, 0.0, 0.0, true};
+  if (size_b == 0.0) return {.converged = true};
   const simd::GradientVectors vectors{.solution = x.data(),
                                       .residual = residual_.data(),
                                       .preconditioned = preconditioned_.data(),
@@ -79,6 +81,10 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   simd::VectorSums sums = advance(threads, vectors, 0.0);
   estimate_.clear();
   SolveReport report;
+  const int jacobi_iterations = goal.preconditioner == Preconditioner::two_level ? 0
+                                : coarse != nullptr && goal.preconditioner == Preconditioner::automatic
+                                    ? patience(*coarse)
+                                    : std::numeric_limits<int>::max();
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   double turned = 0.0;
@@ -90,6 +96,13 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     report.converged =
         (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;
     if ((report.converged && !fixed) || report.iterations >= most || sums.residual == 0.0) break;
+    if (coarse != nullptr && report.iterations == jacobi_iterations) {
+      system.update_coarse(threads, *coarse, positions);
+      sums.preconditioned += coarse->correct(threads, residual_, preconditioned_);
+      report.two_level = true;
+      turned = 0.0;  // the directions so far are conjugate in vain
+      estimate_.clear();
+    }
     turn(threads, vectors, turned);
     const double curvature = system.multiply(threads, direction_, product_);
     const double step = sums.preconditioned / curvature;
@@ -97,6 +110,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     const double before = sums.preconditioned;
     estimate_.add(step * before);
     sums = advance(threads, vectors, step);
+    if (report.two_level) sums.preconditioned += coarse->correct(threads, residual_, preconditioned_);
     turned = sums.preconditioned / before;
     ++report.iterations;
   }

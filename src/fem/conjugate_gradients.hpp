@@ -3,6 +3,9 @@
 #include <span>
 #include <vector>
 
+#include <palpate/settings.hpp>
+
+#include "fem/coarse_space.hpp"
 #include "fem/error_estimate.hpp"
 #include "fem/linear_system.hpp"
 #include "parallel/parallel.hpp"
@@ -17,6 +20,8 @@ struct SolveGoal {
   /// The tolerance is of the error of the solution, relative to the solution; false: of the residual,
   /// relative to the right side.
   bool of_solution = false;
+  /// Of them automatic means: block Jacobi, and two levels from patience() on.
+  Preconditioner preconditioner = Preconditioner::jacobi;
   /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
   int fixed_iterations = 0;
   double least_scale = 0.0;  ///< where what the tolerance is relative to is smaller, this is
@@ -30,6 +35,7 @@ struct SolveReport {
   /// Estimated error of the solution / max(|x|, least_scale), in the norm of A, which no error by mass
   /// exceeds.
   double relative_error = 0.0;
+  bool two_level = false;  ///< the preconditioner had two levels, at least in the end
   bool converged = false;  ///< the goal is reached; with fixed iterations: they were made
 };
 
@@ -48,11 +54,17 @@ class ConjugateGradients {
   /// \param b  (n_points), zero at points that are not free
   /// \param x  (n_points): a guess on entry, zero at points that are not free; the solution on return. A
   /// guess
-  ///           that is worse than zero, in the norm of A, is dropped.
+  ///           that is worse than zero, by its residual, is dropped.
+  /// \param coarse     the second level of the preconditioner; nullptr: there is none, whatever the goal says
+  /// \param positions  (n_points), for its update()
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
-                    std::span<simd::Padded3> x, const SolveGoal& goal);
+                    std::span<simd::Padded3> x, const SolveGoal& goal, CoarseSpace* coarse = nullptr,
+                    std::span<const Vec3> positions = {});
+  /// Iterations after which Preconditioner::automatic takes two levels: what these cost to set up grows with
+  /// the number of aggregates, about a product each.
+  static int patience(const CoarseSpace& coarse) { return 50 + coarse.size(); }
 
  private:
   double start(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,

@@ -102,6 +102,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
+      coarse_(bodies, free_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
@@ -224,6 +225,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   time_step_ = time_step;
+  two_level_ = false;
   set_base_velocities();
   assemble(time_step);
   compute_point_forces(gravity, external_forces);
@@ -233,6 +235,8 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
   check_solve(goal);
   goal.least_scale = load_scale_;
+  if (two_level_ && goal.preconditioner == Preconditioner::automatic)
+    goal.preconditioner = Preconditioner::two_level;
   couplings_.set(couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
@@ -242,7 +246,8 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
     throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
                          "finite forces, positions and velocities");
   }
-  const Report report = solver_.solve(threads_, system_, right_side_, solution_, goal);
+  const Report report = solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_);
+  two_level_ = two_level_ || report.two_level;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
     const auto largest = std::ranges::max_element(

@@ -70,6 +70,7 @@ class Dynamics {
   /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  /// With Preconditioner::automatic, a step whose solve took two levels takes them in its later solves, too.
   /// \param goal  its least_scale is set to what gravity and external forces alone would make of dv
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
@@ -139,6 +140,7 @@ class Dynamics {
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
+  CoarseSpace coarse_;
   ConjugateGradients solver_;
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
@@ -163,6 +165,7 @@ class Dynamics {
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_scale_ = 0.0;         ///< of the solution, by mass: that of gravity and external forces alone
   double time_step_ = 0.0;          ///< of the step that has begun
+  bool two_level_ = false;          ///< a solve of the step that has begun took two levels
   double factors_time_step_ = 0.0;  ///< that of diagonal_ and factors_
   bool updated_ = false;            ///< elements_ are as the positions and the plastic strains are now
 };

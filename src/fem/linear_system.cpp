@@ -62,6 +62,11 @@ void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
   });
 }
 
+void LinearSystem::update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
+                                 std::span<const Vec3> positions) const {
+  coarse.update(threads, *blocks_, *couplings_, positions);
+}
+
 double LinearSystem::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x,
                               std::span<simd::Padded3> y) {
   couplings_->multiply(threads, x);

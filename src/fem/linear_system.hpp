@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fem/block_matrix.hpp"
+#include "fem/coarse_space.hpp"
 #include "fem/coupling.hpp"
 
 namespace palpate::fem {
@@ -30,6 +31,10 @@ class LinearSystem {
 
   /// Takes over the masses and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
+
+  /// CoarseSpace::update() with A as it is now.
+  void update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
+                     std::span<const Vec3> positions) const;
 
   /// y = A x at free points, 0 elsewhere; x and y are of (n_points). Returns the sum of x y over the free
   /// points. O(n_blocks).
