@@ -97,7 +97,7 @@ CoarseSpace::CoarseSpace(const Bodies& bodies, std::span<const std::uint8_t> fre
   const auto free_count =
       static_cast<std::size_t>(std::ranges::count_if(free, [](auto f) { return f != 0; }));
   const std::size_t most = std::max(least_members, free_count / most_aggregates + 1);
-  members_.begin.push_back(0);
+  members_.begin.assign(1, 0);
   for (const Body& body : bodies.bodies()) {
     const std::size_t begin = members_.values.size();
     for (Index p = body.points.begin; p < body.points.end; ++p) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "room.hpp"
@@ -34,7 +35,10 @@ void ErrorEstimate::add(double decrease) {
   while (first > 0 && decrease > long_ago * tails_[first]) --first;
   double ratio = 1.0;
   for (std::size_t l = first; l < tails_.size(); ++l) ratio = std::max(ratio, tails_[l] / decreases_[l]);
-  error_ = std::sqrt(ratio * decrease);
+  // Decreases go up and down on their way; the largest of late says more than the last.
+  const std::size_t late = std::max(enough, decreases_.size() / 4);
+  error_ = std::sqrt(
+      ratio * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));
 }
 
 }  // namespace palpate::fem
