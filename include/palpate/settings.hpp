@@ -41,7 +41,28 @@ enum class CellSizeRule {
 /// A rule, or the length itself (> 0).
 using CellSize = std::variant<CellSizeRule, double>;
 
+/// What speeds up the conjugate gradients of a step. Where they end depends on it by no more than the
+/// tolerance.
+enum class Preconditioner {
+  automatic,  ///< block Jacobi, and two levels for the rest of a step once a solve takes many iterations
+  jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
+  two_level,  ///< and the rigid motions of parts of bodies: for stiff or slender bodies, stacks, large meshes
+};
+/// What the tolerance of a solve is of.
+enum class ToleranceOf {
+  /// The residual, relative to the right side or, where that is smaller (at rest), to the impulse of gravity
+  /// and
+  /// loads in a step.
+  residual,
+  /// The estimated error of the changes of velocity, relative to these or, where they are smaller, to those
+  /// that
+  /// gravity and loads alone would make.
+  solution,
+};
+
 /// The names that scenes and command lines use; index = enum value.
+inline constexpr std::array<std::string_view, 3> preconditioner_names{"auto", "jacobi", "two-level"};
+inline constexpr std::array<std::string_view, 2> tolerance_of_names{"residual", "solution"};
 inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
                                                                  "brute"};
 inline constexpr std::array<std::string_view, 2> order_names{"linear", "z"};
@@ -73,12 +94,15 @@ struct ResponseSettings {
 
 /// How a step is solved.
 struct SolverSettings {
-  /// Residual at which the conjugate gradients stop, > 0; relative to the right side or, where that is
-  /// smaller (at rest), to the impulse of gravity and loads in a step.
-  double tolerance = 1e-4;
+  double tolerance = 1e-4;  ///< at which the conjugate gradients stop, > 0
+  ToleranceOf tolerance_of = ToleranceOf::residual;
+  Preconditioner preconditioner = Preconditioner::jacobi;
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
-  int max_solves =
-      20;  ///< cap of the linear solves of a step, where friction or bodies that meet ask for more
+  /// So many iterations in each solve, whatever the tolerance, for steps that take the same time; none: as
+  /// many as it asks for. > 0.
+  std::optional<int> fixed_iterations{};
+  /// Cap of the linear solves of a step, where friction or bodies that meet ask for more than one.
+  int max_solves = 20;
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for

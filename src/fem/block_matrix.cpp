@@ -2,23 +2,41 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
+
+#include <palpate/error.hpp>
 
 namespace palpate::fem {
 namespace {
 
 constexpr std::size_t row_grain = 128;
+constexpr Index most_elements = Index{1} << 28;  // a term keeps element and two corners in 32 bits
 
 }  // namespace
 
-BlockMatrix::BlockMatrix(const Elements& elements, Index point_count) {
-  gather_incidences(elements, point_count);
-  build_pattern(elements);
-  blocks_.resize(columns_.size());
+BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free)
+    : block_count_(free.size(), 0),
+      diagonal_block_(free.size(), 0),
+      mixed_(free.size(), 0),
+      diagonal_(free.size(), 1.0) {
+  if (elements.size() >= most_elements) {
+    throw Error("dynamics", "elements", std::to_string(elements.size()),
+                "fewer than " + std::to_string(most_elements));
+  }
+  gather_incidences(elements);
+  pair_begin_.push_back(0);
+  term_begin_.push_back(0);
+  for (Index row = 0; row < size(); ++row) {
+    if (at(free, row) != 0) build_row(elements, row);
+    pair_begin_.push_back(static_cast<std::uint32_t>(columns_.size() / 2));
+  }
+  find_mixed_rows(elements);
+  pairs_.resize(columns_.size() / 2);
 }
 
-void BlockMatrix::gather_incidences(const Elements& elements, Index point_count) {
+void BlockMatrix::gather_incidences(const Elements& elements) {
   auto& begin = elements_of_point_.begin;
-  begin.assign(static_cast<std::size_t>(point_count) + 1, 0);
+  begin.assign(diagonal_.size() + 1, 0);
   for (const Tet& corners : elements.corners()) {
     for (const Index point : corners) ++at(begin, point + 1);
   }
@@ -35,83 +53,95 @@ void BlockMatrix::gather_incidences(const Elements& elements, Index point_count)
   }
 }
 
-void BlockMatrix::build_pattern(const Elements& elements) {
-  const auto point_count = static_cast<Index>(elements_of_point_.begin.size()) - 1;
-  row_begin_.push_back(0);
-  diagonal_place_.assign(static_cast<std::size_t>(point_count), -1);
-  places_.reserve(elements_of_point_.values.size());
-  std::vector<Index> neighbors;
-  for (Index row = 0; row < point_count; ++row) {
-    neighbors.clear();
-    for (const Index element : elements_of_point_[row]) {
-      const Tet& corners = at(elements.corners(), element);
-      neighbors.insert(neighbors.end(), corners.begin(), corners.end());
+void BlockMatrix::build_row(const Elements& elements, Index row) {
+  struct Term {
+    std::uint32_t column;
+    std::uint32_t term;
+    auto operator<=>(const Term&) const = default;
+  };
+  std::vector<Term> terms;
+  const Index last = at(elements_of_point_.begin, row + 1);
+  for (Index entry = at(elements_of_point_.begin, row); entry < last; ++entry) {
+    const auto element = static_cast<std::uint32_t>(at(elements_of_point_.values, entry));
+    const std::uint32_t own = 4 * element + at(corner_of_point_, entry);
+    for (std::uint32_t other = 0; other < 4; ++other) {
+      terms.push_back({static_cast<std::uint32_t>(at(elements.corners(), element)[other]), 4 * own + other});
     }
-    std::sort(neighbors.begin(), neighbors.end());
-    neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
-    const auto place_of = [&](Index point) {
-      const auto found = std::lower_bound(neighbors.begin(), neighbors.end(), point);
-      return row_begin_.back() + static_cast<Index>(found - neighbors.begin());
-    };
-    for (const Index element : elements_of_point_[row]) {
-      const Tet& corners = at(elements.corners(), element);
-      places_.push_back(
-          {place_of(corners[0]), place_of(corners[1]), place_of(corners[2]), place_of(corners[3])});
+  }
+  std::sort(terms.begin(), terms.end());  // by column, then by element
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    if (t == 0 || terms[t].column != terms[t - 1].column) {
+      if (t > 0) term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
+      if (terms[t].column == static_cast<std::uint32_t>(row))
+        at(diagonal_block_, row) = static_cast<std::uint32_t>(columns_.size());
+      columns_.push_back(terms[t].column);
+      ++at(block_count_, row);
     }
-    if (!neighbors.empty()) at(diagonal_place_, row) = place_of(row);
-    columns_.insert(columns_.end(), neighbors.begin(), neighbors.end());
-    row_begin_.push_back(static_cast<Index>(columns_.size()));
+    terms_.push_back(terms[t].term);
+  }
+  if (!terms.empty()) term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
+  if (columns_.size() % 2 != 0) {
+    columns_.push_back(static_cast<std::uint32_t>(row));
+    term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
   }
 }
 
-void BlockMatrix::assemble_row(const Elements& elements, Index row, double diagonal,
-                               std::span<const double> factors) {
-  const Index own = at(diagonal_place_, row);
-  if (own < 0) return;
-  for (Index place = at(row_begin_, row); place < at(row_begin_, row + 1); ++place)
-    at(blocks_, place) = Matrix3{};
-  const Index first = at(elements_of_point_.begin, row);
-  const Index last = at(elements_of_point_.begin, row + 1);
-  for (Index entry = first; entry < last; ++entry) {
-    const Index element = at(elements_of_point_.values, entry);
-    const auto& places = at(places_, entry);
-    for (std::size_t j = 0; j < 4; ++j) {
-      elements.add_stiffness(element, at(corner_of_point_, entry), static_cast<int>(j), at(factors, element),
-                             at(blocks_, places[j]));
-    }
+/// The blocks (i, j) and (j, i) must be made alike: bodies as a whole, whose blocks are all their own.
+void BlockMatrix::find_mixed_rows(const Elements& elements) {
+  const auto bodies = elements.body_of_element();
+  std::vector<std::uint8_t> mixed(bodies.empty() ? 0 : static_cast<std::size_t>(bodies.back()) + 1, 0);
+  for (std::size_t e = 1; e < bodies.size(); ++e) {
+    const bool same = bodies[e] != bodies[e - 1] || elements.ratios()[e] == elements.ratios()[e - 1];
+    if (!same) at(mixed, bodies[e]) = 1;
   }
-  Matrix3& block = at(blocks_, own);
-  for (int i = 0; i < 3; ++i) block(i, i) += diagonal;
+  for (std::size_t e = 0; e < bodies.size(); ++e) {
+    for (const Index point : elements.corners()[e]) at(mixed_, point) = at(mixed, bodies[e]);
+  }
 }
 
 void BlockMatrix::assemble(const parallel::Threads& threads, const Elements& elements,
-                           std::span<const double> diagonal, std::span<const double> factors) {
-  parallel::for_each(threads, static_cast<std::size_t>(size()), row_grain, [&](std::size_t row) {
-    assemble_row(elements, static_cast<Index>(row), diagonal[row], factors);
-  });
+                           std::span<const double> diagonal) {
+  std::copy(diagonal.begin(), diagonal.end(), diagonal_.begin());
+  if (pairs_.empty()) return;
+  const simd::BlockTerms terms{.pair_begin = pair_begin_.data(),
+                               .term_begin = term_begin_.data(),
+                               .terms = terms_.data(),
+                               .diagonal_block = diagonal_block_.data(),
+                               .diagonal = diagonal_.data(),
+                               .gradients = elements.gradients().data(),
+                               .ratios = elements.ratios().data(),
+                               .mixed = mixed_.data()};
+  parallel::for_chunks(threads, diagonal_.size(), row_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::assemble_rows(terms, pairs_.front().values.data(), begin, end);
+                       });
 }
 
-std::span<const Index> BlockMatrix::columns(Index row) const {
-  return std::span(columns_).subspan(static_cast<std::size_t>(at(row_begin_, row)),
-                                     static_cast<std::size_t>(at(row_begin_, row + 1) - at(row_begin_, row)));
+std::span<const std::uint32_t> BlockMatrix::columns(Index row) const {
+  return std::span(columns_).subspan(std::size_t{2} * at(pair_begin_, row), at(block_count_, row));
 }
 
-std::span<const Matrix3> BlockMatrix::blocks(Index row) const {
-  return std::span(blocks_).subspan(static_cast<std::size_t>(at(row_begin_, row)),
-                                    static_cast<std::size_t>(at(row_begin_, row + 1) - at(row_begin_, row)));
-}
-
-Matrix3 BlockMatrix::diagonal_block(Index row) const {
-  const Index place = at(diagonal_place_, row);
-  return place < 0 ? Matrix3{} : at(blocks_, place);
-}
-
-Vec3 BlockMatrix::row_product(Index row, std::span<const Vec3> x) const {
-  Vec3 sum;
-  for (Index place = at(row_begin_, row); place < at(row_begin_, row + 1); ++place) {
-    sum += at(blocks_, place) * at(x, at(columns_, place));
+Matrix3 BlockMatrix::block(Index row, std::size_t place) const {
+  const auto& pair = pairs_[at(pair_begin_, row) + place / 2].values;
+  Matrix3 block;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      block(i, j) = pair[8 * static_cast<std::size_t>(j) + 4 * (place % 2) + static_cast<std::size_t>(i)];
+    }
   }
-  return sum;
+  return block;
+}
+
+SymmetricMatrix3 BlockMatrix::diagonal_block(Index row) const {
+  if (at(block_count_, row) == 0) return {};
+  const Matrix3 b = block(row, at(diagonal_block_, row) - std::size_t{2} * at(pair_begin_, row));
+  return {b(0, 0), b(1, 1), b(2, 2), b(0, 1), b(0, 2), b(1, 2)};
+}
+
+simd::BlockRows BlockMatrix::rows() const {
+  return {.pair_begin = pair_begin_.data(),
+          .columns = columns_.data(),
+          .values = pairs_.empty() ? nullptr : pairs_.front().values.data()};
 }
 
 }  // namespace palpate::fem

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 #include "fem/matrix.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/block_rows.hpp"
 
 namespace palpate::fem {
 
@@ -34,38 +36,39 @@ struct Coupling {
                              std::span<const Vec3> velocities_end);
 
 /// The couplings' share of the linear system of a step, never assembled: W = sum_c J_c^T (h D_c + h^2 S_c)
-/// J_c, with J_c the coefficients of coupling c.
+/// J_c, with J_c the coefficients of coupling c, restricted to the free points.
 ///
 /// Products go in two phases: each coupling computes its own vector, then each point gathers from the
 /// couplings that hold it, ascending. Keeps its memory between steps.
 class CouplingSystem {
  public:
-  /// Takes the couplings of a step; the span must stay valid until the next call. Points are in [0,
-  /// point_count). O(point_count + n_couplings).
-  void set(std::span<const Coupling> couplings, double time_step, Index point_count);
+  /// Takes the couplings of a step; the span must stay valid until the next call. O(n_points + n_couplings).
+  /// \param free  (n_points) 1: takes part; all points of couplings are in [0, n_points)
+  void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
 
-  /// Phase 1 of W x.
-  void multiply(const parallel::Threads& threads, std::span<const Vec3> x);
-  /// Phase 2 of W x: row `point`, after multiply().
-  [[nodiscard]] Vec3 row_product(Index point) const;
-  /// The block of W on the diagonal at a point.
+  [[nodiscard]] std::size_t size() const { return couplings_.size(); }
+  /// Phase 1 of W x, for x of (n_points).
+  void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
+  /// Phase 2: what rows of points take of it.
+  [[nodiscard]] simd::CouplingRows rows() const;
+  /// The block of W on the diagonal at a free point.
   [[nodiscard]] SymmetricMatrix3 diagonal_block(Index point) const;
-  /// Sum of the couplings' forces at the start of the step on a point, N.
+  /// Sum of the couplings' forces at the start of the step on a free point, N.
   [[nodiscard]] Vec3 start_force(Index point) const;
 
+  [[nodiscard]] std::span<const Coupling> couplings() const { return couplings_; }
+  /// h D + h^2 S of a coupling.
+  [[nodiscard]] SymmetricMatrix3 weight(std::size_t coupling) const;
+
  private:
-  struct Entry {
-    Index coupling;
-    double coefficient;
-  };
-  [[nodiscard]] std::span<const Entry> entries(Index point) const;
+  [[nodiscard]] std::span<const simd::CouplingEntry> entries(Index point) const;
 
   std::span<const Coupling> couplings_;
-  std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S per coupling
-  std::vector<Vec3> products_;             ///< phase 1, per coupling
-  std::vector<Index> begin_;               ///< (n_points + 1) into entries_
+  std::vector<simd::CouplingTerm> terms_;
+  std::vector<simd::Padded3> products_;  ///< phase 1, per coupling
+  std::vector<Index> begin_;             ///< (n_points + 1) into entries_
   std::vector<Index> next_;
-  std::vector<Entry> entries_;  ///< by point, couplings ascending
+  std::vector<simd::CouplingEntry> entries_;  ///< by point, couplings ascending
 };
 
 }  // namespace palpate::fem

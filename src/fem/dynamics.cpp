@@ -77,9 +77,17 @@ double largest_component(const Vec3& a) {
   return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
 }
 
-void check_solve(double tolerance, int max_iterations) {
-  require(tolerance >= 0.0, "tolerance", tolerance, "a number >= 0");
-  require(max_iterations >= 0, "max_iterations", max_iterations, "a number >= 0");
+void check_solve(const SolveGoal& goal) {
+  require(goal.tolerance >= 0.0, "tolerance", goal.tolerance, "a number >= 0");
+  require(goal.max_iterations >= 0, "max_iterations", goal.max_iterations, "a number >= 0");
+  require(goal.fixed_iterations >= 0, "fixed_iterations", goal.fixed_iterations, "a number >= 0");
+}
+
+simd::Padded3 padded(const Vec3& a) {
+  return {a.x, a.y, a.z, 0.0};
+}
+Vec3 unpadded(const simd::Padded3& a) {
+  return {a.x, a.y, a.z};
 }
 
 }  // namespace
@@ -91,8 +99,10 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       body_of_point_(bodies.body_of_point().begin(), bodies.body_of_point().end()),
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
-      matrix_(elements_, static_cast<Index>(masses_.size())),
-      system_(matrix_, couplings_, moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
+      free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
+      matrix_(elements_, free_),
+      system_(matrix_, couplings_, free_),
+      coarse_(bodies, free_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
@@ -108,21 +118,34 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
-  for (auto* vector : {&velocities_, &velocity_changes_, &solution_, &right_side_, &point_forces_,
-                       &base_velocities_, &end_velocities_}) {
+  for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &end_velocities_}) {
     vector->resize(points);
   }
+  for (auto* vector : {&solution_, &right_side_, &base_velocities_}) vector->resize(points);
 }
 
 /// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets.
 void Dynamics::assemble(double time_step) {
-  for (std::size_t i = 0; i < masses_.size(); ++i) {
-    diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
+  if (time_step != factors_time_step_) {
+    factors_time_step_ = time_step;
+    updated_ = false;
+    for (std::size_t i = 0; i < masses_.size(); ++i) {
+      diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
+    }
+    for (std::size_t e = 0; e < factors_.size(); ++e) {
+      factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
+    }
+    elements_.set_factors(factors_);
   }
-  for (std::size_t e = 0; e < factors_.size(); ++e) {
-    factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
-  }
-  matrix_.assemble(threads_, elements_, diagonal_, factors_);
+  update_elements();
+  matrix_.assemble(threads_, elements_, diagonal_);
+}
+
+/// Where only the time step has changed since, the elements are as they should be already: from the energy of
+/// the last step's end.
+void Dynamics::update_elements() {
+  if (!updated_) elements_.update(threads_, positions_);
+  updated_ = true;
 }
 
 void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces) {
@@ -137,13 +160,14 @@ void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> e
     }
     point_forces_[i] = force;
   });
-  // What gravity and loads push in a step: at rest all forces cancel, and only this says how small an error
-  // is.
-  load_impulse_ =
-      time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-        if (system_.free()[i] == 0) return 0.0;
-        return squared_length(masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]));
-      }));
+  // The speed that gravity and loads would give in a step, by mass: at rest all forces cancel, and only this
+  // says how small an error is.
+  load_scale_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+                  if (system_.free()[i] == 0) return 0.0;
+                  const Vec3 load =
+                      masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]);
+                  return squared_length(load) / diagonal_[i];
+                }));
 }
 
 /// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
@@ -153,7 +177,7 @@ void Dynamics::compute_right_side() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
-    right_side_[i] = time_step_ * force + masses_[i] * velocities_[i] - right_side_[i];
+    right_side_[i] = padded(time_step_ * force + masses_[i] * velocities_[i] - unpadded(right_side_[i]));
   });
 }
 
@@ -165,15 +189,15 @@ void Dynamics::guess_solution(double time_step, const Vec3& gravity) {
   });
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Vec3 fall = system_.free()[i] != 0 ? time_step * gravity : Vec3{};
-    solution_[i] = changed > 0.0 ? velocity_changes_[i] : fall;
+    solution_[i] = padded(changed > 0.0 ? velocity_changes_[i] : fall);
   });
 }
 
 Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
-  check_solve(tolerance, max_iterations);
+  check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
   begin_step(time_step, gravity, external_forces);
-  const Report report = solve(couplings, tolerance, max_iterations);
+  const Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   end_step();
   return report;
 }
@@ -185,11 +209,11 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
 
 void Dynamics::set_base_velocities() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    base_velocities_[i] = system_.free()[i] != 0 ? velocities_[i] : Vec3{};
+    base_velocities_[i] = system_.free()[i] != 0 ? padded(velocities_[i]) : simd::Padded3{};
   });
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     const Index i = prescribed_points_[k];
-    at(base_velocities_, i) = (1.0 / time_step_) * (prescribed_positions_[k] - at(positions_, i));
+    at(base_velocities_, i) = padded((1.0 / time_step_) * (prescribed_positions_[k] - at(positions_, i)));
   }
 }
 
@@ -198,33 +222,39 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   time_step_ = time_step;
-  elements_.update(threads_, positions_);
+  two_level_ = false;
   set_base_velocities();
   assemble(time_step);
   compute_point_forces(gravity, external_forces);
   guess_solution(time_step, gravity);
 }
 
-Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, double tolerance, int max_iterations) {
-  check_solve(tolerance, max_iterations);
-  couplings_.set(couplings, time_step_, static_cast<Index>(masses_.size()));
+Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
+  check_solve(goal);
+  goal.least_scale = load_scale_;
+  if (two_level_ && goal.preconditioner == Preconditioner::automatic)
+    goal.preconditioner = Preconditioner::two_level;
+  couplings_.set(couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
+  const auto finite = [](const simd::Padded3& a) { return is_finite(unpadded(a)); };
   if (!all_finite(right_side_)) {
-    const auto bad = std::ranges::find_if_not(right_side_, is_finite);
+    const auto bad = std::ranges::find_if_not(right_side_, finite);
     throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
                          "finite forces, positions and velocities");
   }
-  const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, tolerance, max_iterations, load_impulse_);
+  const Report report = solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_);
+  two_level_ = two_level_ || report.two_level;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
-    const auto largest = std::ranges::max_element(right_side_, {}, largest_component);
+    const auto largest = std::ranges::max_element(
+        right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
     throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
                          "a velocity that is not finite", "numbers within the range of double precision");
   }
-  parallel::for_each(threads_, masses_.size(), point_grain,
-                     [&](std::size_t i) { end_velocities_[i] = base_velocities_[i] + solution_[i]; });
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    end_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
+  });
   return report;
 }
 
@@ -247,7 +277,8 @@ void Dynamics::end_step() {
   compute_end_positions();
   prescribed_points_.clear();
   std::swap(positions_, end_positions_);
-  std::swap(velocity_changes_, solution_);
+  updated_ = false;
+  std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
   std::swap(velocities_, end_velocities_);
   parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
     const bool inverted = elements_.inverted(static_cast<Index>(e));
@@ -262,11 +293,17 @@ bool Dynamics::all_finite(std::span<const Vec3> values) {
                        [&](std::size_t i) { return is_finite(values[i]) ? 0.0 : 1.0; }) == 0.0;
 }
 
+bool Dynamics::all_finite(std::span<const simd::Padded3> values) {
+  return parallel::sum(threads_, values.size(), partial_,
+                       [&](std::size_t i) { return is_finite(unpadded(values[i])) ? 0.0 : 1.0; }) == 0.0;
+}
+
 void Dynamics::set_positions(std::span<const Vec3> positions) {
   check_length("positions", positions.size(), masses_.size(), "point");
   if (!all_finite(positions))
     throw Error(source_name, "positions", "a value that is not finite", "finite values");
   std::copy(positions.begin(), positions.end(), positions_.begin());
+  updated_ = false;
 }
 
 void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
@@ -290,6 +327,7 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
     if (!std::isfinite(norm(strain)))
       throw Error(source_name, "plastic_strains", "a value that is not finite", "finite values");
   }
+  updated_ = false;
   elements_.set_plastic_strains(strains);
 }
 
@@ -306,8 +344,9 @@ double Dynamics::kinetic_energy() {
 }
 
 double Dynamics::elastic_energy() {
+  update_elements();
   return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
-                       [&](std::size_t e) { return elements_.energy(static_cast<Index>(e), positions_); });
+                       [&](std::size_t e) { return elements_.energy(static_cast<Index>(e)); });
 }
 
 }  // namespace palpate::fem

@@ -52,7 +52,8 @@ class Dynamics {
   /// \param external_forces  (n_points x 3), N, or empty
   /// \param couplings        their points in range; summed in this order
   /// \param tolerance        residual at which the solve stops, relative to the right side or, where that is
-  ///                         smaller (at rest), to the impulse of gravity and external forces; >= 0
+  ///                         smaller (at rest), to the impulse of gravity and external forces (SolveGoal); >=
+  ///                         0
   /// \param max_iterations   cap, >= 0; where it is reached the report says so and the iterate is used
   /// The solve starts from the last step's dv, where that is zero from free fall. Throws Error, with the
   /// state as it was, on a parameter out of range, and, naming body and tet, where the right side or the
@@ -69,7 +70,9 @@ class Dynamics {
   /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
-  Report solve(std::span<const Coupling> couplings, double tolerance, int max_iterations);
+  /// With Preconditioner::automatic, a step whose solve took two levels takes them in its later solves, too.
+  /// \param goal  its least_scale is set to what gravity and external forces alone would make of dv
+  Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
   [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where end_velocities() are above
@@ -95,9 +98,7 @@ class Dynamics {
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
   }  ///< (n_points), kg, also of obstacles
-  [[nodiscard]] std::span<const std::uint8_t> free_points() const {
-    return system_.free();
-  }  ///< (n_points) 1: moves
+  [[nodiscard]] std::span<const std::uint8_t> free_points() const { return free_; }  ///< (n_points) 1: moves
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
 
   /// Set the state (n_points x 3). Positions are taken for every point, also where it does not move;
@@ -118,6 +119,7 @@ class Dynamics {
 
  private:
   void assemble(double time_step);
+  void update_elements();
   void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_right_side();
   void set_base_velocities();
@@ -125,6 +127,7 @@ class Dynamics {
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
+  [[nodiscard]] bool all_finite(std::span<const simd::Padded3> values);
   [[nodiscard]] Error error_at_element(Index element, const std::string& found,
                                        const std::string& expected) const;
   [[nodiscard]] Error error_at_point(std::size_t point, const std::string& found,
@@ -135,9 +138,11 @@ class Dynamics {
   std::vector<Index> body_of_point_;
   std::vector<double> masses_;
   Elements elements_;
+  std::vector<std::uint8_t> free_;
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
+  CoarseSpace coarse_;
   ConjugateGradients solver_;
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
@@ -150,15 +155,18 @@ class Dynamics {
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
   std::vector<Vec3> velocities_;
   std::vector<Vec3> velocity_changes_;
-  std::vector<Vec3> solution_;
-  std::vector<Vec3> right_side_;
-  std::vector<Vec3> point_forces_;          ///< at the start of the step, couplings apart
-  std::vector<Vec3> end_velocities_;        ///< as the last solve() has them
-  std::vector<Index> prescribed_points_;    ///< for the next step
-  std::vector<Vec3> prescribed_positions_;  ///< of them, at its end
-  std::vector<Vec3> base_velocities_;       ///< at the start of the step; where not free, as prescribed
-  double load_impulse_ = 0.0;               ///< |h (M g + external forces)| over the free points, N s
-  double time_step_ = 0.0;                  ///< of the step that has begun
+  std::vector<simd::Padded3> solution_;
+  std::vector<simd::Padded3> right_side_;
+  std::vector<Vec3> point_forces_;              ///< at the start of the step, couplings apart
+  std::vector<Vec3> end_velocities_;            ///< as the last solve() has them
+  std::vector<Index> prescribed_points_;        ///< for the next step
+  std::vector<Vec3> prescribed_positions_;      ///< of them, at its end
+  std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
+  double load_scale_ = 0.0;         ///< of the solution, by mass: that of gravity and external forces alone
+  double time_step_ = 0.0;          ///< of the step that has begun
+  bool two_level_ = false;          ///< a solve of the step that has begun took two levels
+  double factors_time_step_ = 0.0;  ///< that of diagonal_ and factors_
+  bool updated_ = false;            ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

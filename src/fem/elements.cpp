@@ -1,5 +1,6 @@
 #include "fem/elements.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -7,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/rotation.hpp"
+#include "simd/element_pass.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -21,16 +23,12 @@ Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
   return {{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}};
 }
 
-Vec3 load(const Columns<12>& columns, std::size_t element, int corner) {
-  const auto k = static_cast<std::size_t>(3 * corner);
-  return {columns[k][element], columns[k + 1][element], columns[k + 2][element]};
+Vec3 load(const simd::Padded3& row) {
+  return {row.x, row.y, row.z};
 }
 
-void store(Columns<12>& columns, std::size_t element, int corner, const Vec3& value) {
-  const auto k = static_cast<std::size_t>(3 * corner);
-  columns[k][element] = value.x;
-  columns[k + 1][element] = value.y;
-  columns[k + 2][element] = value.z;
+simd::Padded3 padded(const Vec3& a) {
+  return {a.x, a.y, a.z, 0.0};
 }
 
 /// plastic_twist() of an element, with S = R^T F = I + its whole strain.
@@ -49,10 +47,22 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
     for (Index tet = tets.begin; tet < tets.end; ++tet)
       add_element(bodies, tet, body, materials.of(tet, body));
   }
-  inverted_.resize(corners_.size());
   plastic_strains_.resize(plasticity_.size());
-  for (auto& column : gradients_) column.resize(corners_.size());
-  for (auto& column : forces_) column.resize(corners_.size());
+  factor_.assign(corners_.size(), 1.0);
+  displacements_.resize(points_rest_.size());
+  fill_group();
+}
+
+void Elements::fill_group() {
+  const std::size_t groups = parallel::chunk_count(corners_.size(), simd::element_group);
+  const std::size_t whole = groups * simd::element_group;
+  corners_.resize(whole, Tet{});
+  for (auto& column : inverse_rest_) column.resize(whole);
+  for (auto* column : {&volume_, &mu_, &lambda_, &factor_, &energy_}) column->resize(whole);
+  gradients_.resize(4 * whole);
+  forces_.resize(4 * whole);
+  left_.resize(whole);
+  inverted_.resize(whole);
 }
 
 void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Material& material) {
@@ -76,6 +86,7 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   const double nu = material.poisson_ratio;
   mu_.push_back(material.young_modulus / (2.0 * (1.0 + nu)));
   lambda_.push_back(material.young_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+  ratio_.push_back(2.0 * nu / (1.0 - 2.0 * nu));
   add_plasticity(material);
 }
 
@@ -132,6 +143,8 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   // tr(R^T F - I) = tr(R^T (F - R)), without the cancellation of the left side near rest.
   const double pressure = lambda_[element] * inner(rotation, stretch);
   const double twice_mu = 2.0 * mu_[element];
+  const double scale = std::sqrt(factor_[element] * mu_[element] * volume_[element]);
+  energy_[element] = volume_[element] * energy_density(element, rotation, stretch);
   Vec3 gradient_sum;
   Vec3 force_sum;
   for (int corner = 1; corner < 4; ++corner) {
@@ -140,45 +153,64 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
     Vec3 strained = stretch * rest;
     if (twist != Vec3{}) strained -= rotation * cross(twist, rest);
     const Vec3 force = -volume_[element] * (twice_mu * strained + pressure * gradient);
-    gradient_sum += gradient;
+    gradient_sum += scale * gradient;
     force_sum += force;
-    store(gradients_, element, corner, gradient);
-    store(forces_, element, corner, force);
+    const std::size_t place = 4 * element + static_cast<std::size_t>(corner);
+    gradients_[place] = padded(scale * gradient);
+    forces_[place] = padded(force);
   }
-  store(gradients_, element, 0, -gradient_sum);
-  store(forces_, element, 0, -force_sum);
+  gradients_[4 * element] = padded(-gradient_sum);
+  forces_[4 * element] = padded(-force_sum);
+}
+
+void Elements::set_factors(std::span<const double> factors) {
+  std::copy(factors.begin(), factors.end(), factor_.begin());
 }
 
 void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions) {
-  parallel::for_each(threads, corners_.size(), element_grain,
-                     [&](std::size_t element) { update_element(element, positions); });
+  parallel::for_each(threads, positions.size(), element_grain,
+                     [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
+  simd::ElementPass pass{};
+  pass.displacements = displacements_.data();
+  pass.corners = corners_.empty() ? nullptr : corners_.front().data();
+  for (std::size_t k = 0; k < 9; ++k) pass.inverse_rest[k] = inverse_rest_[k].data();
+  pass.volume = volume_.data();
+  pass.mu = mu_.data();
+  pass.lambda = lambda_.data();
+  pass.factors = factor_.data();
+  pass.gradients = &gradients_.data()->x;
+  pass.forces = &forces_.data()->x;
+  pass.energies = energy_.data();
+  pass.inverted = inverted_.data();
+  pass.left = left_.data();
+  parallel::for_chunks(threads, corners_.size(), element_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::element_pass(pass, begin, end);
+                         for (std::size_t e = begin; e < std::min(end, tets_.size()); ++e) {
+                           if (left_[e] != 0 || has_yielded(e)) update_element(e, positions);
+                         }
+                       });
+}
+
+void Elements::update_one_by_one(std::span<const Vec3> positions) {
+  for (std::size_t e = 0; e < tets_.size(); ++e) update_element(e, positions);
 }
 
 Vec3 Elements::force(Index element, int corner) const {
-  return load(forces_, static_cast<std::size_t>(element), corner);
+  return load(at(forces_, 4 * element + corner));
 }
 
-void Elements::add_stiffness(Index element, int i, int j, double factor, Matrix3& block) const {
-  const auto e = static_cast<std::size_t>(element);
-  const Vec3 a = load(gradients_, e, i);
-  const Vec3 b = load(gradients_, e, j);
-  const double mu = factor * volume_[e] * mu_[e];
-  const double lambda = factor * volume_[e] * lambda_[e];
-  const double diagonal = mu * dot(a, b);
-  // One sum per entry, of the same terms in (i, j) and (j, i): what makes the assembled matrix exactly
-  // symmetric.
-  const auto entry = [&](double a_row, double b_column, double b_row, double a_column) {
-    return lambda * (a_row * b_column) + mu * (b_row * a_column);
-  };
-  block(0, 0) += entry(a.x, b.x, b.x, a.x) + diagonal;
-  block(0, 1) += entry(a.x, b.y, b.x, a.y);
-  block(0, 2) += entry(a.x, b.z, b.x, a.z);
-  block(1, 0) += entry(a.y, b.x, b.y, a.x);
-  block(1, 1) += entry(a.y, b.y, b.y, a.y) + diagonal;
-  block(1, 2) += entry(a.y, b.z, b.y, a.z);
-  block(2, 0) += entry(a.z, b.x, b.z, a.x);
-  block(2, 1) += entry(a.z, b.y, b.z, a.y);
-  block(2, 2) += entry(a.z, b.z, b.z, a.z) + diagonal;
+void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const {
+  const Vec3 a = load(at(gradients_, 4 * element + i));
+  const Vec3 b = load(at(gradients_, 4 * element + j));
+  add_outer(block, at(ratio_, element), a, b);
+  add_outer(block, 1.0, b, a);
+  for (int k = 0; k < 3; ++k) block(k, k) += dot(a, b);
+}
+
+double Elements::energy_density(std::size_t element, const Matrix3& rotation, const Matrix3& stretch) const {
+  const double trace = inner(rotation, stretch);
+  return mu_[element] * inner(stretch, stretch) + 0.5 * lambda_[element] * trace * trace;
 }
 
 double Elements::energy(Index element, std::span<const Vec3> positions) const {
@@ -186,8 +218,7 @@ double Elements::energy(Index element, std::span<const Vec3> positions) const {
   const Matrix3 f = deformation_gradient(e, positions);
   const Matrix3 rotation = nearest_rotation(f);
   const Matrix3 stretch = elastic_stretch(e, f, rotation);
-  const double trace = inner(rotation, stretch);
-  return volume_[e] * (mu_[e] * inner(stretch, stretch) + 0.5 * lambda_[e] * trace * trace);
+  return volume_[e] * energy_density(e, rotation, stretch);
 }
 
 void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {

@@ -11,6 +11,7 @@
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/padded.hpp"
 
 namespace palpate::fem {
 
@@ -44,23 +45,39 @@ class Elements {
   /// O(n_tets).
   Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
 
-  [[nodiscard]] Index size() const { return static_cast<Index>(corners_.size()); }
-  [[nodiscard]] std::span<const Tet> corners() const { return corners_; }  ///< (n_elements x 4) points
+  [[nodiscard]] Index size() const { return static_cast<Index>(tets_.size()); }
+  [[nodiscard]] std::span<const Tet> corners() const {
+    return std::span(corners_).first(tets_.size());
+  }  ///< (n_elements x 4) points
   [[nodiscard]] std::span<const Index> tet_of_element() const {
     return tets_;
   }  ///< (n_elements) tets of Bodies
   [[nodiscard]] std::span<const Index> body_of_element() const { return body_; }  ///< (n_elements)
-  [[nodiscard]] std::span<const double> volumes_rest() const { return volume_; }  ///< (n_elements), m^3
+  [[nodiscard]] std::span<const double> volumes_rest() const {
+    return std::span(volume_).first(tets_.size());
+  }  ///< (n_elements), m^3
+  /// lambda / mu of each element (n_elements).
+  [[nodiscard]] std::span<const double> ratios() const { return ratio_; }
 
-  /// Rotations, forces and turned gradients of every element at these positions (n_points x 3, m).
-  /// O(n_elements).
+  /// Factors >= 0 of the stiffness of each element (n_elements), 1 at first; as of the next update().
+  void set_factors(std::span<const double> factors);
+  /// Rotations, forces, energies and turned gradients of every element at these positions (n_points x 3, m),
+  /// several elements at a time (simd/element_pass.hpp). O(n_elements).
   void update(const parallel::Threads& threads, std::span<const Vec3> positions);
+  /// The same one by one: equal to rounding.
+  void update_one_by_one(std::span<const Vec3> positions);
 
   /// Elastic force on corner 0..3 of an element as of the last update(), N; the four sum to zero to rounding.
   [[nodiscard]] Vec3 force(Index element, int corner) const;
-  /// Adds factor times K'_ij of an element as of the last update() to a block, N/m. The block of (j, i) has
-  /// exactly the transposed bits of (i, j).
-  void add_stiffness(Index element, int i, int j, double factor, Matrix3& block) const;
+  /// Adds K'_ij of an element, times its factor, as of the last update() to a block, N/m. With
+  /// a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
+  void add_stiffness(Index element, int i, int j, Matrix3& block) const;
+  /// The a_i, corner by corner (4 n_elements).
+  [[nodiscard]] std::span<const simd::Padded3> gradients() const {
+    return std::span(gradients_).first(4 * tets_.size());
+  }
+  /// Elastic energy of an element as of the last update(), J.
+  [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
   /// Elastic energy of an element at these positions, J; needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// Whether an element had no positive volume, or none that is a number, at the last update().
@@ -81,24 +98,37 @@ class Elements {
   void add_element(const Bodies& bodies, Index tet, Index body, const Material& material);
   void update_element(std::size_t element, std::span<const Vec3> positions);
   void add_plasticity(const Material& material);
+  void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
     return !plasticity_.empty() && plasticity_[element].yield.has_value();
   }
+  [[nodiscard]] bool has_yielded(std::size_t element) const {
+    return yields(element) && plastic_strains_[element] != SymmetricMatrix3{};
+  }
   [[nodiscard]] Matrix3 elastic_stretch(std::size_t element, const Matrix3& f, const Matrix3& rotation) const;
+  [[nodiscard]] double energy_density(std::size_t element, const Matrix3& rotation,
+                                      const Matrix3& stretch) const;
   [[nodiscard]] Vec3 gradient_rest(std::size_t element, int corner) const;
   [[nodiscard]] Matrix3 deformation_gradient(std::size_t element, std::span<const Vec3> positions) const;
 
   std::vector<Vec3> points_rest_;
+  // Of the elements, up to whole groups (simd::element_group), the rest zero; tets_ and what follows it have
+  // no more than there are.
   std::vector<Tet> corners_;
-  std::vector<Index> tets_;
-  std::vector<Index> body_;
   Columns<9> inverse_rest_;  ///< D_m^-1, row by row: row k is the gradient of corner k + 1
   std::vector<double> volume_;
   std::vector<double> mu_;
   std::vector<double> lambda_;
-  Columns<12> gradients_;                          ///< R g_i, corner by corner
-  Columns<12> forces_;                             ///< corner by corner
-  std::vector<std::uint8_t> inverted_;             ///< (n_elements), as of the last update()
+  std::vector<double> factor_;
+  std::vector<double> energy_;
+  std::vector<simd::Padded3> gradients_;  ///< a_i, corner by corner
+  std::vector<simd::Padded3> forces_;     ///< corner by corner
+  std::vector<std::uint8_t> left_;        ///< those that the pass has left to be done one by one
+  std::vector<std::uint8_t> inverted_;    ///< as of the last update()
+  std::vector<Index> tets_;
+  std::vector<Index> body_;
+  std::vector<double> ratio_;
+  std::vector<simd::Padded3> displacements_;       ///< (n_points), scratch
   std::vector<Plasticity> plasticity_;             ///< (n_elements), or empty where no material yields
   std::vector<SymmetricMatrix3> plastic_strains_;  ///< as plasticity_
 };

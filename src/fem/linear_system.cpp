@@ -40,24 +40,45 @@ SymmetricMatrix3 positive_inverse(const SymmetricMatrix3& a) {
 
 LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
                            std::vector<std::uint8_t> free)
-    : blocks_(&blocks), couplings_(&couplings), free_(std::move(free)), inverse_diagonal_(free_.size()) {}
+    : blocks_(&blocks),
+      couplings_(&couplings),
+      free_(std::move(free)),
+      masses_(free_.size(), 1.0),
+      inverse_masses_(free_.size(), 0.0),
+      inverse_diagonal_(3 * free_.size()),
+      partial_(parallel::chunk_count(free_.size(), point_grain)) {}
 
 void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
   parallel::for_each(threads, size(), point_grain, [&](std::size_t i) {
     if (free_[i] == 0) return;
     const auto row = static_cast<Index>(i);
-    const Matrix3 b = blocks_->diagonal_block(row);
-    const SymmetricMatrix3 symmetric{b(0, 0), b(1, 1), b(2, 2), b(0, 1), b(0, 2), b(1, 2)};
-    inverse_diagonal_[i] = positive_inverse(symmetric + couplings_->diagonal_block(row));
+    masses_[i] = blocks_->diagonal()[i];
+    inverse_masses_[i] = 1.0 / masses_[i];
+    const SymmetricMatrix3 p =
+        positive_inverse(blocks_->diagonal_block(row) + couplings_->diagonal_block(row));
+    inverse_diagonal_[3 * i] = {p.xx, p.xy, p.xz, 0.0};
+    inverse_diagonal_[3 * i + 1] = {p.xy, p.yy, p.yz, 0.0};
+    inverse_diagonal_[3 * i + 2] = {p.xz, p.yz, p.zz, 0.0};
   });
 }
 
-void LinearSystem::multiply(const parallel::Threads& threads, std::span<const Vec3> x, std::span<Vec3> y) {
+void LinearSystem::update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
+                                 std::span<const Vec3> positions) const {
+  coarse.update(threads, *blocks_, *couplings_, positions);
+}
+
+double LinearSystem::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                              std::span<simd::Padded3> y) {
   couplings_->multiply(threads, x);
-  parallel::for_each(threads, size(), point_grain, [&](std::size_t i) {
-    const auto row = static_cast<Index>(i);
-    y[i] = free_[i] != 0 ? blocks_->row_product(row, x) + couplings_->row_product(row) : Vec3{};
-  });
+  const simd::BlockRows blocks = blocks_->rows();
+  const simd::CouplingRows couplings = couplings_->rows();
+  parallel::for_chunks(
+      threads, size(), point_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        partial_[chunk] = simd::multiply_rows(blocks, couplings, x.data(), y.data(), begin, end);
+      });
+  double sum = 0.0;
+  for (const double part : partial_) sum += part;
+  return sum;
 }
 
 }  // namespace palpate::fem

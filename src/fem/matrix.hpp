@@ -30,6 +30,7 @@ struct SymmetricMatrix3 {
   double xy = 0.0;
   double xz = 0.0;
   double yz = 0.0;
+  friend bool operator==(const SymmetricMatrix3&, const SymmetricMatrix3&) = default;
 };
 
 constexpr Matrix3 identity() {

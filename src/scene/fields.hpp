@@ -177,7 +177,10 @@ void describe(Visitor& v, ContactBlock& contact) {
 template <class Visitor>
 void describe(Visitor& v, SolverSettings& solver) {
   v.field("tolerance", solver.tolerance, strictly_within(0, 1));
+  v.choice("tolerance_of", solver.tolerance_of, tolerance_of_names);
+  v.choice("preconditioner", solver.preconditioner, preconditioner_names);
   v.field("max_iterations", solver.max_iterations, at_least(1));
+  v.word_or_number("fixed_iterations", solver.fixed_iterations, "none", at_least(1));
   v.field("max_solves", solver.max_solves, at_least(1));
 }
 

@@ -32,6 +32,8 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(is_finite(s.gravity), "gravity", s.gravity.x + s.gravity.y + s.gravity.z, "three finite numbers");
   check(s.solver.tolerance > 0.0, "solver.tolerance", s.solver.tolerance, "a finite number > 0");
   check(s.solver.max_iterations > 0, "solver.max_iterations", s.solver.max_iterations, "at least 1");
+  const int fixed = s.solver.fixed_iterations.value_or(1);
+  check(fixed > 0, "solver.fixed_iterations", fixed, "at least 1");
   check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
@@ -176,7 +178,11 @@ void Simulation::State::begin_step() {
 void Simulation::State::solve() {
   do {
     const fem::SolveReport report =
-        dynamics.solve(couplings, settings.solver.tolerance, settings.solver.max_iterations);
+        dynamics.solve(couplings, {.tolerance = settings.solver.tolerance,
+                                   .max_iterations = settings.solver.max_iterations,
+                                   .of_solution = settings.solver.tolerance_of == ToleranceOf::solution,
+                                   .preconditioner = settings.solver.preconditioner,
+                                   .fixed_iterations = settings.solver.fixed_iterations.value_or(0)});
     ++metrics.solves;
     metrics.solver_iterations += report.iterations;
     metrics.solver_converged = metrics.solver_converged && report.converged;

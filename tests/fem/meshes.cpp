@@ -158,6 +158,18 @@ Vec3 total(std::span<const Vec3> values) {
   return sum;
 }
 
+std::vector<simd::Padded3> padded(std::span<const Vec3> a) {
+  std::vector<simd::Padded3> rows;
+  for (const Vec3& v : a) rows.push_back({v.x, v.y, v.z, 0.0});
+  return rows;
+}
+
+std::vector<Vec3> unpadded(std::span<const simd::Padded3> a) {
+  std::vector<Vec3> values;
+  for (const simd::Padded3& v : a) values.push_back({v.x, v.y, v.z});
+  return values;
+}
+
 std::vector<Vec3> point_forces(const Elements& elements, std::size_t point_count) {
   std::vector<Vec3> forces(point_count);
   for (Index e = 0; e < elements.size(); ++e) {

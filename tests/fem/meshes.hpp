@@ -46,6 +46,9 @@ Eigen::Vector3d to_eigen(const Vec3& a);
 Eigen::VectorXd to_eigen(std::span<const Vec3> a);
 Matrix3 from_eigen(const Eigen::Matrix3d& a);
 
+std::vector<simd::Padded3> padded(std::span<const Vec3> a);
+std::vector<Vec3> unpadded(std::span<const simd::Padded3> a);
+
 /// Largest length in an array.
 double largest(std::span<const Vec3> values);
 /// Largest distance between two arrays, point by point.

@@ -27,5 +27,28 @@ TEST(Allocations, ASteadyStepMakesNone) {
   EXPECT_EQ(allocations - before, 0);
 }
 
+TEST(Allocations, NorDoesOneWithTwoLevels) {
+  const Bodies bodies = single_body(irregular_box_mesh({8, 8, 8}, {0.5, 0.5, 0.5}, 0.2));
+  Dynamics dynamics = Scene{{2e4, 0.4, 1000.0, 0.0, 0.001}, {}, 2}.dynamics(bodies);
+  dynamics.set_positions(noisy(bodies, 0.01, 70));
+  std::vector<Coupling> couplings(200);
+  for (Index c = 0; c < 200; ++c) {
+    at(couplings, c).points = {c, 500 - c, -1, -1, -1};
+    at(couplings, c).coefficients = {1.0, -1.0};
+    at(couplings, c).stiffness = {10.0, 10.0, 10.0, 0.0, 0.0, 0.0};
+  }
+  const auto step = [&](std::size_t count) {
+    dynamics.begin_step(0.01, {0.0, 0.0, -9.81}, {});
+    const SolveGoal goal{
+        .tolerance = 1e-6, .max_iterations = 50, .preconditioner = Preconditioner::two_level};
+    EXPECT_TRUE(dynamics.solve(std::span(couplings).first(count), goal).two_level);
+    dynamics.end_step();
+  };
+  step(200);
+  const long before = allocations;
+  for (std::size_t i = 0; i < 5; ++i) step(160 + 10 * i);
+  EXPECT_EQ(allocations - before, 0);
+}
+
 }  // namespace
 }  // namespace palpate::fem::test

@@ -99,7 +99,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
         Matrix3 block;
-        elements.add_stiffness(e, i, j, 1.0, block);
+        elements.add_stiffness(e, i, j, block);
         const Tet& c = at(elements.corners(), e);
         k.block<3, 3>(3 * at(c, i), 3 * at(c, j)) += to_eigen(block);
       }

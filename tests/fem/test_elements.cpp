@@ -42,7 +42,7 @@ Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_coun
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
         Matrix3 block;
-        elements.add_stiffness(e, i, j, 1.0, block);
+        elements.add_stiffness(e, i, j, block);
         const Tet& corners = at(elements.corners(), e);
         k.block<3, 3>(3 * at(corners, i), 3 * at(corners, j)) += to_eigen(block);
       }

@@ -83,7 +83,8 @@ TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
                         1);
   const std::string message = message_of_step(simulation);
   EXPECT_TRUE(message.ends_with(", expected at most 3000 (limits.max_speed)")) << message;
-  EXPECT_TRUE(message.starts_with("body box: tet 1, step 1: found a speed of 2487")) << message;
+  EXPECT_TRUE(message.starts_with("body box: tet ")) << message;  // which corner is fastest is rounding
+  EXPECT_NE(message.find(", step 1: found a speed of 2487"), std::string::npos) << message;
 }
 
 TEST(BlowUp, AFreeFallIsNoneHoweverSmallTheBody) {

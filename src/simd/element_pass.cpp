@@ -1,0 +1,240 @@
+#include "simd/element_pass.hpp"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/element_pass.cpp"
+#include <hwy/foreach_target.h>
+// Highway wants its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
+
+using D = hn::CappedTag<double, 8>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+using Four = hn::FixedTag<double, 4>;
+constexpr std::size_t lanes = hn::MaxLanes(D());
+
+struct Vec3V {
+  V x, y, z;
+};
+/// Row by row.
+struct Matrix3V {
+  Vec3V a, b, c;
+};
+
+HWY_INLINE V dot(const Vec3V& a, const Vec3V& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+HWY_INLINE Vec3V cross(const Vec3V& a, const Vec3V& b) {
+  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
+          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+}
+HWY_INLINE Vec3V minus(const Vec3V& a, const Vec3V& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Vec3V times(V s, const Vec3V& a) {
+  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+}
+/// s a + b
+HWY_INLINE Vec3V times_plus(V s, const Vec3V& a, const Vec3V& b) {
+  return {hn::MulAdd(s, a.x, b.x), hn::MulAdd(s, a.y, b.y), hn::MulAdd(s, a.z, b.z)};
+}
+HWY_INLINE Vec3V negative(const Vec3V& a) {
+  return {hn::Neg(a.x), hn::Neg(a.y), hn::Neg(a.z)};
+}
+HWY_INLINE V inner(const Matrix3V& m, const Matrix3V& n) {
+  return hn::Add(dot(m.a, n.a), hn::Add(dot(m.b, n.b), dot(m.c, n.c)));
+}
+HWY_INLINE Vec3V product(const Matrix3V& m, const Vec3V& v) {
+  return {dot(m.a, v), dot(m.b, v), dot(m.c, v)};
+}
+HWY_INLINE Matrix3V cofactors(const Matrix3V& m) {
+  return {cross(m.b, m.c), cross(m.c, m.a), cross(m.a, m.b)};
+}
+
+/// Lane i of the result: element i of the corner's displacements. With eight lanes the vectors hold rows k
+/// and k + 4, as those of the other half of the lanes.
+HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
+  const D d;
+  const auto load = [&](std::size_t k) {
+    const double* first = &rows[static_cast<std::size_t>(corners[4 * k])].x;
+#if HWY_MAX_BYTES >= 64
+    const double* second = &rows[static_cast<std::size_t>(corners[4 * k + 16])].x;
+    return hn::Combine(d, hn::Load(Four(), second), hn::Load(Four(), first));
+#else
+    return hn::Load(d, first);
+#endif
+  };
+  const V v0 = load(0);
+  const V v1 = load(1);
+  const V v2 = load(2);
+  const V v3 = load(3);
+  const V xz01 = hn::InterleaveLower(d, v0, v1);
+  const V yw01 = hn::InterleaveUpper(d, v0, v1);
+  const V xz23 = hn::InterleaveLower(d, v2, v3);
+  const V yw23 = hn::InterleaveUpper(d, v2, v3);
+  return {hn::OddEvenBlocks(hn::SwapAdjacentBlocks(xz23), xz01),
+          hn::OddEvenBlocks(hn::SwapAdjacentBlocks(yw23), yw01),
+          hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01))};
+}
+
+/// The way back: row k of 16 doubles an element gets (x, y, z, 0) of lane k.
+HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
+  const D d;
+  const V zero = hn::Zero(d);
+  const V xy02 = hn::InterleaveLower(d, v.x, v.y);
+  const V xy13 = hn::InterleaveUpper(d, v.x, v.y);
+  const V zw02 = hn::InterleaveLower(d, v.z, zero);
+  const V zw13 = hn::InterleaveUpper(d, v.z, zero);
+  const auto store = [&](V row, std::size_t k) {
+#if HWY_MAX_BYTES >= 64
+    hn::Store(hn::LowerHalf(Four(), row), Four(), rows + 16 * k);
+    hn::Store(hn::UpperHalf(Four(), row), Four(), rows + 16 * (k + 4));
+#else
+    hn::Store(row, d, rows + 16 * k);
+#endif
+  };
+  store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw02), xy02), 0);
+  store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw13), xy13), 1);
+  store(hn::OddEvenBlocks(zw02, hn::SwapAdjacentBlocks(xy02)), 2);
+  store(hn::OddEvenBlocks(zw13, hn::SwapAdjacentBlocks(xy13)), 3);
+}
+
+/// X <- (g X + X^-T / g) / 2, with g = sqrt(|X^-1| / |X|) while that helps (fem/rotation.hpp). Returns where
+/// it has converged.
+HWY_INLINE M polar(Matrix3V& x) {
+  const D d;
+  constexpr int cap = 10;
+  constexpr double small_step = 1e-8;  // convergence is quadratic: leaves an error of its square
+  constexpr double near = 1e-2;        // from here scaling changes nothing
+  const V half = hn::Set(d, 0.5);
+  M done = hn::FirstN(d, 0);
+  bool scaled = true;
+  for (int i = 0; i < cap && !hn::AllTrue(d, done); ++i) {
+    const Matrix3V c = cofactors(x);
+    const V det = dot(x.a, c.a);
+    V a = half;
+    V b = hn::Div(half, det);
+    if (scaled) {
+      const V ratio = hn::Sqrt(hn::Div(inner(c, c), inner(x, x)));
+      const V g = hn::Sqrt(hn::Div(ratio, det));
+      a = hn::Mul(half, g);
+      b = hn::Div(b, g);
+    }
+    const Matrix3V next{times_plus(b, c.a, times(a, x.a)), times_plus(b, c.b, times(a, x.b)),
+                        times_plus(b, c.c, times(a, x.c))};
+    const Matrix3V change{minus(next.a, x.a), minus(next.b, x.b), minus(next.c, x.c)};
+    const V size = inner(change, change);
+    x = next;
+    done = hn::Lt(size, hn::Set(d, small_step * small_step));
+    scaled = scaled && !hn::AllTrue(d, hn::Lt(size, hn::Set(d, near * near)));
+  }
+  return done;
+}
+
+HWY_INLINE V largest_entry(const Vec3V& a) {
+  return hn::Max(hn::Abs(a.x), hn::Max(hn::Abs(a.y), hn::Abs(a.z)));
+}
+
+HWY_INLINE void store_flags(M mask, std::uint8_t* flags) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(D(), mask, bits);
+  for (std::size_t k = 0; k < lanes; ++k) flags[k] = static_cast<std::uint8_t>((bits[0] >> k) & 1U);
+}
+
+HWY_INLINE void group_pass(const ElementPass& pass, std::size_t e) {
+  const D d;
+  const auto column = [&](std::size_t k) { return hn::LoadU(d, pass.inverse_rest[k] + e); };
+  const auto displacement = [&](std::size_t corner) {
+    return load_rows(pass.displacements, pass.corners + 4 * e + corner);
+  };
+  const Vec3V g1{column(0), column(1), column(2)};
+  const Vec3V g2{column(3), column(4), column(5)};
+  const Vec3V g3{column(6), column(7), column(8)};
+  const Vec3V origin = displacement(0);
+  const Vec3V u1 = minus(displacement(1), origin);
+  const Vec3V u2 = minus(displacement(2), origin);
+  const Vec3V u3 = minus(displacement(3), origin);
+  const V one = hn::Set(d, 1.0);
+  const auto row = [&](V p, V q, V r) { return times_plus(p, g1, times_plus(q, g2, times(r, g3))); };
+  Matrix3V f{row(u1.x, u2.x, u3.x), row(u1.y, u2.y, u3.y), row(u1.z, u2.z, u3.z)};
+  f.a.x = hn::Add(f.a.x, one);
+  f.b.y = hn::Add(f.b.y, one);
+  f.c.z = hn::Add(f.c.z, one);
+
+  // As in fem/rotation.cpp: with the largest entry 1, Newton converges in a few steps above this determinant.
+  constexpr double healthy = 0.01;
+  const V det = dot(f.a, cross(f.b, f.c));
+  const V size = hn::Max(largest_entry(f.a), hn::Max(largest_entry(f.b), largest_entry(f.c)));
+  const V least = hn::Mul(hn::Set(d, healthy), hn::Mul(size, hn::Mul(size, size)));
+  const M good = hn::And(hn::Gt(det, least), hn::Lt(size, hn::Set(d, 1e50)));
+  // What is left becomes the identity, so that it holds nobody up.
+  const auto keep = [&](V value, double other) { return hn::IfThenElse(good, value, hn::Set(d, other)); };
+  f = {{keep(f.a.x, 1.0), keep(f.a.y, 0.0), keep(f.a.z, 0.0)},
+       {keep(f.b.x, 0.0), keep(f.b.y, 1.0), keep(f.b.z, 0.0)},
+       {keep(f.c.x, 0.0), keep(f.c.y, 0.0), keep(f.c.z, 1.0)}};
+  Matrix3V r = f;
+  const M done = hn::And(good, polar(r));
+
+  const Matrix3V stretch{minus(f.a, r.a), minus(f.b, r.b), minus(f.c, r.c)};
+  const V minus_volume = hn::Neg(hn::LoadU(d, pass.volume + e));
+  const V mu = hn::LoadU(d, pass.mu + e);
+  const V trace = inner(r, stretch);
+  const V bulk = hn::Mul(hn::LoadU(d, pass.lambda + e), trace);
+  const V pressure = hn::Mul(minus_volume, bulk);
+  const V density = hn::MulAdd(mu, inner(stretch, stretch), hn::Mul(hn::Set(d, 0.5), hn::Mul(bulk, trace)));
+  hn::StoreU(hn::NegMulAdd(minus_volume, density, hn::Zero(d)), d, pass.energies + e);
+  const V twice_mu = hn::Mul(minus_volume, hn::Add(mu, mu));
+  const V scale = hn::Sqrt(hn::Neg(hn::Mul(hn::Mul(hn::LoadU(d, pass.factors + e), mu), minus_volume)));
+  Vec3V gradient_sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  Vec3V force_sum = gradient_sum;
+  const auto corner = [&](std::size_t k, const Vec3V& g) {
+    const Vec3V turned = product(r, g);
+    const Vec3V force = times_plus(pressure, turned, times(twice_mu, product(stretch, g)));
+    const Vec3V gradient = times(scale, turned);
+    gradient_sum = times_plus(one, gradient, gradient_sum);
+    force_sum = times_plus(one, force, force_sum);
+    store_rows(gradient, pass.gradients + 16 * e + 4 * k);
+    store_rows(force, pass.forces + 16 * e + 4 * k);
+  };
+  corner(1, g1);
+  corner(2, g2);
+  corner(3, g3);
+  store_rows(negative(gradient_sum), pass.gradients + 16 * e);
+  store_rows(negative(force_sum), pass.forces + 16 * e);
+  store_flags(hn::Not(done), pass.left + e);
+  store_flags(hn::Not(done), pass.inverted + e);  // what is done has a positive determinant
+}
+
+void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end) {
+  for (std::size_t e = begin; e < end; e += lanes) group_pass(pass, e);
+}
+
+#else
+
+void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end) {
+  std::fill(pass.left + begin, pass.left + end, std::uint8_t{1});
+}
+
+#endif
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+
+HWY_EXPORT(element_pass);
+
+void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(element_pass)(pass, begin, end);
+}
+
+}  // namespace palpate::simd
+#endif

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/padded.hpp"
+
+namespace palpate::simd {
+
+/// Elements go in groups of so many: arrays per element have a multiple of that, the rest filled with zeros.
+inline constexpr std::size_t element_group = 8;
+
+/// What an element pass reads and writes; arrays of (n_elements), rounded up to whole groups, unless said.
+struct ElementPass {
+  const Padded3* displacements;  ///< (n_points), m, from rest
+  const std::int32_t* corners;   ///< 4 an element
+  std::array<const double*, 9> inverse_rest;
+  const double* volume;
+  const double* mu;
+  const double* lambda;
+  const double* factors;   ///< of the stiffness
+  double* gradients;       ///< 4 x 4 an element: sqrt(factor mu V) R g_i, and 0
+  double* forces;          ///< 4 x 4 an element: force on corner i, and 0
+  double* energies;        ///< J
+  std::uint8_t* inverted;  ///< 1: no positive volume
+  std::uint8_t* left;      ///< 1: not done, the caller must
+};
+
+/// Rotation, forces and turned gradients of elastic tets (fem/elements.hpp has the formulas), as many at a
+/// time as a vector of double has lanes. Rotations are scaled Higham iterations; an element that these do not
+/// suit, flat, inverted or not finite, is left: its all that the pass writes of it is undefined then. Where
+/// the processor has fewer than four lanes all are left. \param begin,end  elements; multiples of
+/// element_group
+void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end);
+
+}  // namespace palpate::simd

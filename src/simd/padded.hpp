@@ -1,0 +1,13 @@
+#pragma once
+
+namespace palpate::simd {
+
+/// A vector of three with a fourth lane, which is zero: one aligned load of four.
+struct alignas(32) Padded3 {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  double w = 0.0;
+};
+
+}  // namespace palpate::simd
