@@ -94,9 +94,9 @@ struct ResponseSettings {
 
 /// How a step is solved.
 struct SolverSettings {
-  double tolerance = 1e-4;  ///< at which the conjugate gradients stop, > 0
-  ToleranceOf tolerance_of = ToleranceOf::residual;
-  Preconditioner preconditioner = Preconditioner::jacobi;
+  double tolerance = 1e-3;  ///< at which the conjugate gradients stop, > 0
+  ToleranceOf tolerance_of = ToleranceOf::solution;
+  Preconditioner preconditioner = Preconditioner::automatic;
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
   /// So many iterations in each solve, whatever the tolerance, for steps that take the same time; none: as
   /// many as it asks for. > 0.
