@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "contact/border_edges.hpp"
+#include "contact/cluster_query.hpp"
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
@@ -17,6 +18,7 @@
 #include "grid/cell_slots.hpp"
 #include "grid/compact.hpp"
 #include "grid/cuckoo.hpp"
+#include "grid/fixed_positions.hpp"
 #include "grid/hash.hpp"
 #include "grid/uniform.hpp"
 #include "number_text.hpp"
@@ -98,11 +100,24 @@ struct Detector::State {
     }
     points = make_structure(settings.structure, settings.order, settings.sort);
     edges = make_structure(settings.structure, settings.order, settings.sort);
+    // The slots of approximate mode are those of single tets.
+    if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
+      cluster_query.emplace(bodies);
+      fixed.emplace(in_a_tet, marks_of_immovable());
+    }
+  }
+  /// Whether this detection asks with clusters of tets.
+  [[nodiscard]] bool clustered() const { return cluster_query && FixedPositions::represents(lattice); }
+  [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const {
+    std::vector<std::uint8_t> marks(in_a_tet.size());
+    for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, bodies.body_of_point()[p]);
+    return marks;
   }
 
   void update_domain(std::span<const Vec3> positions);
   void count_movers(std::span<const Vec3> positions);
   void update_grid(std::span<const Vec3> positions);
+  void find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots);
 
   const Bodies& bodies;
   DetectionSettings settings;
@@ -121,6 +136,9 @@ struct Detector::State {
   AnyStructure points;
   AnyStructure edges;
   PointsInTets points_in_tets;
+  std::optional<ClusterQuery> cluster_query;  ///< for the compact grid
+  std::optional<FixedPositions> fixed;        ///< with cluster_query
+  QueryTally points_tally;
   ContactList contacts;
   parallel::ChunkedList<BorderEdge> border_scratch;
   std::vector<BorderEdge> border_edges;
@@ -157,6 +175,15 @@ void Detector::State::count_movers(std::span<const Vec3> positions) {
 void Detector::State::update_grid(std::span<const Vec3> positions) {
   update_domain(positions);
   count_movers(positions);
+  if (clustered()) {
+    auto& grid = std::get<CompactGrid>(points);
+    fixed->place(threads, lattice, positions);
+    counts.sort = grid.build_points(threads, lattice, positions.size(), [&](Index p) {
+      return fixed->takes_part(p) ? std::optional(fixed->cell_of(at(fixed->points(), p))) : std::nullopt;
+    });
+    fixed->put_in_order(threads, grid.entries());
+    return;
+  }
   std::visit(
       [&](auto& structure) {
         const auto cell_of = [&](Index p) {
@@ -171,6 +198,23 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
         }
       },
       points);
+}
+
+void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots) {
+  const PairFilter may_touch{immovable, settings.self_collision};
+  if (clustered()) {
+    cluster_query->find(threads, bodies, positions, may_touch, std::get<CompactGrid>(points), *fixed);
+    contacts.assign(threads, bodies, positions, cluster_query->found());
+    points_tally = cluster_query->tally();
+    return;
+  }
+  std::visit(
+      [&](auto& structure) {
+        points_in_tets.find(threads, bodies, positions, may_touch, lattice, structure, slots);
+      },
+      points);
+  contacts.assign(threads, bodies, positions, points_in_tets.found());
+  points_tally = points_in_tets.tally();
 }
 
 Detector::Detector(const Bodies& bodies, const DetectionSettings& settings,
@@ -191,14 +235,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.times.grid = watch.lap();
   const CellSlots slots(s.settings.cells_per_primitive.value_or(0), s.step);
 
-  std::visit(
-      [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions,
-                              PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
-                              slots);
-      },
-      s.points);
-  s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
+  s.find_points_in_tets(positions, slots);
   s.times.contacts = watch.lap();
 
   find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
@@ -219,7 +256,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.contacts = s.contacts.contacts().size();
   s.counts.border_edges = s.border_edges.size();
   s.counts.crossings = s.crossings.crossings().size();
-  QueryTally tally = s.points_in_tets.tally();
+  QueryTally tally = s.points_tally;
   tally += s.crossings.tally();
   s.counts.candidates = tally.candidates;
   s.counts.approximated_primitives = tally.approximated_primitives;
@@ -254,7 +291,8 @@ const CellSizeChoice& Detector::cell_size_choice() const {
 }
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
-  return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges);
+  const std::size_t beside = state_->fixed ? state_->fixed->bytes() : 0;
+  return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges) + beside;
 }
 
 }  // namespace palpate

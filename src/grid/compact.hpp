@@ -64,6 +64,11 @@ class CompactGrid {
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
+  /// Calls visit(begin, end) for intervals of L, none twice, that hold all entries in the cells of `range`,
+  /// and maybe others: where the range has more cells than there are entries. In time as for_each().
+  template <class Visit>
+  void for_each_interval(const CellRange& range, Visit&& visit) const;
+
   /// L: entries sorted by key, then reference; the unused ones of build_slots() last.
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
   /// C: keys [b, b + 1) << start_shift() have the entries [cell_begin[b], cell_begin[b + 1]).
@@ -97,14 +102,16 @@ class CompactGrid {
   template <class Visit>
   void visit_keys(std::uint32_t first, std::uint32_t last, Visit&& visit) const {
     const Interval interval = entries_of(first, last);
-    for (std::uint32_t e = interval.begin; e < interval.end; ++e) visit(reference_of(entries_[e]));
+    visit(interval.begin, interval.end);
   }
   template <class Visit>
   void visit_linear(const CellRange& range, Visit&& visit) const;
   template <class Visit>
   void visit_z(const CellRange& blocks, Visit&& visit) const;
-  template <class Visit>
-  void visit_all(const CellRange& range, Visit&& visit) const;
+  /// The range in blocks of cells that share a key (Z-order).
+  [[nodiscard]] CellRange blocks_of(CellRange range) const;
+  /// Whether a range has more cells (or rows of them) than there are entries.
+  [[nodiscard]] bool looks_at_entries(const CellRange& range) const;
 
   CellIndex index_;
   int key_shift_ = 0;
@@ -177,18 +184,36 @@ Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& 
 
 template <class Visit>
 void CompactGrid::for_each(const CellRange& range, Visit&& visit) const {
+  // Where it is cheaper to look at the entries than to look up cells, it is to ask for the cell of each.
+  const bool asks = key_shift_ == 0 && looks_at_entries(range);
+  for_each_interval(range, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t e = begin; e < end; ++e) {
+      if (asks && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
+      visit(reference_of(entries_[e]));
+    }
+  });
+}
+
+template <class Visit>
+void CompactGrid::for_each_interval(const CellRange& range, Visit&& visit) const {
   if (entries_.empty()) return;
-  if (index_.order() == Order::linear) {
-    if (range.along(1) * range.along(2) > entries_.size()) return visit_all(range, visit);
-    return visit_linear(range, visit);
-  }
-  CellRange blocks = range;
+  if (looks_at_entries(range))
+    return visit_keys(key_of(index_(range.lower)), key_of(index_(range.upper)), visit);
+  if (index_.order() == Order::linear) return visit_linear(range, visit);
+  visit_z(blocks_of(range), visit);
+}
+
+inline CellRange CompactGrid::blocks_of(CellRange range) const {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    blocks.lower[axis] >>= block_bits_[axis];
-    blocks.upper[axis] >>= block_bits_[axis];
+    range.lower[axis] >>= block_bits_[axis];
+    range.upper[axis] >>= block_bits_[axis];
   }
-  if (blocks.count() > entries_.size()) return visit_all(range, visit);
-  visit_z(blocks, visit);
+  return range;
+}
+
+inline bool CompactGrid::looks_at_entries(const CellRange& range) const {
+  if (index_.order() == Order::linear) return range.along(1) * range.along(2) > entries_.size();
+  return blocks_of(range).count() > entries_.size();
 }
 
 /// A row of cells along x is one interval of L. Rows ascend, so a key that two of them share is left out of
@@ -231,16 +256,6 @@ void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {
       }
       visit_keys(first, last, visit);
     }
-  }
-}
-
-/// For ranges of more cells than there are entries: looks at the entries instead.
-template <class Visit>
-void CompactGrid::visit_all(const CellRange& range, Visit&& visit) const {
-  const Interval interval = entries_of(key_of(index_(range.lower)), key_of(index_(range.upper)));
-  for (std::uint32_t e = interval.begin; e < interval.end; ++e) {
-    if (key_shift_ == 0 && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
-    visit(reference_of(entries_[e]));
   }
 }
 

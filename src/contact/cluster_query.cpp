@@ -1,0 +1,156 @@
+#include "contact/cluster_query.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "contact/layers.hpp"
+#include "geometry/predicates.hpp"
+
+namespace palpate {
+
+using simd::ClusterBlock;
+using simd::ClusterBox;
+
+/// A chunk of clusters, block by block.
+class ClusterQuery::Work {
+ public:
+  Work(const ClusterQuery& query, const Bodies& bodies, std::span<const Vec3> positions,
+       const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed,
+       std::vector<PointInTet>& found)
+      : query_(query),
+        bodies_(bodies),
+        positions_(positions),
+        may_touch_(may_touch),
+        grid_(grid),
+        fixed_(fixed),
+        found_(found) {}
+
+  void run(std::span<const TetCluster> clusters) {
+    while (!clusters.empty()) {
+      const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
+      block_.clusters = n;
+      for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
+      query_.kernels_.load(fixed_.points(), query_.clusters_.points, block_);
+      for (std::size_t c = 0; c < n; ++c) set_names(clusters[c], block_.box[c]);
+      look_up(n);
+      finish(n);
+      clusters = clusters.subspan(n);
+    }
+  }
+  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+
+ private:
+  /// Which points in its box a cluster leaves out: those of its own body, and those of immovable bodies.
+  void set_names(const TetCluster& cluster, ClusterBox& box) const {
+    const bool immovable = at(may_touch_.immovable, cluster.body) != 0;
+    const bool itself = at(may_touch_.self_collision, cluster.body) != 0;
+    const Range own = itself ? Range{0, 0} : at(bodies_.bodies(), cluster.body).points;
+    box.lower.name = own.begin;
+    box.upper.name = own.end - 1;
+    box.skips_marked = immovable ? -1 : 0;
+  }
+
+  /// Lists the rows of all clusters. Where a block is full, it is finished before its time, and again for
+  /// what is left.
+  void look_up(std::size_t n) {
+    points_ = 0;
+    rows_ = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+      block_.first_row[c] = static_cast<std::uint32_t>(rows_);
+      const ClusterBox& box = block_.box[c];
+      const CellRange cells{fixed_.cell_of(box.lower), fixed_.cell_of(box.upper)};
+      grid_.for_each_interval(cells, [&](std::uint32_t begin, std::uint32_t end) { add_row(c, begin, end); });
+    }
+    block_.first_row[n] = static_cast<std::uint32_t>(rows_);
+  }
+
+  void add_row(std::size_t c, std::uint32_t begin, std::uint32_t end) {
+    while (points_ + (end - begin) > ClusterBlock::most_points || rows_ == ClusterBlock::most_rows) {
+      const auto part = static_cast<std::uint32_t>(
+          rows_ == ClusterBlock::most_rows ? 0 : ClusterBlock::most_points - points_);
+      if (part > 0) block_.rows[rows_++] = {begin, begin + part};
+      begin += part;
+      flush(c);
+    }
+    // An empty row is overwritten by the next: cheaper than to ask.
+    block_.rows[rows_] = {begin, end};
+    rows_ += begin < end ? 1 : 0;
+    points_ += end - begin;
+  }
+
+  /// Finishes the rows so far; those of clusters up to c are done.
+  void flush(std::size_t c) {
+    const std::size_t n = block_.clusters;
+    for (std::size_t later = c + 1; later <= n; ++later)
+      block_.first_row[later] = static_cast<std::uint32_t>(rows_);
+    finish(n);
+    for (std::size_t done = 0; done <= c; ++done) block_.first_row[done] = 0;
+    rows_ = 0;
+    points_ = 0;
+  }
+
+  void finish(std::size_t n) {
+    query_.kernels_.filter(fixed_.rows(), block_);
+    query_.kernels_.test(block_);
+    for (std::size_t c = 0; c < n; ++c) {
+      const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
+      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->tets;
+    }
+    for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
+  }
+
+  void take(const ClusterBlock::Hit& hit) {
+    const TetCluster& cluster = *block_.cluster[hit.cluster];
+    const Index point = simd::index_of_name(fixed_.rows().name[hit.entry]);
+    const Index own = at(bodies_.body_of_point(), point);
+    const std::span<const Index> tets = query_.clusters_.tets_of(cluster);
+    for (std::uint32_t left = hit.tets & 0xFFFFU; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      const bool surely = (hit.tets >> 16 >> lane & 1) != 0;
+      add({point, tets[lane]}, own, cluster.body, surely);
+    }
+  }
+
+  void add(const PointInTet& pair, Index own, Index body, bool surely) {
+    const Tet& tet = at(bodies_.tets(), pair.tet);
+    if (own == body && !may_touch_(own, body, pair.point, tet)) return;
+    if (!surely && !point_in_tet(at(positions_, pair.point), at(positions_, tet[0]), at(positions_, tet[1]),
+                                 at(positions_, tet[2]), at(positions_, tet[3])))
+      return;
+    if (own == body && is_fold(bodies_, positions_, pair.point, pair.tet)) {
+      ++tally_.folded_pairs;
+    } else {
+      found_.push_back(pair);
+    }
+  }
+
+  const ClusterQuery& query_;
+  const Bodies& bodies_;
+  std::span<const Vec3> positions_;
+  const PairFilter& may_touch_;
+  const CompactGrid& grid_;
+  const FixedPositions& fixed_;
+  std::vector<PointInTet>& found_;
+  QueryTally tally_;
+  std::size_t rows_ = 0;
+  std::size_t points_ = 0;
+  ClusterBlock block_;
+};
+
+void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
+                        std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
+                        const FixedPositions& fixed) {
+  constexpr std::size_t grain = 4 * ClusterBlock::most_clusters;
+  const std::span<const TetCluster> clusters = clusters_.clusters;
+  tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
+  lists_.fill(threads, clusters.size(), grain,
+              [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
+                Work work(*this, bodies, positions, may_touch, grid, fixed, found);
+                work.run(clusters.subspan(begin, end - begin));
+                tallies_[begin / grain] = work.tally();
+              });
+  lists_.join(found_);
+}
+
+}  // namespace palpate

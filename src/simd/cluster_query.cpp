@@ -1,0 +1,311 @@
+#include "simd/cluster_query.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/cluster_query.cpp"
+#include <hwy/foreach_target.h>
+// Highway wants its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+#if HWY_TARGET == HWY_SCALAR
+// A vector of one lane: the twins do as well.
+void load(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+          ClusterBlock& block) {
+  scalar::cluster_kernels().load(points, point_lists, block);
+}
+void filter(const PointRows& points, ClusterBlock& block) {
+  scalar::cluster_kernels().filter(points, block);
+}
+void test(ClusterBlock& block) {
+  scalar::cluster_kernels().test(block);
+}
+#else
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, TetCluster::most_tets>;
+using Ints = hn::RebindToSigned<Floats>;
+using Float = hn::Vec<Floats>;
+using Int = hn::Vec<Ints>;
+constexpr Floats floats;
+constexpr Ints ints;
+
+constexpr std::size_t lanes() {
+  return hn::MaxLanes(floats);
+}
+static_assert(TetCluster::most_tets % hn::MaxLanes(Floats()) == 0);
+
+/// Bit i of the result: lane i of the mask.
+template <class D>
+HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
+  std::array<std::uint8_t, 8> bytes{};
+  hn::StoreMaskBits(d, mask, bytes.data());
+  return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
+}
+
+void load(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+          ClusterBlock& block) {
+  const hn::FixedTag<std::int32_t, 4> d;
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    const TetCluster& cluster = *block.cluster[c];
+    const std::int32_t* const list = point_lists.data() + cluster.first_point;
+    auto lower = hn::Load(d, &points[static_cast<std::size_t>(list[0])].x);
+    auto upper = lower;
+    for (std::size_t i = 0; i < cluster.points; ++i) {
+      const auto point = hn::Load(d, &points[static_cast<std::size_t>(list[i])].x);
+      hn::Store(point, d, &block.corners[c][i].x);
+      lower = hn::Min(lower, point);
+      upper = hn::Max(upper, point);
+    }
+    hn::Store(lower, d, &block.box[c].lower.x);
+    hn::Store(upper, d, &block.box[c].upper.x);
+  }
+}
+
+/// Negative where a number is not in [lower, upper].
+HWY_INLINE Int outside(Int number, Int lower, Int upper) {
+  return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));
+}
+
+void filter(const PointRows& points, ClusterBlock& block) {
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    const ClusterBox& box = block.box[c];
+    const Int x0 = hn::Set(ints, box.lower.x);
+    const Int y0 = hn::Set(ints, box.lower.y);
+    const Int z0 = hn::Set(ints, box.lower.z);
+    const Int x1 = hn::Set(ints, box.upper.x);
+    const Int y1 = hn::Set(ints, box.upper.y);
+    const Int z1 = hn::Set(ints, box.upper.z);
+    const Int own0 = hn::Set(ints, box.lower.name);
+    const Int own1 = hn::Set(ints, box.upper.name);
+    const Int skips_marked = hn::Set(ints, box.skips_marked);
+    block.first_candidate[c] = static_cast<std::uint32_t>(count);
+    for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
+      const PointRange row = block.rows[r];
+      for (std::uint32_t e = row.begin; e < row.end; e += static_cast<std::uint32_t>(lanes())) {
+        const Int x = hn::LoadU(ints, points.x + e);
+        const Int y = hn::LoadU(ints, points.y + e);
+        const Int z = hn::LoadU(ints, points.z + e);
+        const Int name = hn::LoadU(ints, points.name + e);
+        const Int place = hn::Iota(ints, static_cast<std::int32_t>(e));
+        const Int beyond = hn::Sub(hn::Set(ints, static_cast<std::int32_t>(row.end - 1)), place);
+        Int out = hn::Or(hn::Or(outside(x, x0, x1), outside(y, y0, y1)), outside(z, z0, z1));
+        out = hn::Or(out, hn::Or(hn::And(name, skips_marked), beyond));
+        const Int in = hn::AndNot(out, outside(name, own0, own1));
+        const auto keep = hn::MaskFromVec(hn::BroadcastSignBit(in));
+        const auto keep_floats = hn::RebindMask(floats, keep);
+        hn::StoreU(hn::Compress(place, keep), ints, block.candidate.data() + count);
+        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(x, x0)), keep_floats), floats,
+                   block.x.data() + count);
+        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(y, y0)), keep_floats), floats,
+                   block.y.data() + count);
+        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(z, z0)), keep_floats), floats,
+                   block.z.data() + count);
+        count += hn::CountTrue(ints, keep);
+      }
+    }
+  }
+  block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
+}
+
+/// Half spaces n x + c >= 0 of 16 tets, from the faces opposite their corners, and the bounds of their
+/// errors.
+struct Planes {
+  alignas(64) std::array<std::array<std::array<float, TetCluster::most_tets>, 4>, 4> face;  ///< n, then c
+  alignas(64) std::array<float, TetCluster::most_tets> bound;  ///< infinite where the tet's turn is not sure
+};
+
+struct Vector {
+  Float x;
+  Float y;
+  Float z;
+};
+HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Float cross_part(Float ay, Float bz, Float az, Float by) {
+  return hn::MulSub(ay, bz, hn::Mul(az, by));
+}
+HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
+  return {cross_part(a.y, b.z, a.z, b.y), cross_part(a.z, b.x, a.x, b.z), cross_part(a.x, b.y, a.y, b.x)};
+}
+HWY_INLINE Float dot(const Vector& a, const Vector& b) {
+  return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
+}
+HWY_INLINE Float longest(Float so_far, const Vector& a) {
+  return hn::Max(so_far, hn::Max(hn::Abs(a.x), hn::Max(hn::Abs(a.y), hn::Abs(a.z))));
+}
+
+/// Corners of a cluster as arrays of numbers, from the corner of its box.
+struct Corners {
+  alignas(64) std::array<float, TetCluster::most_points> x;
+  alignas(64) std::array<float, TetCluster::most_points> y;
+  alignas(64) std::array<float, TetCluster::most_points> z;
+};
+
+HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& corners) {
+  const FixedPoint& lower = block.box[c].lower;
+  for (std::size_t i = 0; i < block.cluster[c]->points; i += lanes()) {
+    Int x;
+    Int y;
+    Int z;
+    Int name;
+    hn::LoadInterleaved4(ints, &block.corners[c][i].x, x, y, z, name);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(x, hn::Set(ints, lower.x))), floats, corners.x.data() + i);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(y, hn::Set(ints, lower.y))), floats, corners.y.data() + i);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(z, hn::Set(ints, lower.z))), floats, corners.z.data() + i);
+  }
+}
+
+/// Numbers at places 0 to 31 of an array.
+HWY_INLINE Float pick(const std::array<float, TetCluster::most_points>& from, Int places) {
+  if constexpr (hn::MaxLanes(Floats()) == 16) {
+    const auto half = hn::IndicesFromVec(floats, hn::And(places, hn::Set(ints, 15)));
+    const auto upper = hn::RebindMask(floats, hn::Gt(places, hn::Set(ints, 15)));
+    return hn::IfThenElse(upper, hn::TableLookupLanes(hn::Load(floats, from.data() + 16), half),
+                          hn::TableLookupLanes(hn::Load(floats, from.data()), half));
+  } else {
+    return hn::GatherIndex(floats, from.data(), places);
+  }
+}
+
+HWY_INLINE Vector corner_of(const Corners& corners, const TetCluster& cluster, std::size_t corner,
+                            std::size_t lane) {
+  const hn::Rebind<std::uint8_t, Ints> bytes;
+  const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, cluster.corners[corner].data() + lane));
+  return {pick(corners.x, places), pick(corners.y, places), pick(corners.z, places)};
+}
+
+HWY_INLINE Float bound_of(const VolumeBound& constants, Float edge) {
+  const auto set = [](float x) { return hn::Set(floats, x); };
+  const Float difference = hn::MulAdd(set(VolumeBound::per_edge), edge, set(constants.twice_coordinate));
+  const Float area = hn::Mul(edge, edge);
+  const Float mixed = hn::Mul(difference, hn::MulAdd(set(4.0F), edge, hn::Add(difference, difference)));
+  const Float normal = hn::MulAdd(set(VolumeBound::per_product), area, mixed);
+  return hn::MulAdd(set(constants.scale), normal, hn::Mul(set(constants.per_area), area));
+}
+
+HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& planes) {
+  Corners corners;
+  spread_out(block, c, corners);
+  const ClusterBox& box = block.box[c];
+  const std::int32_t extent =
+      std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
+  const VolumeBound constants(static_cast<float>(extent));
+  for (std::size_t lane = 0; lane < TetCluster::most_tets; lane += lanes()) {
+    const TetCluster& cluster = *block.cluster[c];
+    const Vector a = corner_of(corners, cluster, 0, lane);
+    const Vector b = corner_of(corners, cluster, 1, lane);
+    const Vector cc = corner_of(corners, cluster, 2, lane);
+    const Vector d = corner_of(corners, cluster, 3, lane);
+    const Vector da = difference(a, d);
+    const Vector db = difference(b, d);
+    const Vector dc = difference(cc, d);
+    const Vector ab = difference(b, a);
+    const Vector ac = difference(cc, a);
+    // The signs that the predicates have: of the tet with one corner replaced.
+    const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
+    const Float edge = longest(longest(longest(longest(longest(hn::Zero(floats), da), db), dc), ab), ac);
+    const Float volume = dot(normal[0], da);
+    const Float bound = bound_of(constants, edge);
+    const auto sure = hn::Gt(hn::Abs(volume), bound);
+    const Float infinite = hn::Set(floats, std::numeric_limits<float>::infinity());
+    hn::Store(hn::IfThenElse(sure, bound, infinite), floats, planes.bound.data() + lane);
+    const Float turn = hn::And(volume, hn::SignBit(floats));
+    for (std::size_t face = 0; face < 4; ++face) {
+      const Vector& n = normal[face];
+      const Float offset = hn::Neg(dot(n, face < 3 ? d : a));
+      hn::Store(hn::Xor(n.x, turn), floats, planes.face[face][0].data() + lane);
+      hn::Store(hn::Xor(n.y, turn), floats, planes.face[face][1].data() + lane);
+      hn::Store(hn::Xor(n.z, turn), floats, planes.face[face][2].data() + lane);
+      hn::Store(hn::Xor(offset, turn), floats, planes.face[face][3].data() + lane);
+    }
+  }
+}
+
+struct Plane {
+  Float x;
+  Float y;
+  Float z;
+  Float offset;
+  Plane(const Planes& planes, std::size_t face, std::size_t lane)
+      : x(hn::Load(floats, planes.face[face][0].data() + lane)),
+        y(hn::Load(floats, planes.face[face][1].data() + lane)),
+        z(hn::Load(floats, planes.face[face][2].data() + lane)),
+        offset(hn::Load(floats, planes.face[face][3].data() + lane)) {}
+  [[nodiscard]] HWY_INLINE Float operator()(const Vector& p) const {
+    return hn::MulAdd(x, p.x, hn::MulAdd(y, p.y, hn::MulAdd(z, p.z, offset)));
+  }
+};
+
+/// Tets [lane, lane + lanes()) against candidates [begin, end): ors their bits into `tets`.
+HWY_INLINE void test_lanes(const ClusterBlock& block, const Planes& planes, std::size_t lane,
+                           std::size_t begin, std::size_t end, std::uint32_t* tets) {
+  const Plane a(planes, 0, lane);
+  const Plane b(planes, 1, lane);
+  const Plane c(planes, 2, lane);
+  const Plane d(planes, 3, lane);
+  const Float bound = hn::Load(floats, planes.bound.data() + lane);
+  const Float no_less = hn::Neg(bound);
+  for (std::size_t i = begin; i < end; ++i) {
+    const Vector p{hn::Set(floats, block.x[i]), hn::Set(floats, block.y[i]), hn::Set(floats, block.z[i])};
+    const Float least = hn::Min(hn::Min(a(p), b(p)), hn::Min(c(p), d(p)));
+    const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less));
+    const std::uint32_t surely = bits_of(floats, hn::Gt(least, bound));
+    const std::uint32_t found = (may | surely << 16) << lane;
+    tets[i - begin] = lane == 0 ? found : tets[i - begin] | found;
+  }
+}
+
+void test(ClusterBlock& block) {
+  std::array<std::uint32_t, ClusterBlock::most_points> tets;
+  std::size_t hits = 0;
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    const std::uint32_t begin = block.first_candidate[c];
+    const std::uint32_t end = block.first_candidate[c + 1];
+    if (begin == end) continue;
+    Planes planes;
+    make_planes(block, c, planes);
+    for (std::size_t lane = 0; lane < TetCluster::most_tets; lane += lanes())
+      test_lanes(block, planes, lane, begin, end, tets.data());
+    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->tets) - 1) * 0x10001U;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t found = tets[i - begin] & used;
+      block.hit[hits] = {block.candidate[i], static_cast<std::uint32_t>(c), found};
+      hits += found != 0 ? 1 : 0;
+    }
+  }
+  block.hits = hits;
+}
+#endif
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+namespace {
+
+HWY_EXPORT(load);
+HWY_EXPORT(filter);
+HWY_EXPORT(test);
+
+}  // namespace
+
+ClusterKernels cluster_kernels() {
+  return {[](auto... arguments) { HWY_DYNAMIC_DISPATCH(load)
+                                  (arguments...); },
+          [](const PointRows& points, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(filter)
+                                                             (points, block); },
+          [](ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(test)
+                                    (block); }};
+}
+
+}  // namespace palpate::simd
+#endif

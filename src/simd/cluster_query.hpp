@@ -1,0 +1,120 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "simd/tet_cluster.hpp"
+
+/// The phases of the clustered query that work on many numbers at a time (docs/query.md). Coordinates are
+/// fixed-point numbers below 2^31 that count parts of a cell from the corner of the domain.
+namespace palpate::simd {
+
+/// A point, and its name: its index, with `marked` in the name of those that clusters can leave out.
+struct alignas(16) FixedPoint {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
+  std::int32_t name;
+};
+inline constexpr std::uint32_t marked = std::uint32_t{1} << 31;
+constexpr std::int32_t index_of_name(std::int32_t name) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
+}
+
+/// Points in the order of their cells, as arrays of numbers. Each has `row_padding` places beyond its end.
+struct PointRows {
+  const std::int32_t* x;
+  const std::int32_t* y;
+  const std::int32_t* z;
+  const std::int32_t* name;
+};
+inline constexpr std::size_t row_padding = 16;
+
+/// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name], or is marked
+/// where `skips_marked` has all bits.
+struct ClusterBox {
+  FixedPoint lower;
+  FixedPoint upper;
+  std::int32_t skips_marked;  ///< 0 or -1
+};
+
+/// Points [begin, end) of PointRows.
+struct PointRange {
+  std::uint32_t begin;
+  std::uint32_t end;
+};
+
+/// What clusters of a block have to do, and what they find: work is cut so that nothing overflows.
+struct ClusterBlock {
+  static constexpr std::size_t most_clusters = 32;
+  static constexpr std::size_t most_rows = 1024;
+  static constexpr std::size_t most_points = 4096;
+  static constexpr std::size_t padding = 16;  ///< kernels may write that far beyond what they report
+
+  /// A point, and its tets in bits: those that may contain it, and << 16 those that surely do.
+  struct Hit {
+    std::int32_t entry;     ///< in PointRows
+    std::uint32_t cluster;  ///< in the block
+    std::uint32_t tets;
+  };
+
+  std::size_t clusters = 0;
+  std::array<const TetCluster*, most_clusters> cluster;
+  alignas(64) std::array<std::array<FixedPoint, TetCluster::most_points>, most_clusters> corners;
+  std::array<ClusterBox, most_clusters> box;
+  std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
+  std::array<PointRange, most_rows> rows;
+  std::array<std::uint32_t, most_clusters + 1> first_candidate{};
+  std::array<std::int32_t, most_points + padding> candidate;  ///< entries of PointRows
+  std::array<float, most_points + padding> x;                 ///< of candidates, from the corner of the box
+  std::array<float, most_points + padding> y;
+  std::array<float, most_points + padding> z;
+  std::size_t hits = 0;
+  std::array<Hit, most_points + 1> hit;
+};
+
+/// The kernels of the query, one for each phase.
+struct ClusterKernels {
+  /// Fetches the corners of each cluster of the block and their box (all but the names).
+  /// \param points       all points, by index
+  /// \param point_lists  of which a cluster has a part, see TetCluster
+  void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+               ClusterBlock& block);
+  /// Lists the points of the rows that lie in the box of their cluster.
+  void (*filter)(const PointRows& points, ClusterBlock& block);
+  /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
+  /// out is outside by exact arithmetic, and what it is sure of is inside.
+  void (*test)(ClusterBlock& block);
+};
+
+/// With the best SIMD target of this processor.
+ClusterKernels cluster_kernels();
+namespace scalar {
+/// Their twins in plain C++.
+ClusterKernels cluster_kernels();
+}  // namespace scalar
+
+/// Constants of the bound of the error of the volumes that `test` compares with zero, for one cluster
+/// (docs/query.md):
+///   difference = 2 coordinate + per_edge edge
+///   normal     = 4 edge difference + 2 difference^2 + per_product edge^2
+///   bound      = scale normal + per_area edge^2
+/// where `edge` is the longest component of the edges of a tet, as computed.
+struct VolumeBound {
+  static constexpr float half_ulp = 0x1p-24F;
+  static constexpr float slack = 1.001F;  ///< for the rounding of the bound itself
+  static constexpr float per_edge = 1.01F * half_ulp;
+  static constexpr float per_product = 4.1F * half_ulp;
+  float twice_coordinate;
+  float scale;
+  float per_area;
+  /// \param extent  longest side of the cluster's box
+  explicit VolumeBound(float extent)
+      : twice_coordinate(2.0F * (0.51F + half_ulp * extent)),
+        scale(slack * 3.1F * (extent + 1.1F)),
+        per_area(slack * (6.05F * twice_coordinate + 54.0F * half_ulp * extent)) {}
+};
+
+}  // namespace palpate::simd
