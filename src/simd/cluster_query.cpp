@@ -67,12 +67,56 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
   }
 }
 
+/// Where the lanes that a mask keeps come from: those of lane i of the result in row `bits of the mask`.
+template <std::size_t n>
+constexpr auto make_places_kept() {
+  std::array<std::array<std::uint8_t, n>, std::size_t{1} << n> places{};
+  for (std::size_t bits = 0; bits < places.size(); ++bits) {
+    std::size_t count = 0;
+    for (std::size_t lane = 0; lane < n; ++lane)
+      if ((bits >> lane & 1) != 0) places[bits][count++] = static_cast<std::uint8_t>(lane);
+  }
+  return places;
+}
+constexpr std::size_t few_lanes = lanes() < 16 ? lanes() : 1;
+constexpr auto places_kept = make_places_kept<few_lanes>();
+
+/// Moves lanes that a mask keeps to the front. Highway's Compress copies its table at each call (1.0.3, GCC),
+/// but needs none with AVX-512.
+class Compressor {
+ public:
+  explicit HWY_INLINE Compressor(hn::Mask<Ints> keep)
+      : keep_(keep), bits_(bits_of(ints, keep)), places_(places_of(bits_)) {}
+  template <class D>
+  HWY_INLINE void store(hn::Vec<D> numbers, D d, hn::TFromD<D>* to) const {
+    if constexpr (lanes() == 16) {
+      hn::StoreU(hn::Compress(numbers, hn::RebindMask(d, keep_)), d, to);
+    } else {
+      hn::StoreU(hn::TableLookupLanes(numbers, hn::IndicesFromVec(d, places_)), d, to);
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(std::popcount(bits_)); }
+
+ private:
+  static HWY_INLINE Int places_of(std::uint32_t bits) {
+    if constexpr (lanes() == 16) {
+      return hn::Zero(ints);
+    } else {
+      return hn::PromoteTo(ints, hn::LoadU(hn::Rebind<std::uint8_t, Ints>(), places_kept[bits].data()));
+    }
+  }
+  hn::Mask<Ints> keep_;
+  std::uint32_t bits_;
+  Int places_;
+};
+
 /// Negative where a number is not in [lower, upper].
 HWY_INLINE Int outside(Int number, Int lower, Int upper) {
   return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));
 }
 
 void filter(const PointRows& points, ClusterBlock& block) {
+  const Int first_places = hn::Iota(ints, 0);
   std::size_t count = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
     const ClusterBox& box = block.box[c];
@@ -93,21 +137,17 @@ void filter(const PointRows& points, ClusterBlock& block) {
         const Int y = hn::LoadU(ints, points.y + e);
         const Int z = hn::LoadU(ints, points.z + e);
         const Int name = hn::LoadU(ints, points.name + e);
-        const Int place = hn::Iota(ints, static_cast<std::int32_t>(e));
+        const Int place = hn::Add(first_places, hn::Set(ints, static_cast<std::int32_t>(e)));
         const Int beyond = hn::Sub(hn::Set(ints, static_cast<std::int32_t>(row.end - 1)), place);
         Int out = hn::Or(hn::Or(outside(x, x0, x1), outside(y, y0, y1)), outside(z, z0, z1));
         out = hn::Or(out, hn::Or(hn::And(name, skips_marked), beyond));
         const Int in = hn::AndNot(out, outside(name, own0, own1));
-        const auto keep = hn::MaskFromVec(hn::BroadcastSignBit(in));
-        const auto keep_floats = hn::RebindMask(floats, keep);
-        hn::StoreU(hn::Compress(place, keep), ints, block.candidate.data() + count);
-        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(x, x0)), keep_floats), floats,
-                   block.x.data() + count);
-        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(y, y0)), keep_floats), floats,
-                   block.y.data() + count);
-        hn::StoreU(hn::Compress(hn::ConvertTo(floats, hn::Sub(z, z0)), keep_floats), floats,
-                   block.z.data() + count);
-        count += hn::CountTrue(ints, keep);
+        const Compressor kept(hn::MaskFromVec(hn::BroadcastSignBit(in)));
+        kept.store(place, ints, block.candidate.data() + count);
+        kept.store(hn::ConvertTo(floats, hn::Sub(x, x0)), floats, block.x.data() + count);
+        kept.store(hn::ConvertTo(floats, hn::Sub(y, y0)), floats, block.y.data() + count);
+        kept.store(hn::ConvertTo(floats, hn::Sub(z, z0)), floats, block.z.data() + count);
+        count += kept.count();
       }
     }
   }
@@ -299,12 +339,18 @@ HWY_EXPORT(test);
 }  // namespace
 
 ClusterKernels cluster_kernels() {
-  return {[](auto... arguments) { HWY_DYNAMIC_DISPATCH(load)
-                                  (arguments...); },
-          [](const PointRows& points, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(filter)
-                                                             (points, block); },
-          [](ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(test)
-                                    (block); }};
+  return {[](auto... arguments) {
+            HWY_DYNAMIC_DISPATCH(load)
+            (arguments...);
+          },
+          [](const PointRows& points, ClusterBlock& block) {
+            HWY_DYNAMIC_DISPATCH(filter)
+            (points, block);
+          },
+          [](ClusterBlock& block) {
+            HWY_DYNAMIC_DISPATCH(test)
+            (block);
+          }};
 }
 
 }  // namespace palpate::simd

@@ -1,34 +1,20 @@
 // Every SIMD target this processor has, and the scalar twin, against plain loops of the standard library.
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 #include <set>
 #include <vector>
 
 #include "simd/key_changes.hpp"
 #include "simd/merge_events.hpp"
 #include "support/random.hpp"
+#include "support/simd_targets.hpp"
 
 namespace palpate {
 namespace {
 
 using ListChanges = decltype(&simd::list_changes);
 using MergeEvents = decltype(&simd::merge_events);
-
-/// Calls body(target name) with dispatch forced to each target in turn.
-void for_each_target(const std::function<void(const char*)>& body) {
-  const std::int64_t all = hwy::SupportedTargets();
-  for (std::int64_t left = all; left != 0; left &= left - 1) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    body(hwy::TargetName(target));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 void check_changes(ListChanges list_changes, const char* target) {
   test::Random random(3);
@@ -86,7 +72,7 @@ void check_merge(MergeEvents merge_events, const char* target) {
 
 TEST(SimdKernels, ListChanges) {
   int targets = 0;
-  for_each_target([&](const char* target) {
+  test::for_each_simd_target([&](const char* target) {
     ++targets;
     check_changes(simd::list_changes, target);
   });
@@ -95,7 +81,7 @@ TEST(SimdKernels, ListChanges) {
 }
 
 TEST(SimdKernels, MergeEvents) {
-  for_each_target([](const char* target) { check_merge(simd::merge_events, target); });
+  test::for_each_simd_target([](const char* target) { check_merge(simd::merge_events, target); });
   check_merge(simd::scalar::merge_events, "scalar twin");
 }
 

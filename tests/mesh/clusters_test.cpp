@@ -1,0 +1,93 @@
+// Clusters against what they promise: each tet in one of them, and limits, for boxes, balls, soups and
+// slivers.
+#include "mesh/clusters.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <set>
+#include <vector>
+
+#include "geometry/box.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+double longest_side(const Box& box) {
+  const Vec3 d = box.upper - box.lower;
+  return std::max({d.x, d.y, d.z});
+}
+
+Bodies many_bodies(std::uint64_t seed) {
+  test::Random random(seed);
+  Bodies bodies;
+  bodies.add("one tet", test::soup(1, [&] { return random.point(-1, 1); }));
+  bodies.add("box", test::box_mesh({7, 5, 3}, {0, 0, 0}, {7, 5, 1}));
+  bodies.add("strip", test::box_mesh({60, 1, 1}, {0, 0, 0}, {60, 1, 1}));
+  bodies.add("ball", test::ball_mesh(4, {1, 2, 3}, 0.5));
+  bodies.add("soup", test::soup(100, [&] { return random.point(-1, 1); }));
+  bodies.add("grid soup", test::soup(100, [&] { return random.grid_point(-2, 2, 1.0); }));
+  double size = 1.0;
+  Vec3 centre;
+  int corner = 0;
+  bodies.add("far apart", test::soup(50, [&] {
+               if (corner++ % 4 == 0) {
+                 size = random.uniform(0.001, 1.0);
+                 centre = random.point(-100, 100);
+               }
+               return centre + size * random.point(-1, 1);
+             }));
+  return bodies;
+}
+
+TEST(Clusters, EachTetIsInOneOfItsBodyAndLimitsHold) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Bodies bodies = many_bodies(seed);
+    const TetClusters all = make_clusters(bodies);
+    std::vector<int> seen(bodies.tets().size(), 0);
+    for (const TetCluster& cluster : all.clusters) {
+      ASSERT_GE(cluster.tets, 1);
+      ASSERT_LE(cluster.tets, TetCluster::most_tets);
+      ASSERT_LE(cluster.points, TetCluster::most_points);
+      const auto tets = all.tets_of(cluster);
+      const auto points = all.points_of(cluster);
+      EXPECT_TRUE(std::is_sorted(tets.begin(), tets.end()));
+      EXPECT_EQ(std::set<Index>(points.begin(), points.end()).size(), points.size()) << "each point once";
+      Box box;
+      double largest = 0.0;
+      std::set<Index> used;
+      for (std::size_t lane = 0; lane < TetCluster::most_tets; ++lane) {
+        const Index t = tets[lane < tets.size() ? lane : 0];
+        const Tet& tet = at(bodies.tets(), t);
+        for (std::size_t c = 0; c < 4; ++c) ASSERT_EQ(points[cluster.corners[c][lane]], tet[c]);
+        if (lane >= tets.size()) continue;
+        ++at(seen, t);
+        EXPECT_TRUE(at(bodies.bodies(), cluster.body).tets.contains(t));
+        used.insert(tet.begin(), tet.end());
+        const Box of_tet = box_of(bodies.points_rest(), tet);
+        box.extend(of_tet);
+        largest = std::max(largest, longest_side(of_tet));
+      }
+      EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that no tet uses";
+      EXPECT_LE(longest_side(box), most_cluster_extent * largest);
+    }
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+  }
+}
+
+TEST(Clusters, FillUpWhereTetsLieTogether) {
+  Bodies bodies;
+  bodies.add("box", test::box_mesh({20, 20, 10}, {0, 0, 0}, {2, 2, 1}));  // 24000 tets
+  const TetClusters all = make_clusters(bodies);
+  EXPECT_EQ(all.clusters.size(), 1500U);
+}
+
+TEST(Clusters, AreTheSameForTheSameBodies) {
+  const TetClusters a = make_clusters(many_bodies(3));
+  const TetClusters b = make_clusters(many_bodies(3));
+  EXPECT_EQ(a.tets, b.tets);
+  EXPECT_EQ(a.points, b.points);
+}
+
+}  // namespace
+}  // namespace palpate
