@@ -67,7 +67,6 @@ Competitor clustered(const std::string& name, const Setting& setting, int thread
     CompactGrid grid;
     ClusterQuery query;
     FixedPositions fixed;
-    std::vector<Box> scratch;
   };
   const auto state = std::make_shared<State>(setting, threads);
   return {name, [state, targets, &setting](std::span<const Vec3> positions) {
@@ -76,12 +75,9 @@ Competitor clustered(const std::string& name, const Setting& setting, int thread
               hwy::GetChosenTarget().Update(targets);
             }
             State& s = *state;
-            const Box bounds = bounds_of(s.threads, positions, setting.takes_part, s.scratch);
-            if (!setting.lattice.domain().contains(bounds.lower)) throw std::runtime_error("domain");
-            s.fixed.place(s.threads, setting.lattice, positions);
-            s.grid.build_points(s.threads, setting.lattice, positions.size(), [&](Index p) {
-              return std::optional(s.fixed.cell_of(at(s.fixed.points(), p)));
-            });
+            const std::optional<Box> bounds = s.fixed.place(s.threads, setting.lattice, positions);
+            if (!setting.lattice.domain().contains(bounds.value().lower)) throw std::runtime_error("domain");
+            s.grid.build_points(s.threads, setting.lattice, s.fixed);
             s.fixed.put_in_order(s.threads, s.grid.entries());
             s.query.find(s.threads, setting.scene.bodies, positions, setting.may_touch(), s.grid, s.fixed);
             if (targets != 0) {

@@ -141,7 +141,7 @@ class ClusterQuery::Work {
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                         std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
                         const FixedPositions& fixed) {
-  constexpr std::size_t grain = 4 * ClusterBlock::most_clusters;
+  constexpr std::size_t grain = ClusterBlock::most_clusters;
   const std::span<const TetCluster> clusters = clusters_.clusters;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
   lists_.fill(threads, clusters.size(), grain,

@@ -150,7 +150,10 @@ struct Detector::State {
 };
 
 void Detector::State::update_domain(std::span<const Vec3> positions) {
-  const Box bounds = bounds_of(threads, positions, in_a_tet, box_scratch);
+  // In the hope that last frame's domain will do.
+  std::optional<Box> placed;
+  if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(threads, lattice, positions);
+  const Box bounds = placed ? *placed : bounds_of(threads, positions, in_a_tet, box_scratch);
   if (cell_size.cell_size == 0.0) {
     cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size);
   }
@@ -159,6 +162,7 @@ void Detector::State::update_domain(std::span<const Vec3> positions) {
   new_domain = lattice.cell_size() == 0.0 || !domain.contains(bounds.lower) ||
                !domain.contains(bounds.upper) || too_large(domain, needed);
   if (new_domain) lattice = Lattice(needed, cell_size.cell_size);
+  if (clustered() && (new_domain || !placed)) fixed->place(threads, lattice, positions);
 }
 
 void Detector::State::count_movers(std::span<const Vec3> positions) {
@@ -174,16 +178,18 @@ void Detector::State::count_movers(std::span<const Vec3> positions) {
 
 void Detector::State::update_grid(std::span<const Vec3> positions) {
   update_domain(positions);
-  count_movers(positions);
   if (clustered()) {
     auto& grid = std::get<CompactGrid>(points);
-    fixed->place(threads, lattice, positions);
-    counts.sort = grid.build_points(threads, lattice, positions.size(), [&](Index p) {
-      return fixed->takes_part(p) ? std::optional(fixed->cell_of(at(fixed->points(), p))) : std::nullopt;
-    });
+    counts.sort = grid.build_points(threads, lattice, *fixed);
     fixed->put_in_order(threads, grid.entries());
+    if (grid.tells_cells_apart()) {
+      counts.movers = new_domain ? grid.entries().size() : grid.movers();
+    } else {
+      count_movers(positions);
+    }
     return;
   }
+  count_movers(positions);
   std::visit(
       [&](auto& structure) {
         const auto cell_of = [&](Index p) {

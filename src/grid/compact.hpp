@@ -10,6 +10,7 @@
 
 #include "grid/cell_index.hpp"
 #include "grid/entry.hpp"
+#include "grid/fixed_positions.hpp"
 #include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
@@ -58,6 +59,13 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
+  /// The same for fixed positions, at the cells that they have in the lattice.
+  Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
+  /// Points whose key changed in the last build_points(); all of the first.
+  [[nodiscard]] std::size_t movers() const { return movers_; }
+  /// Whether each key is one cell.
+  [[nodiscard]] bool tells_cells_apart() const { return key_shift_ == 0; }
+
   /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
   /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
   /// O(entries).
@@ -87,6 +95,7 @@ class CompactGrid {
   };
 
   void choose_shifts(std::size_t primitives);
+  Sort sort_points(const parallel::Threads& threads);  ///< by keys_
   void sort_entries(const parallel::Threads& threads, std::uint32_t largest_key);
   void index_entries(const parallel::Threads& threads);  ///< derives C
   [[nodiscard]] std::uint32_t key_of(std::uint64_t index) const {
@@ -121,6 +130,7 @@ class CompactGrid {
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
   std::vector<std::uint32_t> keys_;  ///< of points
+  std::size_t movers_ = 0;
   Sort sort_;
   PointSort point_sort_;
   RadixSort radix_sort_;
@@ -174,12 +184,7 @@ Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& 
     const std::optional<Cell> cell = cell_of(static_cast<Index>(p));
     keys_[p] = cell ? key_of(index_(*cell)) : no_key;
   });
-  // Where a start serves one key, sorting and C go together.
-  std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
-  const PointSort::Result result =
-      point_sort_.update(threads, keys_, key_of(index_.last()) + 1, entries_, starts);
-  if (starts == nullptr) index_entries(threads);
-  return result.used;
+  return sort_points(threads);
 }
 
 template <class Visit>

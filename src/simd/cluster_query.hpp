@@ -5,23 +5,11 @@
 #include <cstdint>
 #include <span>
 
+#include "simd/fixed_points.hpp"
 #include "simd/tet_cluster.hpp"
 
-/// The phases of the clustered query that work on many numbers at a time (docs/query.md). Coordinates are
-/// fixed-point numbers below 2^31 that count parts of a cell from the corner of the domain.
+/// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
-
-/// A point, and its name: its index, with `marked` in the name of those that clusters can leave out.
-struct alignas(16) FixedPoint {
-  std::int32_t x;
-  std::int32_t y;
-  std::int32_t z;
-  std::int32_t name;
-};
-inline constexpr std::uint32_t marked = std::uint32_t{1} << 31;
-constexpr std::int32_t index_of_name(std::int32_t name) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
-}
 
 /// Points in the order of their cells, as arrays of numbers. Each has `row_padding` places beyond its end.
 struct PointRows {
