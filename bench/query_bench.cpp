@@ -4,7 +4,9 @@
 //
 // Usage: palpate_bench_query JSON [SCENE...]   (SCENE: a part of a scene's name; default: all)
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -189,7 +191,10 @@ int measure(const std::string& file, const std::vector<std::string>& wanted) {
     const auto named = [&](const std::string& part) { return scene.name.find(part) != std::string::npos; };
     if (!wanted.empty() && std::none_of(wanted.begin(), wanted.end(), named)) continue;
     report["scenes"].push_back(run(scene));
-    std::cerr << report["scenes"].back().dump(1) << '\n';
+    std::array<double, 1> load{};
+    getloadavg(load.data(), 1);
+    report["load"].push_back(load[0]);
+    std::cerr << scene.name << ": done\n";
     std::ofstream(file) << report.dump(1) << '\n';
   }
   return 0;

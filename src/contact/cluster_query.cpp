@@ -1,6 +1,7 @@
 #include "contact/cluster_query.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <memory>
 
@@ -11,6 +12,20 @@ namespace palpate {
 
 using simd::ClusterBlock;
 using simd::ClusterBox;
+
+namespace {
+
+/// Points beyond which memory is asked for ahead of its use: fewer stay in the cache of a core anyway.
+constexpr std::size_t most_in_cache = 16384;
+
+/// Asks for a line of memory that the next phase needs; changes nothing else.
+void prefetch([[maybe_unused]] const void* address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(address);
+#endif
+}
+
+}  // namespace
 
 /// A chunk of clusters, block by block.
 class ClusterQuery::Work {
@@ -24,6 +39,8 @@ class ClusterQuery::Work {
         may_touch_(may_touch),
         grid_(grid),
         fixed_(fixed),
+        points_in_order_(fixed.rows()),
+        asks_ahead_(positions.size() > most_in_cache),
         found_(found) {}
 
   void run(std::span<const TetCluster> clusters) {
@@ -32,15 +49,35 @@ class ClusterQuery::Work {
       block_.clusters = n;
       for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
       query_.kernels_.load(fixed_.points(), query_.clusters_.points, block_);
-      for (std::size_t c = 0; c < n; ++c) set_names(clusters[c], block_.box[c]);
+      clusters = clusters.subspan(n);
+      prepare(n);
+      prefetch_corners(clusters);
       look_up(n);
       finish(n);
-      clusters = clusters.subspan(n);
     }
   }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
 
  private:
+  void prepare(std::size_t n) {
+    for (std::size_t c = 0; c < n; ++c) {
+      const ClusterBox& box = block_.box[c];
+      cells_[c] = {fixed_.cell_of(box.lower), fixed_.cell_of(box.upper)};
+      if (asks_ahead_) {
+        grid_.prefetch_rows(cells_[c]);
+        prefetch(query_.clusters_.tets.data() + block_.cluster[c]->first_tet);
+      }
+      set_names(*block_.cluster[c], block_.box[c]);
+    }
+  }
+
+  /// Of the next block.
+  void prefetch_corners(std::span<const TetCluster> clusters) const {
+    if (!asks_ahead_) return;
+    for (const TetCluster& cluster : clusters.first(std::min(clusters.size(), ClusterBlock::most_clusters)))
+      for (const Index point : query_.clusters_.points_of(cluster)) prefetch(&at(fixed_.points(), point));
+  }
+
   /// Which points in its box a cluster leaves out: those of its own body, and those of immovable bodies.
   void set_names(const TetCluster& cluster, ClusterBox& box) const {
     const bool immovable = at(may_touch_.immovable, cluster.body) != 0;
@@ -58,9 +95,8 @@ class ClusterQuery::Work {
     rows_ = 0;
     for (std::size_t c = 0; c < n; ++c) {
       block_.first_row[c] = static_cast<std::uint32_t>(rows_);
-      const ClusterBox& box = block_.box[c];
-      const CellRange cells{fixed_.cell_of(box.lower), fixed_.cell_of(box.upper)};
-      grid_.for_each_interval(cells, [&](std::uint32_t begin, std::uint32_t end) { add_row(c, begin, end); });
+      grid_.for_each_interval(cells_[c],
+                              [&](std::uint32_t begin, std::uint32_t end) { add_row(c, begin, end); });
     }
     block_.first_row[n] = static_cast<std::uint32_t>(rows_);
   }
@@ -75,6 +111,12 @@ class ClusterQuery::Work {
     }
     // An empty row is overwritten by the next: cheaper than to ask.
     block_.rows[rows_] = {begin, end};
+    if (asks_ahead_) {
+      prefetch(points_in_order_.x + begin);
+      prefetch(points_in_order_.y + begin);
+      prefetch(points_in_order_.z + begin);
+      prefetch(points_in_order_.name + begin);
+    }
     rows_ += begin < end ? 1 : 0;
     points_ += end - begin;
   }
@@ -91,8 +133,8 @@ class ClusterQuery::Work {
   }
 
   void finish(std::size_t n) {
-    query_.kernels_.filter(fixed_.rows(), block_);
-    query_.kernels_.test(block_);
+    query_.kernels_.filter(points_in_order_, block_);
+    query_.kernels_.test(points_in_order_, block_);
     for (std::size_t c = 0; c < n; ++c) {
       const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
       tally_.candidates += std::size_t{candidates} * block_.cluster[c]->tets;
@@ -102,23 +144,24 @@ class ClusterQuery::Work {
 
   void take(const ClusterBlock::Hit& hit) {
     const TetCluster& cluster = *block_.cluster[hit.cluster];
-    const Index point = simd::index_of_name(fixed_.rows().name[hit.entry]);
-    const Index own = at(bodies_.body_of_point(), point);
+    const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
+    const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
     const std::span<const Index> tets = query_.clusters_.tets_of(cluster);
     for (std::uint32_t left = hit.tets & 0xFFFFU; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const bool surely = (hit.tets >> 16 >> lane & 1) != 0;
-      add({point, tets[lane]}, own, cluster.body, surely);
+      add({point, tets[lane]}, own, surely);
     }
   }
 
-  void add(const PointInTet& pair, Index own, Index body, bool surely) {
+  /// \param own  whether the point is of the tet's body
+  void add(const PointInTet& pair, bool own, bool surely) {
     const Tet& tet = at(bodies_.tets(), pair.tet);
-    if (own == body && !may_touch_(own, body, pair.point, tet)) return;
+    if (own && std::find(tet.begin(), tet.end(), pair.point) != tet.end()) return;
     if (!surely && !point_in_tet(at(positions_, pair.point), at(positions_, tet[0]), at(positions_, tet[1]),
                                  at(positions_, tet[2]), at(positions_, tet[3])))
       return;
-    if (own == body && is_fold(bodies_, positions_, pair.point, pair.tet)) {
+    if (own && is_fold(bodies_, positions_, pair.point, pair.tet)) {
       ++tally_.folded_pairs;
     } else {
       found_.push_back(pair);
@@ -131,10 +174,13 @@ class ClusterQuery::Work {
   const PairFilter& may_touch_;
   const CompactGrid& grid_;
   const FixedPositions& fixed_;
+  simd::PointRows points_in_order_;
+  bool asks_ahead_;
   std::vector<PointInTet>& found_;
   QueryTally tally_;
   std::size_t rows_ = 0;
   std::size_t points_ = 0;
+  std::array<CellRange, ClusterBlock::most_clusters> cells_;
   ClusterBlock block_;
 };
 

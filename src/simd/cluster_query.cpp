@@ -22,8 +22,8 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
 void filter(const PointRows& points, ClusterBlock& block) {
   scalar::cluster_kernels().filter(points, block);
 }
-void test(ClusterBlock& block) {
-  scalar::cluster_kernels().test(block);
+void test(const PointRows& points, ClusterBlock& block) {
+  scalar::cluster_kernels().test(points, block);
 }
 #else
 namespace hn = hwy::HWY_NAMESPACE;
@@ -81,34 +81,19 @@ constexpr auto make_places_kept() {
 constexpr std::size_t few_lanes = lanes() < 16 ? lanes() : 1;
 constexpr auto places_kept = make_places_kept<few_lanes>();
 
-/// Moves lanes that a mask keeps to the front. Highway's Compress copies its table at each call (1.0.3, GCC),
-/// but needs none with AVX-512.
-class Compressor {
- public:
-  explicit HWY_INLINE Compressor(hn::Mask<Ints> keep)
-      : keep_(keep), bits_(bits_of(ints, keep)), places_(places_of(bits_)) {}
-  template <class D>
-  HWY_INLINE void store(hn::Vec<D> numbers, D d, hn::TFromD<D>* to) const {
-    if constexpr (lanes() == 16) {
-      hn::StoreU(hn::Compress(numbers, hn::RebindMask(d, keep_)), d, to);
-    } else {
-      hn::StoreU(hn::TableLookupLanes(numbers, hn::IndicesFromVec(d, places_)), d, to);
-    }
+/// Stores the lanes that a mask keeps, one after the other, and whatever behind them; returns how many.
+/// Highway's Compress copies its table at each call (1.0.3, GCC), but needs none with AVX-512.
+HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t* to) {
+  const std::uint32_t bits = bits_of(ints, keep);
+  if constexpr (lanes() == 16) {
+    hn::StoreU(hn::Compress(numbers, keep), ints, to);
+  } else {
+    const hn::Rebind<std::uint8_t, Ints> bytes;
+    const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, places_kept[bits].data()));
+    hn::StoreU(hn::TableLookupLanes(numbers, hn::IndicesFromVec(ints, places)), ints, to);
   }
-  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(std::popcount(bits_)); }
-
- private:
-  static HWY_INLINE Int places_of(std::uint32_t bits) {
-    if constexpr (lanes() == 16) {
-      return hn::Zero(ints);
-    } else {
-      return hn::PromoteTo(ints, hn::LoadU(hn::Rebind<std::uint8_t, Ints>(), places_kept[bits].data()));
-    }
-  }
-  hn::Mask<Ints> keep_;
-  std::uint32_t bits_;
-  Int places_;
-};
+  return static_cast<std::size_t>(std::popcount(bits));
+}
 
 /// Negative where a number is not in [lower, upper].
 HWY_INLINE Int outside(Int number, Int lower, Int upper) {
@@ -142,12 +127,8 @@ void filter(const PointRows& points, ClusterBlock& block) {
         Int out = hn::Or(hn::Or(outside(x, x0, x1), outside(y, y0, y1)), outside(z, z0, z1));
         out = hn::Or(out, hn::Or(hn::And(name, skips_marked), beyond));
         const Int in = hn::AndNot(out, outside(name, own0, own1));
-        const Compressor kept(hn::MaskFromVec(hn::BroadcastSignBit(in)));
-        kept.store(place, ints, block.candidate.data() + count);
-        kept.store(hn::ConvertTo(floats, hn::Sub(x, x0)), floats, block.x.data() + count);
-        kept.store(hn::ConvertTo(floats, hn::Sub(y, y0)), floats, block.y.data() + count);
-        kept.store(hn::ConvertTo(floats, hn::Sub(z, z0)), floats, block.z.data() + count);
-        count += kept.count();
+        const auto keep = hn::MaskFromVec(hn::BroadcastSignBit(in));
+        count += store_kept(place, keep, block.candidate.data() + count);
       }
     }
   }
@@ -178,10 +159,6 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
 HWY_INLINE Float dot(const Vector& a, const Vector& b) {
   return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
 }
-HWY_INLINE Float longest(Float so_far, const Vector& a) {
-  return hn::Max(so_far, hn::Max(hn::Abs(a.x), hn::Max(hn::Abs(a.y), hn::Abs(a.z))));
-}
-
 /// Corners of a cluster as arrays of numbers, from the corner of its box.
 struct Corners {
   alignas(64) std::array<float, TetCluster::most_points> x;
@@ -222,22 +199,13 @@ HWY_INLINE Vector corner_of(const Corners& corners, const TetCluster& cluster, s
   return {pick(corners.x, places), pick(corners.y, places), pick(corners.z, places)};
 }
 
-HWY_INLINE Float bound_of(const VolumeBound& constants, Float edge) {
-  const auto set = [](float x) { return hn::Set(floats, x); };
-  const Float difference = hn::MulAdd(set(VolumeBound::per_edge), edge, set(constants.twice_coordinate));
-  const Float area = hn::Mul(edge, edge);
-  const Float mixed = hn::Mul(difference, hn::MulAdd(set(4.0F), edge, hn::Add(difference, difference)));
-  const Float normal = hn::MulAdd(set(VolumeBound::per_product), area, mixed);
-  return hn::MulAdd(set(constants.scale), normal, hn::Mul(set(constants.per_area), area));
-}
-
 HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& planes) {
   Corners corners;
   spread_out(block, c, corners);
   const ClusterBox& box = block.box[c];
   const std::int32_t extent =
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
-  const VolumeBound constants(static_cast<float>(extent));
+  const Float bound = hn::Set(floats, volume_bound(static_cast<float>(extent)));
   for (std::size_t lane = 0; lane < TetCluster::most_tets; lane += lanes()) {
     const TetCluster& cluster = *block.cluster[c];
     const Vector a = corner_of(corners, cluster, 0, lane);
@@ -251,9 +219,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& pl
     const Vector ac = difference(cc, a);
     // The signs that the predicates have: of the tet with one corner replaced.
     const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
-    const Float edge = longest(longest(longest(longest(longest(hn::Zero(floats), da), db), dc), ab), ac);
     const Float volume = dot(normal[0], da);
-    const Float bound = bound_of(constants, edge);
     const auto sure = hn::Gt(hn::Abs(volume), bound);
     const Float infinite = hn::Set(floats, std::numeric_limits<float>::infinity());
     hn::Store(hn::IfThenElse(sure, bound, infinite), floats, planes.bound.data() + lane);
@@ -284,26 +250,47 @@ struct Plane {
   }
 };
 
-/// Tets [lane, lane + lanes()) against candidates [begin, end): ors their bits into `tets`.
-HWY_INLINE void test_lanes(const ClusterBlock& block, const Planes& planes, std::size_t lane,
-                           std::size_t begin, std::size_t end, std::uint32_t* tets) {
-  const Plane a(planes, 0, lane);
-  const Plane b(planes, 1, lane);
-  const Plane c(planes, 2, lane);
-  const Plane d(planes, 3, lane);
-  const Float bound = hn::Load(floats, planes.bound.data() + lane);
-  const Float no_less = hn::Neg(bound);
-  for (std::size_t i = begin; i < end; ++i) {
-    const Vector p{hn::Set(floats, block.x[i]), hn::Set(floats, block.y[i]), hn::Set(floats, block.z[i])};
-    const Float least = hn::Min(hn::Min(a(p), b(p)), hn::Min(c(p), d(p)));
-    const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less));
-    const std::uint32_t surely = bits_of(floats, hn::Gt(least, bound));
-    const std::uint32_t found = (may | surely << 16) << lane;
-    tets[i - begin] = lane == 0 ? found : tets[i - begin] | found;
-  }
-}
+/// Puts candidates of a cluster into the half spaces of the tets in the lanes from `lane` on.
+class Test {
+ public:
+  Test(const PointRows& points, const FixedPoint& origin, const Planes& planes, std::size_t lane)
+      : points_(points),
+        x_(hn::Set(ints, origin.x)),
+        y_(hn::Set(ints, origin.y)),
+        z_(hn::Set(ints, origin.z)),
+        a_(planes, 0, lane),
+        b_(planes, 1, lane),
+        c_(planes, 2, lane),
+        d_(planes, 3, lane),
+        bound_(hn::Load(floats, planes.bound.data() + lane)),
+        no_less_(hn::Neg(bound_)) {}
 
-void test(ClusterBlock& block) {
+  /// Bits of the tets that may contain a candidate, and << 16 of those that surely do.
+  [[nodiscard]] HWY_INLINE std::uint32_t operator()(std::int32_t candidate) const {
+    const Vector p{from(points_.x, candidate, x_), from(points_.y, candidate, y_),
+                   from(points_.z, candidate, z_)};
+    const Float least = hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
+    const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less_));
+    return may | bits_of(floats, hn::Gt(least, bound_)) << 16;
+  }
+
+ private:
+  static HWY_INLINE Float from(const std::int32_t* numbers, std::int32_t candidate, Int origin) {
+    return hn::ConvertTo(floats, hn::Sub(hn::Set(ints, numbers[candidate]), origin));
+  }
+  const PointRows& points_;
+  Int x_;
+  Int y_;
+  Int z_;
+  Plane a_;
+  Plane b_;
+  Plane c_;
+  Plane d_;
+  Float bound_;
+  Float no_less_;
+};
+
+void test(const PointRows& points, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets;
   std::size_t hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -312,13 +299,24 @@ void test(ClusterBlock& block) {
     if (begin == end) continue;
     Planes planes;
     make_planes(block, c, planes);
-    for (std::size_t lane = 0; lane < TetCluster::most_tets; lane += lanes())
-      test_lanes(block, planes, lane, begin, end, tets.data());
-    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->tets) - 1) * 0x10001U;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const std::uint32_t found = tets[i - begin] & used;
+    const auto take = [&](std::uint32_t i, std::uint32_t found) {
       block.hit[hits] = {block.candidate[i], static_cast<std::uint32_t>(c), found};
       hits += found != 0 ? 1 : 0;
+    };
+    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->tets) - 1) * 0x10001U;
+    // All lanes but the last ones leave their bits to those.
+    constexpr std::size_t last = TetCluster::most_tets - lanes();
+    for (std::size_t lane = 0; lane < last; lane += lanes()) {
+      const Test test_lanes(points, block.box[c].lower, planes, lane);
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const std::uint32_t found = test_lanes(block.candidate[i]) << lane;
+        tets[i] = lane == 0 ? found : tets[i] | found;
+      }
+    }
+    const Test test_last(points, block.box[c].lower, planes, last);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t found = test_last(block.candidate[i]) << last;
+      take(i, (last == 0 ? found : tets[i] | found) & used);
     }
   }
   block.hits = hits;
@@ -339,18 +337,15 @@ HWY_EXPORT(test);
 }  // namespace
 
 ClusterKernels cluster_kernels() {
-  return {[](auto... arguments) {
-            HWY_DYNAMIC_DISPATCH(load)
-            (arguments...);
-          },
-          [](const PointRows& points, ClusterBlock& block) {
-            HWY_DYNAMIC_DISPATCH(filter)
-            (points, block);
-          },
-          [](ClusterBlock& block) {
-            HWY_DYNAMIC_DISPATCH(test)
-            (block);
-          }};
+  return {
+      [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
+        HWY_DYNAMIC_DISPATCH(load)(points, lists, block);
+      },
+      [](const PointRows& points, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(filter)
+                                                         (points, block); },
+      [](const PointRows& points, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(test)
+                                                         (points, block); },
+  };
 }
 
 }  // namespace palpate::simd

@@ -56,9 +56,6 @@ struct ClusterBlock {
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
   std::array<std::int32_t, most_points + padding> candidate;  ///< entries of PointRows
-  std::array<float, most_points + padding> x;                 ///< of candidates, from the corner of the box
-  std::array<float, most_points + padding> y;
-  std::array<float, most_points + padding> z;
   std::size_t hits = 0;
   std::array<Hit, most_points + 1> hit;
 };
@@ -74,7 +71,7 @@ struct ClusterKernels {
   void (*filter)(const PointRows& points, ClusterBlock& block);
   /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
   /// out is outside by exact arithmetic, and what it is sure of is inside.
-  void (*test)(ClusterBlock& block);
+  void (*test)(const PointRows& points, ClusterBlock& block);
 };
 
 /// With the best SIMD target of this processor.
@@ -84,25 +81,16 @@ namespace scalar {
 ClusterKernels cluster_kernels();
 }  // namespace scalar
 
-/// Constants of the bound of the error of the volumes that `test` compares with zero, for one cluster
-/// (docs/query.md):
-///   difference = 2 coordinate + per_edge edge
-///   normal     = 4 edge difference + 2 difference^2 + per_product edge^2
-///   bound      = scale normal + per_area edge^2
-/// where `edge` is the longest component of the edges of a tet, as computed.
-struct VolumeBound {
-  static constexpr float half_ulp = 0x1p-24F;
-  static constexpr float slack = 1.001F;  ///< for the rounding of the bound itself
-  static constexpr float per_edge = 1.01F * half_ulp;
-  static constexpr float per_product = 4.1F * half_ulp;
-  float twice_coordinate;
-  float scale;
-  float per_area;
-  /// \param extent  longest side of the cluster's box
-  explicit VolumeBound(float extent)
-      : twice_coordinate(2.0F * (0.51F + half_ulp * extent)),
-        scale(slack * 3.1F * (extent + 1.1F)),
-        per_area(slack * (6.05F * twice_coordinate + 54.0F * half_ulp * extent)) {}
-};
+/// Bound of the error of the volumes that `test` compares with zero, for all tets of a cluster
+/// (docs/query.md). \param extent  longest side of the cluster's box
+inline float volume_bound(float extent) {
+  constexpr float u = 0x1p-24F;
+  constexpr float slack = 1.001F;  // for the rounding of the bound itself
+  const float coordinate = 0.51F + u * extent;
+  const float edge = 2.0F * coordinate + 1.01F * u * extent;
+  const float normal = 4.0F * extent * edge + 2.0F * edge * edge + 4.1F * u * extent * extent;
+  return slack *
+         (3.1F * normal * (extent + 1.1F) + (12.1F * coordinate + 54.0F * u * extent) * extent * extent);
+}
 
 }  // namespace palpate::simd

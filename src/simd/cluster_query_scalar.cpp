@@ -39,11 +39,7 @@ void filter(const PointRows& points, ClusterBlock& block) {
                         within(points.z[e], lower.z, upper.z) && !within(name, lower.name, upper.name) &&
                         (name & skips_marked) >= 0;
         if (!in) continue;
-        block.candidate[count] = static_cast<std::int32_t>(e);
-        block.x[count] = static_cast<float>(points.x[e] - lower.x);
-        block.y[count] = static_cast<float>(points.y[e] - lower.y);
-        block.z[count] = static_cast<float>(points.z[e] - lower.z);
-        ++count;
+        block.candidate[count++] = static_cast<std::int32_t>(e);
       }
     }
   }
@@ -68,22 +64,16 @@ struct Planes {
   float bound;
 };
 
-Planes planes_of(const std::array<Vector, 4>& corner, const VolumeBound& constants) {
+Planes planes_of(const std::array<Vector, 4>& corner, float bound) {
   const auto& [a, b, c, d] = corner;
   const Vector da = difference(a, d);
   const Vector db = difference(b, d);
   const Vector dc = difference(c, d);
   const Vector ab = difference(b, a);
   const Vector ac = difference(c, a);
-  Planes planes{{cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)}, {}, 0.0F};
-  float edge = 0.0F;
-  for (const Vector& e : {da, db, dc, ab, ac})
-    for (const float x : e) edge = std::max(edge, std::abs(x));
-  const float error = constants.twice_coordinate + VolumeBound::per_edge * edge;
-  const float normal = 4.0F * edge * error + 2.0F * error * error + VolumeBound::per_product * edge * edge;
-  planes.bound = constants.scale * normal + constants.per_area * edge * edge;
+  Planes planes{{cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)}, {}, bound};
   const float volume = dot(planes.normal[0], da);
-  if (!(std::abs(volume) > planes.bound)) planes.bound = std::numeric_limits<float>::infinity();
+  if (!(std::abs(volume) > bound)) planes.bound = std::numeric_limits<float>::infinity();
   for (std::size_t face = 0; face < 4; ++face) {
     Vector& n = planes.normal[face];
     if (volume < 0.0F) n = {-n[0], -n[1], -n[2]};
@@ -92,33 +82,39 @@ Planes planes_of(const std::array<Vector, 4>& corner, const VolumeBound& constan
   return planes;
 }
 
-void test_tet(ClusterBlock& block, std::size_t c, std::size_t tet, std::uint32_t* tets) {
+Vector from_corner(const ClusterBox& box, std::int32_t x, std::int32_t y, std::int32_t z) {
+  return {static_cast<float>(x - box.lower.x), static_cast<float>(y - box.lower.y),
+          static_cast<float>(z - box.lower.z)};
+}
+
+void test_tet(const PointRows& points, const ClusterBlock& block, std::size_t c, std::size_t tet,
+              std::uint32_t* tets) {
   const ClusterBox& box = block.box[c];
   const std::int32_t extent =
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
   std::array<Vector, 4> corner;
   for (std::size_t k = 0; k < 4; ++k) {
     const FixedPoint& p = block.corners[c][block.cluster[c]->corners[k][tet]];
-    corner[k] = {static_cast<float>(p.x - box.lower.x), static_cast<float>(p.y - box.lower.y),
-                 static_cast<float>(p.z - box.lower.z)};
+    corner[k] = from_corner(box, p.x, p.y, p.z);
   }
-  const Planes planes = planes_of(corner, VolumeBound(static_cast<float>(extent)));
+  const Planes planes = planes_of(corner, volume_bound(static_cast<float>(extent)));
   for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
+    const auto e = static_cast<std::size_t>(block.candidate[i]);
+    const Vector p = from_corner(box, points.x[e], points.y[e], points.z[e]);
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t face = 0; face < 4; ++face)
-      least = std::min(least,
-                       dot(planes.normal[face], {block.x[i], block.y[i], block.z[i]}) + planes.offset[face]);
+      least = std::min(least, dot(planes.normal[face], p) + planes.offset[face]);
     const std::uint32_t may = least >= -planes.bound ? 1 : 0;
     const std::uint32_t surely = least > planes.bound ? 1 : 0;
     tets[i] |= (may | surely << 16) << tet;
   }
 }
 
-void test(ClusterBlock& block) {
+void test(const PointRows& points, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets{};
   block.hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    for (std::size_t t = 0; t < block.cluster[c]->tets; ++t) test_tet(block, c, t, tets.data());
+    for (std::size_t t = 0; t < block.cluster[c]->tets; ++t) test_tet(points, block, c, t, tets.data());
     for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
       if (tets[i] != 0)
         block.hit[block.hits++] = {block.candidate[i], static_cast<std::uint32_t>(c), tets[i]};
