@@ -132,6 +132,8 @@ class CompactGrid {
     visit(interval.begin, interval.end);
   }
   template <class Visit>
+  void visit_rows(const CellRange& range, Visit&& visit) const;
+  template <class Visit>
   void visit_linear(const CellRange& range, Visit&& visit) const;
   template <class Visit>
   void visit_z(const CellRange& blocks, Visit&& visit) const;
@@ -224,7 +226,9 @@ void CompactGrid::for_each_interval(const CellRange& range, Visit&& visit) const
   if (entries_.empty()) return;
   if (looks_at_entries(range))
     return visit_keys(key_of(index_(range.lower)), key_of(index_(range.upper)), visit);
-  if (index_.order() == Order::linear) return visit_linear(range, visit);
+  if (index_.order() == Order::linear) {
+    return key_shift_ + start_shift_ == 0 ? visit_rows(range, visit) : visit_linear(range, visit);
+  }
   visit_z(blocks_of(range), visit);
 }
 
@@ -239,6 +243,19 @@ inline CellRange CompactGrid::blocks_of(CellRange range) const {
 inline bool CompactGrid::looks_at_entries(const CellRange& range) const {
   if (index_.order() == Order::linear) return range.along(1) * range.along(2) > entries_.size();
   return blocks_of(range).count() > entries_.size();
+}
+
+/// Where each cell has its own start, a row needs two of them and nothing else.
+template <class Visit>
+void CompactGrid::visit_rows(const CellRange& range, Visit&& visit) const {
+  const auto length = static_cast<std::size_t>(range.along(0));
+  for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k) {
+    const std::uint32_t* start = &cell_begin_[index_({range.lower[0], range.lower[1], k})];
+    for (std::int32_t j = range.lower[1]; j <= range.upper[1]; ++j) {
+      visit(start[0], start[length]);
+      start += index_.part(1, 1);
+    }
+  }
 }
 
 /// A row of cells along x is one interval of L. Rows ascend, so a key that two of them share is left out of
