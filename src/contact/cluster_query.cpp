@@ -43,7 +43,7 @@ class ClusterQuery::Work {
         asks_ahead_(positions.size() > most_in_cache),
         found_(found) {}
 
-  void run(std::span<const TetCluster> clusters) {
+  void run(std::span<const Cluster> clusters) {
     while (!clusters.empty()) {
       const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
       block_.clusters = n;
@@ -65,21 +65,21 @@ class ClusterQuery::Work {
       cells_[c] = {fixed_.cell_of(box.lower), fixed_.cell_of(box.upper)};
       if (asks_ahead_) {
         grid_.prefetch_rows(cells_[c]);
-        prefetch(query_.clusters_.tets.data() + block_.cluster[c]->first_tet);
+        prefetch(query_.clusters_.primitives.data() + block_.cluster[c]->first);
       }
       set_names(*block_.cluster[c], block_.box[c]);
     }
   }
 
   /// Of the next block.
-  void prefetch_corners(std::span<const TetCluster> clusters) const {
+  void prefetch_corners(std::span<const Cluster> clusters) const {
     if (!asks_ahead_) return;
-    for (const TetCluster& cluster : clusters.first(std::min(clusters.size(), ClusterBlock::most_clusters)))
+    for (const Cluster& cluster : clusters.first(std::min(clusters.size(), ClusterBlock::most_clusters)))
       for (const Index point : query_.clusters_.points_of(cluster)) prefetch(&at(fixed_.points(), point));
   }
 
   /// Which points in its box a cluster leaves out: those of its own body, and those of immovable bodies.
-  void set_names(const TetCluster& cluster, ClusterBox& box) const {
+  void set_names(const Cluster& cluster, ClusterBox& box) const {
     const bool immovable = at(may_touch_.immovable, cluster.body) != 0;
     const bool itself = at(may_touch_.self_collision, cluster.body) != 0;
     const Range own = itself ? Range{0, 0} : at(bodies_.bodies(), cluster.body).points;
@@ -137,16 +137,16 @@ class ClusterQuery::Work {
     query_.kernels_.test(points_in_order_, block_);
     for (std::size_t c = 0; c < n; ++c) {
       const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
-      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->tets;
+      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->size;
     }
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
   }
 
   void take(const ClusterBlock::Hit& hit) {
-    const TetCluster& cluster = *block_.cluster[hit.cluster];
+    const Cluster& cluster = *block_.cluster[hit.cluster];
     const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
     const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
-    const std::span<const Index> tets = query_.clusters_.tets_of(cluster);
+    const std::span<const Index> tets = query_.clusters_.primitives_of(cluster);
     for (std::uint32_t left = hit.tets & 0xFFFFU; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const bool surely = (hit.tets >> 16 >> lane & 1) != 0;
@@ -188,7 +188,7 @@ void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                         std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
                         const FixedPositions& fixed) {
   constexpr std::size_t grain = ClusterBlock::most_clusters;
-  const std::span<const TetCluster> clusters = clusters_.clusters;
+  const std::span<const Cluster> clusters = clusters_.clusters;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
   lists_.fill(threads, clusters.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {

@@ -22,7 +22,7 @@ namespace palpate {
 class ClusterQuery {
  public:
   explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())
-      : clusters_(make_clusters(bodies)), kernels_(kernels) {}
+      : clusters_(make_tet_clusters(bodies)), kernels_(kernels) {}
 
   /// \param grid   holds the points of `fixed`, which has their positions in the order of its L
   /// \param fixed  marks the points of immovable bodies
@@ -33,12 +33,12 @@ class ClusterQuery {
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
   /// A candidate is a pair of a point in the box of a cluster and one of its tets; corners of the tet count.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
-  [[nodiscard]] const TetClusters& clusters() const { return clusters_; }
+  [[nodiscard]] const Clusters& clusters() const { return clusters_; }
 
  private:
   class Work;
 
-  TetClusters clusters_;
+  Clusters clusters_;
   simd::ClusterKernels kernels_;
   parallel::ChunkedList<PointInTet> lists_;
   std::vector<PointInTet> found_;

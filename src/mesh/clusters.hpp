@@ -5,29 +5,31 @@
 
 #include <palpate/mesh.hpp>
 
-#include "simd/tet_cluster.hpp"
+#include "simd/cluster.hpp"
 
 namespace palpate {
 
-/// All tets, in clusters of one body each.
-struct TetClusters {
-  std::vector<TetCluster> clusters;  ///< bodies ascend; within one, neighbours follow each other
-  std::vector<Index> tets;           ///< (n_tets): the tets of each cluster, ascending within it
-  std::vector<Index> points;         ///< the points of each cluster, ascending within it
-  [[nodiscard]] std::span<const Index> tets_of(const TetCluster& cluster) const {
-    return std::span(tets).subspan(static_cast<std::size_t>(cluster.first_tet), cluster.tets);
+/// All tets, or all surface triangles, in clusters of one body each.
+struct Clusters {
+  std::vector<Cluster> clusters;  ///< bodies ascend; within one, neighbours follow each other
+  std::vector<Index> primitives;  ///< (n_tets or n_triangles): those of each cluster, ascending within it
+  std::vector<Index> points;      ///< the points of each cluster, ascending within it
+  [[nodiscard]] std::span<const Index> primitives_of(const Cluster& cluster) const {
+    return std::span(primitives).subspan(static_cast<std::size_t>(cluster.first), cluster.size);
   }
-  [[nodiscard]] std::span<const Index> points_of(const TetCluster& cluster) const {
+  [[nodiscard]] std::span<const Index> points_of(const Cluster& cluster) const {
     return std::span(points).subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
   }
 };
 
-/// A cluster's box is at most this many times as long as the box of its largest tet.
+/// A cluster's box is at most this many times as long as the box of its largest primitive.
 inline constexpr double most_cluster_extent = 4.0;
 
 /// Cuts each body into clusters at its rest positions: halves it across its longest side, again and again,
 /// until 16 tets with 32 points are left that lie together (most_cluster_extent). Cuts leave multiples of 16
 /// tets, so that few clusters are not full. The same for the same bodies. O(tets log tets).
-TetClusters make_clusters(const Bodies& bodies);
+Clusters make_tet_clusters(const Bodies& bodies);
+/// The same for the surface triangles.
+Clusters make_triangle_clusters(const Bodies& bodies);
 
 }  // namespace palpate

@@ -28,7 +28,7 @@ void test(const PointRows& points, ClusterBlock& block) {
 #else
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, TetCluster::most_tets>;
+using Floats = hn::CappedTag<float, Cluster::most_primitives>;
 using Ints = hn::RebindToSigned<Floats>;
 using Float = hn::Vec<Floats>;
 using Int = hn::Vec<Ints>;
@@ -38,7 +38,7 @@ constexpr Ints ints;
 constexpr std::size_t lanes() {
   return hn::MaxLanes(floats);
 }
-static_assert(TetCluster::most_tets % hn::MaxLanes(Floats()) == 0);
+static_assert(Cluster::most_primitives % hn::MaxLanes(Floats()) == 0);
 
 /// Bit i of the result: lane i of the mask.
 template <class D>
@@ -52,7 +52,7 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
           ClusterBlock& block) {
   const hn::FixedTag<std::int32_t, 4> d;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const TetCluster& cluster = *block.cluster[c];
+    const Cluster& cluster = *block.cluster[c];
     const std::int32_t* const list = point_lists.data() + cluster.first_point;
     auto lower = hn::Load(d, &points[static_cast<std::size_t>(list[0])].x);
     auto upper = lower;
@@ -138,8 +138,8 @@ void filter(const PointRows& points, ClusterBlock& block) {
 /// Half spaces n x + c >= 0 of 16 tets, from the faces opposite their corners, and the bounds of their
 /// errors.
 struct Planes {
-  alignas(64) std::array<std::array<std::array<float, TetCluster::most_tets>, 4>, 4> face;  ///< n, then c
-  alignas(64) std::array<float, TetCluster::most_tets> bound;  ///< infinite where the tet's turn is not sure
+  alignas(64) std::array<std::array<std::array<float, Cluster::most_primitives>, 4>, 4> face;  ///< n, then c
+  alignas(64) std::array<float, Cluster::most_primitives> bound;  ///< infinite where the tet's turn is not sure
 };
 
 struct Vector {
@@ -161,9 +161,9 @@ HWY_INLINE Float dot(const Vector& a, const Vector& b) {
 }
 /// Corners of a cluster as arrays of numbers, from the corner of its box.
 struct Corners {
-  alignas(64) std::array<float, TetCluster::most_points> x;
-  alignas(64) std::array<float, TetCluster::most_points> y;
-  alignas(64) std::array<float, TetCluster::most_points> z;
+  alignas(64) std::array<float, Cluster::most_points> x;
+  alignas(64) std::array<float, Cluster::most_points> y;
+  alignas(64) std::array<float, Cluster::most_points> z;
 };
 
 HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& corners) {
@@ -181,7 +181,7 @@ HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& co
 }
 
 /// Numbers at places 0 to 31 of an array.
-HWY_INLINE Float pick(const std::array<float, TetCluster::most_points>& from, Int places) {
+HWY_INLINE Float pick(const std::array<float, Cluster::most_points>& from, Int places) {
   if constexpr (hn::MaxLanes(Floats()) == 16) {
     const auto half = hn::IndicesFromVec(floats, hn::And(places, hn::Set(ints, 15)));
     const auto upper = hn::RebindMask(floats, hn::Gt(places, hn::Set(ints, 15)));
@@ -192,7 +192,7 @@ HWY_INLINE Float pick(const std::array<float, TetCluster::most_points>& from, In
   }
 }
 
-HWY_INLINE Vector corner_of(const Corners& corners, const TetCluster& cluster, std::size_t corner,
+HWY_INLINE Vector corner_of(const Corners& corners, const Cluster& cluster, std::size_t corner,
                             std::size_t lane) {
   const hn::Rebind<std::uint8_t, Ints> bytes;
   const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, cluster.corners[corner].data() + lane));
@@ -206,8 +206,8 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& pl
   const std::int32_t extent =
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
   const Float bound = hn::Set(floats, volume_bound(static_cast<float>(extent)));
-  for (std::size_t lane = 0; lane < TetCluster::most_tets; lane += lanes()) {
-    const TetCluster& cluster = *block.cluster[c];
+  for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
+    const Cluster& cluster = *block.cluster[c];
     const Vector a = corner_of(corners, cluster, 0, lane);
     const Vector b = corner_of(corners, cluster, 1, lane);
     const Vector cc = corner_of(corners, cluster, 2, lane);
@@ -303,9 +303,9 @@ void test(const PointRows& points, ClusterBlock& block) {
       block.hit[hits] = {block.candidate[i], static_cast<std::uint32_t>(c), found};
       hits += found != 0 ? 1 : 0;
     };
-    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->tets) - 1) * 0x10001U;
+    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
     // All lanes but the last ones leave their bits to those.
-    constexpr std::size_t last = TetCluster::most_tets - lanes();
+    constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);
       for (std::uint32_t i = begin; i < end; ++i) {

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "simd/fixed_points.hpp"
-#include "simd/tet_cluster.hpp"
+#include "simd/cluster.hpp"
 
 /// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
@@ -49,8 +49,8 @@ struct ClusterBlock {
   };
 
   std::size_t clusters = 0;
-  std::array<const TetCluster*, most_clusters> cluster;
-  alignas(64) std::array<std::array<FixedPoint, TetCluster::most_points>, most_clusters> corners;
+  std::array<const Cluster*, most_clusters> cluster;
+  alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
@@ -64,7 +64,7 @@ struct ClusterBlock {
 struct ClusterKernels {
   /// Fetches the corners of each cluster of the block and their box (all but the names).
   /// \param points       all points, by index
-  /// \param point_lists  of which a cluster has a part, see TetCluster
+  /// \param point_lists  of which a cluster has a part, see Cluster
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
   /// Lists the points of the rows that lie in the box of their cluster.

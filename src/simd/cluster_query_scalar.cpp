@@ -11,7 +11,7 @@ namespace {
 void load(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
           ClusterBlock& block) {
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const TetCluster& cluster = *block.cluster[c];
+    const Cluster& cluster = *block.cluster[c];
     const auto list = point_lists.subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
     FixedPoint& lower = block.box[c].lower;
     FixedPoint& upper = block.box[c].upper;
@@ -114,7 +114,7 @@ void test(const PointRows& points, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets{};
   block.hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    for (std::size_t t = 0; t < block.cluster[c]->tets; ++t) test_tet(points, block, c, t, tets.data());
+    for (std::size_t t = 0; t < block.cluster[c]->size; ++t) test_tet(points, block, c, t, tets.data());
     for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
       if (tets[i] != 0)
         block.hit[block.hits++] = {block.candidate[i], static_cast<std::uint32_t>(c), tets[i]};

@@ -40,52 +40,62 @@ Bodies many_bodies(std::uint64_t seed) {
   return bodies;
 }
 
-TEST(Clusters, EachTetIsInOneOfItsBodyAndLimitsHold) {
+/// \param primitives  all tets or triangles; `range_of(body)` those of a body
+template <class Primitive, class RangeOf>
+void check_clusters(const Bodies& bodies, std::span<const Primitive> primitives, const Clusters& all,
+                    RangeOf&& range_of) {
+  std::vector<int> seen(primitives.size(), 0);
+  for (const Cluster& cluster : all.clusters) {
+    ASSERT_GE(cluster.size, 1);
+    ASSERT_LE(cluster.size, Cluster::most_primitives);
+    ASSERT_LE(cluster.points, Cluster::most_points);
+    const auto members = all.primitives_of(cluster);
+    const auto points = all.points_of(cluster);
+    EXPECT_TRUE(std::is_sorted(members.begin(), members.end()));
+    EXPECT_EQ(std::set<Index>(points.begin(), points.end()).size(), points.size()) << "each point once";
+    Box box;
+    double largest = 0.0;
+    std::set<Index> used;
+    for (std::size_t lane = 0; lane < Cluster::most_primitives; ++lane) {
+      const Index t = members[lane < members.size() ? lane : 0];
+      const Primitive& primitive = at(primitives, t);
+      for (std::size_t c = 0; c < 4; ++c)
+        ASSERT_EQ(points[cluster.corners[c][lane]], primitive[std::min(c, primitive.size() - 1)]);
+      if (lane >= members.size()) continue;
+      ++at(seen, t);
+      EXPECT_TRUE(range_of(at(bodies.bodies(), cluster.body)).contains(t));
+      used.insert(primitive.begin(), primitive.end());
+      const Box of_one = box_of(bodies.points_rest(), primitive);
+      box.extend(of_one);
+      largest = std::max(largest, longest_side(of_one));
+    }
+    EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that none uses";
+    EXPECT_LE(longest_side(box), most_cluster_extent * largest);
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+}
+
+TEST(Clusters, EachTetAndTriangleIsInOneOfItsBodyAndLimitsHold) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Bodies bodies = many_bodies(seed);
-    const TetClusters all = make_clusters(bodies);
-    std::vector<int> seen(bodies.tets().size(), 0);
-    for (const TetCluster& cluster : all.clusters) {
-      ASSERT_GE(cluster.tets, 1);
-      ASSERT_LE(cluster.tets, TetCluster::most_tets);
-      ASSERT_LE(cluster.points, TetCluster::most_points);
-      const auto tets = all.tets_of(cluster);
-      const auto points = all.points_of(cluster);
-      EXPECT_TRUE(std::is_sorted(tets.begin(), tets.end()));
-      EXPECT_EQ(std::set<Index>(points.begin(), points.end()).size(), points.size()) << "each point once";
-      Box box;
-      double largest = 0.0;
-      std::set<Index> used;
-      for (std::size_t lane = 0; lane < TetCluster::most_tets; ++lane) {
-        const Index t = tets[lane < tets.size() ? lane : 0];
-        const Tet& tet = at(bodies.tets(), t);
-        for (std::size_t c = 0; c < 4; ++c) ASSERT_EQ(points[cluster.corners[c][lane]], tet[c]);
-        if (lane >= tets.size()) continue;
-        ++at(seen, t);
-        EXPECT_TRUE(at(bodies.bodies(), cluster.body).tets.contains(t));
-        used.insert(tet.begin(), tet.end());
-        const Box of_tet = box_of(bodies.points_rest(), tet);
-        box.extend(of_tet);
-        largest = std::max(largest, longest_side(of_tet));
-      }
-      EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that no tet uses";
-      EXPECT_LE(longest_side(box), most_cluster_extent * largest);
-    }
-    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+    check_clusters(bodies, bodies.tets(), make_tet_clusters(bodies),
+                   [](const Body& body) { return body.tets; });
+    check_clusters(bodies, bodies.triangles(), make_triangle_clusters(bodies),
+                   [](const Body& body) { return body.triangles; });
   }
 }
 
 TEST(Clusters, FillUpWhereTetsLieTogether) {
   Bodies bodies;
   bodies.add("box", test::box_mesh({20, 20, 10}, {0, 0, 0}, {2, 2, 1}));  // 24000 tets
-  const TetClusters all = make_clusters(bodies);
+  const Clusters all = make_tet_clusters(bodies);
   EXPECT_EQ(all.clusters.size(), 1500U);
 }
 
 TEST(Clusters, AreTheSameForTheSameBodies) {
-  const TetClusters a = make_clusters(many_bodies(3));
-  const TetClusters b = make_clusters(many_bodies(3));
-  EXPECT_EQ(a.tets, b.tets);
+  const Clusters a = make_tet_clusters(many_bodies(3));
+  const Clusters b = make_tet_clusters(many_bodies(3));
+  EXPECT_EQ(a.primitives, b.primitives);
   EXPECT_EQ(a.points, b.points);
 }
 
