@@ -5,6 +5,7 @@
 #include <bit>
 #include <memory>
 
+#include "contact/block_rows.hpp"
 #include "contact/layers.hpp"
 #include "geometry/predicates.hpp"
 
@@ -53,7 +54,6 @@ class ClusterQuery::Work {
       prepare(n);
       prefetch_corners(clusters);
       look_up(n);
-      finish(n);
     }
   }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
@@ -88,48 +88,22 @@ class ClusterQuery::Work {
     box.skips_marked = immovable ? -1 : 0;
   }
 
-  /// Lists the rows of all clusters. Where a block is full, it is finished before its time, and again for
-  /// what is left.
   void look_up(std::size_t n) {
-    points_ = 0;
-    rows_ = 0;
+    const auto do_block = [&] { finish(n); };
+    BlockRows rows(block_, do_block);
     for (std::size_t c = 0; c < n; ++c) {
-      block_.first_row[c] = static_cast<std::uint32_t>(rows_);
-      grid_.for_each_interval(cells_[c],
-                              [&](std::uint32_t begin, std::uint32_t end) { add_row(c, begin, end); });
+      rows.begin(c);
+      grid_.for_each_interval(cells_[c], [&](std::uint32_t begin, std::uint32_t end) {
+        rows.add(begin, end);
+        if (asks_ahead_) {
+          prefetch(points_in_order_.x + begin);
+          prefetch(points_in_order_.y + begin);
+          prefetch(points_in_order_.z + begin);
+          prefetch(points_in_order_.name + begin);
+        }
+      });
     }
-    block_.first_row[n] = static_cast<std::uint32_t>(rows_);
-  }
-
-  void add_row(std::size_t c, std::uint32_t begin, std::uint32_t end) {
-    while (points_ + (end - begin) > ClusterBlock::most_points || rows_ == ClusterBlock::most_rows) {
-      const auto part = static_cast<std::uint32_t>(
-          rows_ == ClusterBlock::most_rows ? 0 : ClusterBlock::most_points - points_);
-      if (part > 0) block_.rows[rows_++] = {begin, begin + part};
-      begin += part;
-      flush(c);
-    }
-    // An empty row is overwritten by the next: cheaper than to ask.
-    block_.rows[rows_] = {begin, end};
-    if (asks_ahead_) {
-      prefetch(points_in_order_.x + begin);
-      prefetch(points_in_order_.y + begin);
-      prefetch(points_in_order_.z + begin);
-      prefetch(points_in_order_.name + begin);
-    }
-    rows_ += begin < end ? 1 : 0;
-    points_ += end - begin;
-  }
-
-  /// Finishes the rows so far; those of clusters up to c are done.
-  void flush(std::size_t c) {
-    const std::size_t n = block_.clusters;
-    for (std::size_t later = c + 1; later <= n; ++later)
-      block_.first_row[later] = static_cast<std::uint32_t>(rows_);
-    finish(n);
-    for (std::size_t done = 0; done <= c; ++done) block_.first_row[done] = 0;
-    rows_ = 0;
-    points_ = 0;
+    rows.end();
   }
 
   void finish(std::size_t n) {
@@ -147,9 +121,9 @@ class ClusterQuery::Work {
     const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
     const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
     const std::span<const Index> tets = query_.clusters_.primitives_of(cluster);
-    for (std::uint32_t left = hit.tets & 0xFFFFU; left != 0; left &= left - 1) {
+    for (std::uint32_t left = hit.primitives & 0xFFFFU; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      const bool surely = (hit.tets >> 16 >> lane & 1) != 0;
+      const bool surely = (hit.primitives >> 16 >> lane & 1) != 0;
       add({point, tets[lane]}, own, surely);
     }
   }
@@ -178,8 +152,6 @@ class ClusterQuery::Work {
   bool asks_ahead_;
   std::vector<PointInTet>& found_;
   QueryTally tally_;
-  std::size_t rows_ = 0;
-  std::size_t points_ = 0;
   std::array<CellRange, ClusterBlock::most_clusters> cells_;
   ClusterBlock block_;
 };

@@ -103,6 +103,7 @@ struct Detector::State {
     // The slots of approximate mode are those of single tets.
     if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
       cluster_query.emplace(bodies);
+      crossings.use_clusters(bodies);
       fixed.emplace(in_a_tet, marks_of_immovable());
     }
   }
@@ -250,7 +251,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
-                         structure, slots);
+                         structure, slots, s.clustered() ? &*s.fixed : nullptr);
       },
       s.edges);
   s.times.crossings = watch.lap();
@@ -297,7 +298,7 @@ const CellSizeChoice& Detector::cell_size_choice() const {
 }
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
-  const std::size_t beside = state_->fixed ? state_->fixed->bytes() : 0;
+  const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0);
   return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges) + beside;
 }
 

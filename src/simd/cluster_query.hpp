@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "simd/fixed_points.hpp"
 #include "simd/cluster.hpp"
+#include "simd/fixed_points.hpp"
 
 /// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
@@ -41,11 +41,11 @@ struct ClusterBlock {
   static constexpr std::size_t most_points = 4096;
   static constexpr std::size_t padding = 16;  ///< kernels may write that far beyond what they report
 
-  /// A point, and its tets in bits: those that may contain it, and << 16 those that surely do.
+  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do.
   struct Hit {
     std::int32_t entry;     ///< in PointRows
     std::uint32_t cluster;  ///< in the block
-    std::uint32_t tets;
+    std::uint32_t primitives;
   };
 
   std::size_t clusters = 0;
