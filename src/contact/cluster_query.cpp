@@ -121,7 +121,8 @@ class ClusterQuery::Work {
     const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
     const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
     const std::span<const Index> tets = query_.clusters_.primitives_of(cluster);
-    for (std::uint32_t left = hit.primitives & 0xFFFFU; left != 0; left &= left - 1) {
+    const std::uint32_t corners = own ? query_.clusters_.primitives_at(cluster, point) : 0;
+    for (std::uint32_t left = hit.primitives & 0xFFFFU & ~corners; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const bool surely = (hit.primitives >> 16 >> lane & 1) != 0;
       add({point, tets[lane]}, own, surely);
@@ -131,11 +132,11 @@ class ClusterQuery::Work {
   /// \param own  whether the point is of the tet's body
   void add(const PointInTet& pair, bool own, bool surely) {
     const Tet& tet = at(bodies_.tets(), pair.tet);
-    if (own && std::find(tet.begin(), tet.end(), pair.point) != tet.end()) return;
     if (!surely && !point_in_tet(at(positions_, pair.point), at(positions_, tet[0]), at(positions_, tet[1]),
                                  at(positions_, tet[2]), at(positions_, tet[3])))
       return;
-    if (own && is_fold(bodies_, positions_, pair.point, pair.tet)) {
+    if (own && at(query_.upright_, bodies_.body_of(tet)) == 0 &&
+        is_fold(bodies_, positions_, pair.point, pair.tet)) {
       ++tally_.folded_pairs;
     } else {
       found_.push_back(pair);
@@ -156,12 +157,36 @@ class ClusterQuery::Work {
   ClusterBlock block_;
 };
 
+void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
+                                       const FixedPositions& fixed) {
+  upright_.assign(may_touch.self_collision.begin(), may_touch.self_collision.end());
+  if (std::find(upright_.begin(), upright_.end(), 1) == upright_.end()) return;
+  constexpr std::size_t grain = ClusterBlock::most_clusters;
+  const std::span<const Cluster> clusters = clusters_.clusters;
+  upright_chunks_.assign(parallel::chunk_count(clusters.size(), grain), 1);
+  parallel::for_chunks(threads, clusters.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         ClusterBlock block;
+                         block.clusters = 0;
+                         for (std::size_t c = begin; c < end; ++c) {
+                           if (at(may_touch.self_collision, clusters[c].body) != 0)
+                             block.cluster[block.clusters++] = &clusters[c];
+                         }
+                         kernels_.load(fixed.points(), clusters_.points, block);
+                         upright_chunks_[chunk] = kernels_.upright(block) ? 1 : 0;
+                       });
+  // A chunk of two bodies tells of both that not all is upright: is_fold() says the rest.
+  for (std::size_t c = 0; c < clusters.size(); ++c)
+    if (upright_chunks_[c / grain] == 0) at(upright_, clusters[c].body) = 0;
+}
+
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                         std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
                         const FixedPositions& fixed) {
   constexpr std::size_t grain = ClusterBlock::most_clusters;
   const std::span<const Cluster> clusters = clusters_.clusters;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
+  find_upright_bodies(threads, may_touch, fixed);
   lists_.fill(threads, clusters.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
                 Work work(*this, bodies, positions, may_touch, grid, fixed, found);

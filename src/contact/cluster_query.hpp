@@ -38,11 +38,17 @@ class ClusterQuery {
  private:
   class Work;
 
+  void find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
+                           const FixedPositions& fixed);
+
   Clusters clusters_;
   simd::ClusterKernels kernels_;
   parallel::ChunkedList<PointInTet> lists_;
   std::vector<PointInTet> found_;
   std::vector<QueryTally> tallies_;
+  std::vector<std::uint8_t> upright_chunks_;
+  /// (n_bodies) 1: collides with itself, and all tets surely have a positive volume: nothing is folded.
+  std::vector<std::uint8_t> upright_;
 };
 
 }  // namespace palpate

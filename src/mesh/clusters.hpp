@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,11 +16,20 @@ struct Clusters {
   std::vector<Cluster> clusters;  ///< bodies ascend; within one, neighbours follow each other
   std::vector<Index> primitives;  ///< (n_tets or n_triangles): those of each cluster, ascending within it
   std::vector<Index> points;      ///< the points of each cluster, ascending within it
+  std::vector<std::uint16_t> at_point;  ///< beside points: bits of the primitives with that corner
   [[nodiscard]] std::span<const Index> primitives_of(const Cluster& cluster) const {
     return std::span(primitives).subspan(static_cast<std::size_t>(cluster.first), cluster.size);
   }
   [[nodiscard]] std::span<const Index> points_of(const Cluster& cluster) const {
     return std::span(points).subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
+  }
+  /// Bits of the primitives of a cluster that have a point as a corner. O(points), without a branch on each.
+  [[nodiscard]] std::uint32_t primitives_at(const Cluster& cluster, Index point) const {
+    const std::span<const Index> all = points_of(cluster);
+    const auto place = static_cast<std::size_t>(
+        std::count_if(all.begin(), all.end(), [point](Index other) { return other < point; }));
+    if (place == all.size() || all[place] != point) return 0;
+    return at_point[static_cast<std::size_t>(cluster.first_point) + place];
   }
 };
 

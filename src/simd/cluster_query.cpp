@@ -27,6 +27,9 @@ void filter(const PointRows& points, ClusterBlock& block) {
 void test(const PointRows& points, ClusterBlock& block) {
   scalar::cluster_kernels().test(points, block);
 }
+bool upright(const ClusterBlock& block) {
+  return scalar::cluster_kernels().upright(block);
+}
 #else
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -95,10 +98,7 @@ struct Planes {
 HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& planes) {
   Corners corners;
   spread_out(block, c, corners);
-  const ClusterBox& box = block.box[c];
-  const std::int32_t extent =
-      std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
-  const Float bound = hn::Set(floats, volume_bound(static_cast<float>(extent)));
+  const Float bound = hn::Set(floats, volume_bound(extent_of(block.box[c])));
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
     const Cluster& cluster = *block.cluster[c];
     const Vector a = corner_of(corners, cluster, 0, lane);
@@ -214,6 +214,25 @@ void test(const PointRows& points, ClusterBlock& block) {
   }
   block.hits = hits;
 }
+
+bool upright(const ClusterBlock& block) {
+  auto all = hn::Eq(hn::Zero(floats), hn::Zero(floats));
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    Corners corners;
+    spread_out(block, c, corners);
+    const Cluster& cluster = *block.cluster[c];
+    const Float bound = hn::Set(floats, volume_bound(extent_of(block.box[c])));
+    // Lanes beyond the size hold the first tet.
+    for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
+      const Vector d = corner_of(corners, cluster, 3, lane);
+      const Vector da = difference(corner_of(corners, cluster, 0, lane), d);
+      const Vector db = difference(corner_of(corners, cluster, 1, lane), d);
+      const Vector dc = difference(corner_of(corners, cluster, 2, lane), d);
+      all = hn::And(all, hn::Gt(dot(cross(dc, db), da), bound));
+    }
+  }
+  return hn::AllTrue(floats, all);
+}
 #endif
 
 }  // namespace palpate::simd::HWY_NAMESPACE
@@ -226,6 +245,7 @@ namespace {
 HWY_EXPORT(load);
 HWY_EXPORT(filter);
 HWY_EXPORT(test);
+HWY_EXPORT(upright);
 
 }  // namespace
 
@@ -242,6 +262,7 @@ ClusterKernels cluster_kernels() {
         HWY_DYNAMIC_DISPATCH(test)
         (points, block);
       },
+      [](const ClusterBlock& block) { return HWY_DYNAMIC_DISPATCH(upright)(block); },
   };
 }
 

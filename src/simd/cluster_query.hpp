@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +28,12 @@ struct ClusterBox {
   FixedPoint upper;
   std::int32_t skips_marked;  ///< 0 or -1
 };
+
+/// Its longest side.
+inline float extent_of(const ClusterBox& box) {
+  return static_cast<float>(
+      std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z}));
+}
 
 /// Points [begin, end) of PointRows.
 struct PointRange {
@@ -72,6 +79,8 @@ struct ClusterKernels {
   /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
   /// out is outside by exact arithmetic, and what it is sure of is inside.
   void (*test)(const PointRows& points, ClusterBlock& block);
+  /// Whether all tets of the block surely have a positive volume.
+  bool (*upright)(const ClusterBlock& block);
 };
 
 /// With the best SIMD target of this processor.

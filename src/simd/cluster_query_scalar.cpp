@@ -87,17 +87,19 @@ Vector from_corner(const ClusterBox& box, std::int32_t x, std::int32_t y, std::i
           static_cast<float>(z - box.lower.z)};
 }
 
-void test_tet(const PointRows& points, const ClusterBlock& block, std::size_t c, std::size_t tet,
-              std::uint32_t* tets) {
-  const ClusterBox& box = block.box[c];
-  const std::int32_t extent =
-      std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
+std::array<Vector, 4> corners_of(const ClusterBlock& block, std::size_t c, std::size_t tet) {
   std::array<Vector, 4> corner;
   for (std::size_t k = 0; k < 4; ++k) {
     const FixedPoint& p = block.corners[c][block.cluster[c]->corners[k][tet]];
-    corner[k] = from_corner(box, p.x, p.y, p.z);
+    corner[k] = from_corner(block.box[c], p.x, p.y, p.z);
   }
-  const Planes planes = planes_of(corner, volume_bound(static_cast<float>(extent)));
+  return corner;
+}
+
+void test_tet(const PointRows& points, const ClusterBlock& block, std::size_t c, std::size_t tet,
+              std::uint32_t* tets) {
+  const ClusterBox& box = block.box[c];
+  const Planes planes = planes_of(corners_of(block, c, tet), volume_bound(extent_of(box)));
   for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
     const auto e = static_cast<std::size_t>(block.candidate[i]);
     const Vector p = from_corner(box, points.x[e], points.y[e], points.z[e]);
@@ -122,10 +124,22 @@ void test(const PointRows& points, ClusterBlock& block) {
   }
 }
 
+bool upright(const ClusterBlock& block) {
+  bool all = true;
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    for (std::size_t t = 0; t < block.cluster[c]->size; ++t) {
+      const auto [a, b, cc, d] = corners_of(block, c, t);
+      const float volume = dot(cross(difference(cc, d), difference(b, d)), difference(a, d));
+      all = all && volume > volume_bound(extent_of(block.box[c]));
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 ClusterKernels cluster_kernels() {
-  return {load, filter, test};
+  return {load, filter, test, upright};
 }
 
 }  // namespace palpate::simd::scalar

@@ -164,9 +164,7 @@ void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block
     Triangles triangles;
     make_triangles(block, c, triangles);
     const ClusterBox& box = block.box[c];
-    const std::int32_t extent =
-        std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z});
-    const CrossingBounds bounds = crossing_bounds(static_cast<float>(extent), static_cast<float>(longest));
+    const CrossingBounds bounds = crossing_bounds(extent_of(box), static_cast<float>(longest));
     const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
     for (std::uint32_t i = begin; i < end; ++i) {
       const Edge edge(edges, box.lower, block.candidate[i]);
