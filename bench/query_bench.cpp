@@ -29,6 +29,10 @@ namespace palpate::bench {
 namespace {
 
 constexpr std::uint32_t frames = 41;
+/// Frames before the first measured one let memory grow, and give the repair sort its last order.
+constexpr std::uint32_t warm_up = 2;
+/// Frames in a row of one competitor, before it is the next one's turn.
+constexpr std::uint32_t turn = 6;
 
 /// One way to find the pairs of a frame.
 struct Competitor {
@@ -162,28 +166,43 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// Gives frames [first, last) to a competitor; returns whether it finds what the first one found.
+bool take_turn(const QueryScene& scene, Competitor& c, std::uint32_t first, std::uint32_t last,
+               std::vector<std::vector<PointInTet>>& expected) {
+  std::vector<Vec3> positions;
+  for (std::uint32_t frame = first; frame < last; ++frame) {
+    scene.place(frame, positions);
+    const double start = now(c.threads);
+    const std::span<const PointInTet> found = c.find(positions);
+    if (frame >= warm_up) c.seconds.push_back(now(c.threads) - start);
+    std::vector<PointInTet> pairs = sorted(found);
+    if (expected.size() <= frame) {
+      expected.push_back(std::move(pairs));
+    } else if (!equal(pairs, expected[frame])) {
+      return false;
+    }
+  }
+  return true;
+}
+
 nlohmann::json run(const QueryScene& scene) {
   const Setting setting(scene);
   std::vector<Competitor> all = competitors(setting);
-  std::vector<Vec3> positions;
-  std::vector<PointInTet> expected;
-  // Frames before the first measured one let memory grow, and give the repair sort its last order.
-  for (std::uint32_t frame = 0; frame < frames + 2; ++frame) {
-    scene.place(frame, positions);
-    for (std::size_t turn = 0; turn < all.size(); ++turn) {
-      Competitor& c = all[(turn + frame) % all.size()];
-      const double start = now(c.threads);
-      const std::span<const PointInTet> found = c.find(positions);
-      if (frame >= 2) c.seconds.push_back(now(c.threads) - start);
-      const std::vector<PointInTet> pairs = sorted(found);
-      if (turn == 0) expected = pairs;
-      if (!equal(pairs, expected))
+  std::vector<std::vector<PointInTet>> expected;
+  for (std::uint32_t first = 0; first < warm_up + frames; first += turn) {
+    const std::uint32_t last = std::min(first + turn, warm_up + frames);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Competitor& c = all[(i + first / turn) % all.size()];
+      if (!take_turn(scene, c, first, last, expected))
         throw std::runtime_error(scene.name + ": " + c.name + " finds other pairs");
     }
   }
-  nlohmann::json result{
-      {"scene", scene.name},      {"tets", scene.bodies.tets().size()}, {"points", scene.places.size()},
-      {"pairs", expected.size()}, {"cell_size", setting.cell_size},     {"frames", frames}};
+  nlohmann::json result{{"scene", scene.name},
+                        {"tets", scene.bodies.tets().size()},
+                        {"points", scene.places.size()},
+                        {"pairs", expected.back().size()},
+                        {"cell_size", setting.cell_size},
+                        {"frames", frames}};
   for (const Competitor& c : all) {
     result["median_ms"][c.name] = 1e3 * median(c.seconds);
     result["smallest_ms"][c.name] = 1e3 * *std::min_element(c.seconds.begin(), c.seconds.end());

@@ -21,9 +21,10 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   for (std::size_t p = 0; p < n_points; ++p) {
     point_begin_[p] = static_cast<Index>(contacts_.size());
     // Bodies ascend with their tets.
-    if (row_begin_[p + 1] - row_begin_[p] > 1)
+    if (row_begin_[p + 1] - row_begin_[p] > 1) {
       std::sort(by_point_.begin() + row_begin_[p], by_point_.begin() + row_begin_[p + 1],
                 [](const PointInTet& a, const PointInTet& b) { return a.tet < b.tet; });
+    }
     Index last_body = -1;
     for (Index f = row_begin_[p]; f < row_begin_[p + 1]; ++f) {
       const Index tet = at(by_point_, f).tet;

@@ -81,9 +81,10 @@ class CompactGrid {
   void prefetch_rows(const CellRange& range) const {
 #if defined(__GNUC__)
     if (index_.order() != Order::linear || range.along(1) * range.along(2) > most_prefetched) return;
-    for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k)
+    for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k) {
       for (std::int32_t j = range.lower[1]; j <= range.upper[1]; ++j)
         __builtin_prefetch(&cell_begin_[key_of(index_({range.lower[0], j, k})) >> start_shift_]);
+    }
 #endif
   }
 

@@ -13,7 +13,7 @@ constexpr std::size_t grain = 2048;
 int fraction_bits_of(const Lattice& lattice) {
   const Cell& size = lattice.size();
   const auto most = static_cast<std::uint32_t>(std::max({size[0], size[1], size[2]}));
-  return 30 - std::bit_width(most - 1);
+  return 30 - static_cast<int>(std::bit_width(most - 1));
 }
 
 }  // namespace

@@ -110,9 +110,10 @@ class Cutter {
     for (std::size_t i = begin; i < end; ++i) result_.primitives.push_back(placed_[i].primitive);
     std::vector<std::uint16_t>& at_point = result_.at_point;
     at_point.resize(at_point.size() + points_.size());
-    for (const auto& corners : cluster.corners)
+    for (const auto& corners : cluster.corners) {
       for (std::size_t lane = 0; lane < end - begin; ++lane)
         at_point[result_.points.size() + corners[lane]] |= static_cast<std::uint16_t>(1U << lane);
+    }
     result_.points.insert(result_.points.end(), points_.begin(), points_.end());
     result_.clusters.push_back(cluster);
   }
