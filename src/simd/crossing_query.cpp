@@ -205,7 +205,7 @@ CrossingBounds crossing_bounds(float extent, float longest) {
   const float edge = 2.0F * coordinate + 1.01F * u * reach;
   const float normal = 4.0F * reach * edge + 2.0F * edge * edge + 4.1F * u * square;
   const float moment = 2.0F * reach * (edge + coordinate) + 2.0F * edge * coordinate + 4.1F * u * square;
-  const float moments = 2.0F * moment + 2.0F * coordinate * (reach + coordinate);
+  const float moments = 2.0F * moment;  // that of the edge, and of the side, which is no larger
   return {slack * (3.1F * normal * (2.0F * reach + 1.1F) + (12.1F * coordinate + 54.0F * u * reach) * square),
           slack * (3.1F * moments * (reach + edge) + (12.1F * edge + 54.0F * u * reach) * square)};
 }
