@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -27,7 +27,7 @@ namespace palpate {
 /// With clusters, ClusteredCrossings does that for all but long edges.
 class CrossingQuery {
  public:
-  void use_clusters(const Bodies& bodies) { clustered_.emplace(bodies); }
+  void use_clusters(const Bodies& bodies) { clustered_ = std::make_unique<ClusteredCrossings>(bodies); }
 
   /// \param fixed  the positions in the lattice, where clusters are to be used
   template <class Structure>
@@ -64,7 +64,7 @@ class CrossingQuery {
   [[nodiscard]] std::span<const Index> begin() const { return begin_; }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
   /// Memory of the structure of clusters, bytes.
-  [[nodiscard]] std::size_t bytes() const { return clustered_ ? clustered_->bytes() : 0; }
+  [[nodiscard]] std::size_t bytes() const { return clustered_ == nullptr ? 0 : clustered_->bytes(); }
 
  private:
   void clear_search() {
@@ -211,7 +211,7 @@ class CrossingQuery {
     for (const BorderEdge& edge : border_edges) at(penetrated_, at(contacts.body, edge.contact)) = 1;
   }
 
-  std::optional<ClusteredCrossings> clustered_;
+  std::unique_ptr<ClusteredCrossings> clustered_;
   std::vector<Index> edges_;  ///< border edges to be found triangle by triangle
   QueryTally tally_;
   parallel::ChunkedList<Crossing> lists_;

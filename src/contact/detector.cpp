@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -102,13 +103,15 @@ struct Detector::State {
     edges = make_structure(settings.structure, settings.order, settings.sort);
     // The slots of approximate mode are those of single tets.
     if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
-      cluster_query.emplace(bodies);
+      cluster_query = std::make_unique<ClusterQuery>(bodies);
       crossings.use_clusters(bodies);
-      fixed.emplace(in_a_tet, marks_of_immovable());
+      fixed = std::make_unique<FixedPositions>(in_a_tet, marks_of_immovable());
     }
   }
   /// Whether this detection asks with clusters of tets.
-  [[nodiscard]] bool clustered() const { return cluster_query && FixedPositions::represents(lattice); }
+  [[nodiscard]] bool clustered() const {
+    return cluster_query != nullptr && FixedPositions::represents(lattice);
+  }
   [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const {
     std::vector<std::uint8_t> marks(in_a_tet.size());
     for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, bodies.body_of_point()[p]);
@@ -137,8 +140,8 @@ struct Detector::State {
   AnyStructure points;
   AnyStructure edges;
   PointsInTets points_in_tets;
-  std::optional<ClusterQuery> cluster_query;  ///< for the compact grid
-  std::optional<FixedPositions> fixed;        ///< with cluster_query
+  std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
+  std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
   QueryTally points_tally;
   ContactList contacts;
   parallel::ChunkedList<BorderEdge> border_scratch;
@@ -251,7 +254,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
-                         structure, slots, s.clustered() ? &*s.fixed : nullptr);
+                         structure, slots, s.clustered() ? s.fixed.get() : nullptr);
       },
       s.edges);
   s.times.crossings = watch.lap();
