@@ -94,7 +94,7 @@ struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;
   std::size_t border_edges = 0;
   std::size_t crossings = 0;
-  std::size_t candidates = 0;    ///< pairs that the structure proposed and that were tested, both queries
+  std::size_t candidates = 0;    ///< pairs proposed and tested, both queries; of clusters: docs/query.md
   std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and

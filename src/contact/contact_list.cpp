@@ -1,5 +1,8 @@
 #include "contact/contact_list.hpp"
 
+#include <algorithm>
+
+#include "geometry/predicates.hpp"
 #include "room.hpp"
 #include "sort/rows.hpp"
 
@@ -8,7 +11,6 @@ namespace palpate {
 void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
                          std::span<const Vec3> positions, std::span<const PointInTet> found) {
   const std::size_t n_points = bodies.points_rest().size();
-  // Found tets ascend, so within a point they stay ascending, and with them their bodies.
   sort_into_rows(
       found, n_points, [](const PointInTet& f) { return f.point; }, row_begin_, by_point_);
   for (std::vector<Index>* list : {&contacts_.point, &contacts_.body, &contacts_.tet}) {
@@ -18,6 +20,11 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
   point_begin_.resize(n_points + 1);
   for (std::size_t p = 0; p < n_points; ++p) {
     point_begin_[p] = static_cast<Index>(contacts_.size());
+    // Bodies ascend with their tets.
+    if (row_begin_[p + 1] - row_begin_[p] > 1) {
+      std::sort(by_point_.begin() + row_begin_[p], by_point_.begin() + row_begin_[p + 1],
+                [](const PointInTet& a, const PointInTet& b) { return a.tet < b.tet; });
+    }
     Index last_body = -1;
     for (Index f = row_begin_[p]; f < row_begin_[p + 1]; ++f) {
       const Index tet = at(by_point_, f).tet;

@@ -5,8 +5,9 @@
 
 #include <palpate/detection.hpp>
 
-#include "contact/points_in_tets.hpp"
+#include "contact/point_in_tet.hpp"
 #include "geometry/vector.hpp"
+#include "parallel/parallel.hpp"
 
 namespace palpate {
 

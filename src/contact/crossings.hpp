@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <palpate/detection.hpp>
 
+#include "contact/clustered_crossings.hpp"
 #include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
@@ -21,17 +23,74 @@ namespace palpate {
 
 /// Edge-triangle query (paper 3 and 4): the border edges are put into the structure by the cells they pass,
 /// and the surface triangles of the penetrated bodies look for them in the cells of their boxes.
+///
+/// With clusters, ClusteredCrossings does that for all but long edges.
 class CrossingQuery {
  public:
+  void use_clusters(const Bodies& bodies) { clustered_ = std::make_unique<ClusteredCrossings>(bodies); }
+
+  /// \param fixed  the positions in the lattice, where clusters are to be used
   template <class Structure>
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
-            Structure& edges, const CellSlots& slots) {
+            Structure& edges, const CellSlots& slots, const FixedPositions* fixed = nullptr) {
+    edges_.clear();
+    make_room(edges_, border_edges.size());
+    if (fixed != nullptr) {
+      clustered_->find(threads, bodies, positions, contacts, border_edges, cells, *fixed, edges_);
+    } else {
+      for (std::size_t e = 0; e < border_edges.size(); ++e) edges_.push_back(static_cast<Index>(e));
+    }
+    if (edges_.empty()) {
+      clear_search();
+    } else {
+      search(threads, bodies, positions, contacts, border_edges, cells, edges, slots);
+    }
+    if (fixed != nullptr) {
+      make_room(found_, found_.size() + clustered_->found().size());
+      found_.insert(found_.end(), clustered_->found().begin(), clustered_->found().end());
+    }
+    sort_into_rows<Crossing>(
+        found_, border_edges.size(), [](const Crossing& c) { return c.border_edge; }, begin_, crossings_);
+    if (fixed != nullptr) sort_rows(threads, border_edges.size());
+    tally_ = total(tallies_);
+    tally_ += total(footprint_tallies_);
+    if (fixed != nullptr) tally_ += clustered_->tally();
+  }
+
+  /// Sorted by (border edge, triangle).
+  [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
+  /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
+  [[nodiscard]] std::span<const Index> begin() const { return begin_; }
+  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+  /// Memory of the structure of clusters, bytes.
+  [[nodiscard]] std::size_t bytes() const { return clustered_ == nullptr ? 0 : clustered_->bytes(); }
+
+ private:
+  void clear_search() {
+    found_.clear();
+    tallies_.clear();
+    footprint_tallies_.clear();
+  }
+  void sort_rows(const parallel::Threads& threads, std::size_t rows) {
+    parallel::for_each(threads, rows, 4096, [&](std::size_t e) {
+      if (begin_[e + 1] - begin_[e] < 2) return;
+      std::sort(crossings_.begin() + begin_[e], crossings_.begin() + begin_[e + 1],
+                [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+    });
+  }
+
+  /// Finds the crossings of edges_, triangle by triangle. The structure has their places in that list.
+  template <class Structure>
+  void search(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+              const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
+              Structure& edges, const CellSlots& slots) {
+    const auto border_edge = [&](Index e) -> const BorderEdge& { return at(border_edges, at(edges_, e)); };
     const auto ends_of = [&](Index e) {
-      const BorderEdge& edge = at(border_edges, e);
+      const BorderEdge& edge = border_edge(e);
       return std::array{at(contacts.point, edge.contact), edge.free_point};
     };
-    const Lattice lattice = bounded(threads, cells, border_edges.size(), [&](std::size_t e) {
+    const Lattice lattice = bounded(threads, cells, edges_.size(), [&](std::size_t e) {
       const auto [in, out] = ends_of(static_cast<Index>(e));
       const Vec3 d = at(positions, out) - at(positions, in);
       return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
@@ -52,8 +111,8 @@ class CrossingQuery {
         ++number;
       });
     };
-    build(threads, lattice, border_edges.size(), slots, footprint, edges);
-    count_left_out(threads, positions, border_edges.size(), lattice, slots, ends_of);
+    build(threads, lattice, edges_.size(), slots, footprint, edges);
+    count_left_out(threads, positions, edges_.size(), lattice, slots, ends_of);
     mark_penetrated(bodies, contacts, border_edges);
 
     constexpr std::size_t grain = 256;
@@ -72,7 +131,7 @@ class CrossingQuery {
             const Box box = box_of(positions, triangle);
             near.clear();
             edges.for_each(lattice.cells_of(box), [&](Index e) {
-              if (at(contacts.body, at(border_edges, e).contact) == body) near.push_back(e);
+              if (at(contacts.body, border_edge(e).contact) == body) near.push_back(e);
             });
             // An edge that passes several cells of the triangle is one candidate.
             std::sort(near.begin(), near.end());
@@ -90,27 +149,15 @@ class CrossingQuery {
               const Vec3& out = at(positions, ends[1]);
               if (!box.overlaps(box_of(positions, ends)) || !segment_meets_triangle(in, out, t0, t1, t2))
                 continue;
-              found.push_back({e, static_cast<Index>(t), crossing_parameter(in, out, t0, t1, t2)});
+              found.push_back(
+                  {at(edges_, e), static_cast<Index>(t), crossing_parameter(in, out, t0, t1, t2)});
             }
           }
           keep_room(near, capacity, 2 * near.capacity() + 16);
         });
     lists_.join(found_);
-    sort_into_rows<Crossing>(
-        found_, border_edges.size(), [](const Crossing& c) { return c.border_edge; }, begin_, crossings_);
   }
 
-  /// Sorted by (border edge, triangle).
-  [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
-  /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
-  [[nodiscard]] std::span<const Index> begin() const { return begin_; }
-  [[nodiscard]] QueryTally tally() const {
-    QueryTally sum = total(tallies_);
-    sum += total(footprint_tallies_);
-    return sum;
-  }
-
- private:
   static std::uint64_t edge_name(Index in, Index out) {
     return (std::uint64_t{1} << 63) | (static_cast<std::uint64_t>(in) << 31) |
            static_cast<std::uint64_t>(out);
@@ -164,6 +211,9 @@ class CrossingQuery {
     for (const BorderEdge& edge : border_edges) at(penetrated_, at(contacts.body, edge.contact)) = 1;
   }
 
+  std::unique_ptr<ClusteredCrossings> clustered_;
+  std::vector<Index> edges_;  ///< border edges to be found triangle by triangle
+  QueryTally tally_;
   parallel::ChunkedList<Crossing> lists_;
   std::vector<Crossing> found_;
   std::vector<Crossing> crossings_;

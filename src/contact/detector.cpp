@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -8,6 +9,7 @@
 #include <palpate/error.hpp>
 
 #include "contact/border_edges.hpp"
+#include "contact/cluster_query.hpp"
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
@@ -17,6 +19,7 @@
 #include "grid/cell_slots.hpp"
 #include "grid/compact.hpp"
 #include "grid/cuckoo.hpp"
+#include "grid/fixed_positions.hpp"
 #include "grid/hash.hpp"
 #include "grid/uniform.hpp"
 #include "number_text.hpp"
@@ -98,11 +101,27 @@ struct Detector::State {
     }
     points = make_structure(settings.structure, settings.order, settings.sort);
     edges = make_structure(settings.structure, settings.order, settings.sort);
+    // The slots of approximate mode are those of single tets.
+    if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
+      cluster_query = std::make_unique<ClusterQuery>(bodies);
+      crossings.use_clusters(bodies);
+      fixed = std::make_unique<FixedPositions>(in_a_tet, marks_of_immovable());
+    }
+  }
+  /// Whether this detection asks with clusters of tets.
+  [[nodiscard]] bool clustered() const {
+    return cluster_query != nullptr && FixedPositions::represents(lattice);
+  }
+  [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const {
+    std::vector<std::uint8_t> marks(in_a_tet.size());
+    for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, bodies.body_of_point()[p]);
+    return marks;
   }
 
   void update_domain(std::span<const Vec3> positions);
   void count_movers(std::span<const Vec3> positions);
   void update_grid(std::span<const Vec3> positions);
+  void find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots);
 
   const Bodies& bodies;
   DetectionSettings settings;
@@ -121,6 +140,9 @@ struct Detector::State {
   AnyStructure points;
   AnyStructure edges;
   PointsInTets points_in_tets;
+  std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
+  std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
+  QueryTally points_tally;
   ContactList contacts;
   parallel::ChunkedList<BorderEdge> border_scratch;
   std::vector<BorderEdge> border_edges;
@@ -132,7 +154,10 @@ struct Detector::State {
 };
 
 void Detector::State::update_domain(std::span<const Vec3> positions) {
-  const Box bounds = bounds_of(threads, positions, in_a_tet, box_scratch);
+  // In the hope that last frame's domain will do.
+  std::optional<Box> placed;
+  if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(threads, lattice, positions);
+  const Box bounds = placed ? *placed : bounds_of(threads, positions, in_a_tet, box_scratch);
   if (cell_size.cell_size == 0.0) {
     cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size);
   }
@@ -141,6 +166,7 @@ void Detector::State::update_domain(std::span<const Vec3> positions) {
   new_domain = lattice.cell_size() == 0.0 || !domain.contains(bounds.lower) ||
                !domain.contains(bounds.upper) || too_large(domain, needed);
   if (new_domain) lattice = Lattice(needed, cell_size.cell_size);
+  if (clustered() && (new_domain || !placed)) fixed->place(threads, lattice, positions);
 }
 
 void Detector::State::count_movers(std::span<const Vec3> positions) {
@@ -156,6 +182,17 @@ void Detector::State::count_movers(std::span<const Vec3> positions) {
 
 void Detector::State::update_grid(std::span<const Vec3> positions) {
   update_domain(positions);
+  if (clustered()) {
+    auto& grid = std::get<CompactGrid>(points);
+    counts.sort = grid.build_points(threads, lattice, *fixed);
+    fixed->put_in_order(threads, grid.entries());
+    if (grid.tells_cells_apart()) {
+      counts.movers = new_domain ? grid.entries().size() : grid.movers();
+    } else {
+      count_movers(positions);
+    }
+    return;
+  }
   count_movers(positions);
   std::visit(
       [&](auto& structure) {
@@ -182,6 +219,23 @@ DetectionTimes& DetectionTimes::operator+=(const DetectionTimes& other) {
   return *this;
 }
 
+void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots) {
+  const PairFilter may_touch{immovable, settings.self_collision};
+  if (clustered()) {
+    cluster_query->find(threads, bodies, positions, may_touch, std::get<CompactGrid>(points), *fixed);
+    contacts.assign(threads, bodies, positions, cluster_query->found());
+    points_tally = cluster_query->tally();
+    return;
+  }
+  std::visit(
+      [&](auto& structure) {
+        points_in_tets.find(threads, bodies, positions, may_touch, lattice, structure, slots);
+      },
+      points);
+  contacts.assign(threads, bodies, positions, points_in_tets.found());
+  points_tally = points_in_tets.tally();
+}
+
 Detector::Detector(const Bodies& bodies, const DetectionSettings& settings,
                    std::vector<std::uint8_t> immovable, int threads)
     : state_(std::make_unique<State>(bodies, settings, std::move(immovable), threads)) {}
@@ -200,14 +254,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.times.grid = watch.lap();
   const CellSlots slots(s.settings.cells_per_primitive.value_or(0), s.step);
 
-  std::visit(
-      [&](auto& structure) {
-        s.points_in_tets.find(s.threads, s.bodies, positions,
-                              PairFilter{s.immovable, s.settings.self_collision}, s.lattice, structure,
-                              slots);
-      },
-      s.points);
-  s.contacts.assign(s.threads, s.bodies, positions, s.points_in_tets.found());
+  s.find_points_in_tets(positions, slots);
   s.times.contacts = watch.lap();
 
   find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
@@ -216,7 +263,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
-                         structure, slots);
+                         structure, slots, s.clustered() ? s.fixed.get() : nullptr);
       },
       s.edges);
   s.times.crossings = watch.lap();
@@ -228,7 +275,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.contacts = s.contacts.contacts().size();
   s.counts.border_edges = s.border_edges.size();
   s.counts.crossings = s.crossings.crossings().size();
-  QueryTally tally = s.points_in_tets.tally();
+  QueryTally tally = s.points_tally;
   tally += s.crossings.tally();
   s.counts.candidates = tally.candidates;
   s.counts.approximated_primitives = tally.approximated_primitives;
@@ -263,7 +310,8 @@ const CellSizeChoice& Detector::cell_size_choice() const {
 }
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
-  return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges);
+  const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0);
+  return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges) + beside;
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 
 #include "contact/layers.hpp"
 #include "contact/pair_filter.hpp"
+#include "contact/point_in_tet.hpp"
 #include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
@@ -15,12 +16,6 @@
 #include "parallel/parallel.hpp"
 
 namespace palpate {
-
-/// A point lies in a tet of another body, or of its own.
-struct PointInTet {
-  Index point;
-  Index tet;
-};
 
 /// Point-in-volume query (paper 4.2, "Parallel query"): loops over the tets in parallel and tests the points
 /// that the structure holds in the cells of the tet's box. Deviation: the paper counts in one pass and writes

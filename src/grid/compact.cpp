@@ -42,6 +42,32 @@ void CompactGrid::index_entries(const parallel::Threads& threads) {
   });
 }
 
+Sort CompactGrid::sort_points(const parallel::Threads& threads) {
+  // Where a start serves one key, sorting and C go together.
+  std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
+  const PointSort::Result result =
+      point_sort_.update(threads, keys_, key_of(index_.last()) + 1, entries_, starts);
+  if (starts == nullptr) index_entries(threads);
+  movers_ = result.movers;
+  return result.used;
+}
+
+Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& lattice,
+                               const FixedPositions& points) {
+  const std::size_t count = points.points().size();
+  index_.resize(lattice.size());
+  choose_shifts(count);
+  const bool linear =
+      index_.order() == Order::linear && key_shift_ == 0 && std::bit_width(index_.last()) < 32;
+  if (!linear) {
+    return build_points(threads, lattice, count, [&](Index p) {
+      return points.takes_part(p) ? std::optional(points.cell_of(at(points.points(), p))) : std::nullopt;
+    });
+  }
+  points.write_linear_keys(threads, keys_);
+  return sort_points(threads);
+}
+
 CompactGrid::Interval CompactGrid::within(Interval block, std::uint32_t first, std::uint32_t last) const {
   const auto before = [](Entry entry, std::uint32_t key) { return cell_key_of(entry) < key; };
   const auto after = [](std::uint32_t key, Entry entry) { return key < cell_key_of(entry); };

@@ -10,6 +10,7 @@
 
 #include "grid/cell_index.hpp"
 #include "grid/entry.hpp"
+#include "grid/fixed_positions.hpp"
 #include "grid/footprints.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
@@ -58,18 +59,49 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
+  /// The same for fixed positions, at the cells that they have in the lattice.
+  Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
+  /// Points whose key changed in the last build_points(); all of the first.
+  [[nodiscard]] std::size_t movers() const { return movers_; }
+  /// Whether each key is one cell.
+  [[nodiscard]] bool tells_cells_apart() const { return key_shift_ == 0; }
+
   /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
   /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
   /// O(entries).
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
+  /// Calls visit(begin, end) for intervals of L, none twice, that hold all entries in the cells of `range`,
+  /// and maybe others: where the range has more cells than there are entries. In time as for_each().
+  template <class Visit>
+  void for_each_interval(const CellRange& range, Visit&& visit) const;
+
+  /// Asks for the memory that for_each_interval() reads first.
+  void prefetch_rows(const CellRange& range) const {
+#if defined(__GNUC__)
+    if (index_.order() != Order::linear || range.along(1) * range.along(2) > most_prefetched) return;
+    for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k) {
+      for (std::int32_t j = range.lower[1]; j <= range.upper[1]; ++j)
+        __builtin_prefetch(&cell_begin_[key_of(index_({range.lower[0], j, k})) >> start_shift_]);
+    }
+#endif
+  }
+
   /// L: entries sorted by key, then reference; the unused ones of build_slots() last.
-  [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
+  [[nodiscard]] std::span<const Entry> entries() const {
+    return entries_;
+  }
   /// C: keys [b, b + 1) << start_shift() have the entries [cell_begin[b], cell_begin[b + 1]).
-  [[nodiscard]] std::span<const std::uint32_t> cell_begin() const { return cell_begin_; }
-  [[nodiscard]] int key_shift() const { return key_shift_; }
-  [[nodiscard]] int start_shift() const { return start_shift_; }
+  [[nodiscard]] std::span<const std::uint32_t> cell_begin() const {
+    return cell_begin_;
+  }
+  [[nodiscard]] int key_shift() const {
+    return key_shift_;
+  }
+  [[nodiscard]] int start_shift() const {
+    return start_shift_;
+  }
   [[nodiscard]] std::size_t bytes() const {
     return entries_.capacity() * sizeof(Entry) + cell_begin_.capacity() * sizeof(std::uint32_t);
   }
@@ -82,6 +114,7 @@ class CompactGrid {
   };
 
   void choose_shifts(std::size_t primitives);
+  Sort sort_points(const parallel::Threads& threads);  ///< by keys_
   void sort_entries(const parallel::Threads& threads, std::uint32_t largest_key);
   void index_entries(const parallel::Threads& threads);  ///< derives C
   [[nodiscard]] std::uint32_t key_of(std::uint64_t index) const {
@@ -97,14 +130,20 @@ class CompactGrid {
   template <class Visit>
   void visit_keys(std::uint32_t first, std::uint32_t last, Visit&& visit) const {
     const Interval interval = entries_of(first, last);
-    for (std::uint32_t e = interval.begin; e < interval.end; ++e) visit(reference_of(entries_[e]));
+    visit(interval.begin, interval.end);
   }
+  template <class Visit>
+  void visit_rows(const CellRange& range, Visit&& visit) const;
   template <class Visit>
   void visit_linear(const CellRange& range, Visit&& visit) const;
   template <class Visit>
   void visit_z(const CellRange& blocks, Visit&& visit) const;
-  template <class Visit>
-  void visit_all(const CellRange& range, Visit&& visit) const;
+  /// The range in blocks of cells that share a key (Z-order).
+  [[nodiscard]] CellRange blocks_of(CellRange range) const;
+  /// Whether a range has more cells (or rows of them) than there are entries.
+  [[nodiscard]] bool looks_at_entries(const CellRange& range) const;
+
+  static constexpr std::uint64_t most_prefetched = 64;
 
   CellIndex index_;
   int key_shift_ = 0;
@@ -114,6 +153,7 @@ class CompactGrid {
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
   std::vector<std::uint32_t> keys_;  ///< of points
+  std::size_t movers_ = 0;
   Sort sort_;
   PointSort point_sort_;
   RadixSort radix_sort_;
@@ -167,28 +207,56 @@ Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& 
     const std::optional<Cell> cell = cell_of(static_cast<Index>(p));
     keys_[p] = cell ? key_of(index_(*cell)) : no_key;
   });
-  // Where a start serves one key, sorting and C go together.
-  std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
-  const PointSort::Result result =
-      point_sort_.update(threads, keys_, key_of(index_.last()) + 1, entries_, starts);
-  if (starts == nullptr) index_entries(threads);
-  return result.used;
+  return sort_points(threads);
 }
 
 template <class Visit>
 void CompactGrid::for_each(const CellRange& range, Visit&& visit) const {
+  // Where it is cheaper to look at the entries than to look up cells, it is to ask for the cell of each.
+  const bool asks = key_shift_ == 0 && looks_at_entries(range);
+  for_each_interval(range, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t e = begin; e < end; ++e) {
+      if (asks && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
+      visit(reference_of(entries_[e]));
+    }
+  });
+}
+
+template <class Visit>
+void CompactGrid::for_each_interval(const CellRange& range, Visit&& visit) const {
   if (entries_.empty()) return;
+  if (looks_at_entries(range))
+    return visit_keys(key_of(index_(range.lower)), key_of(index_(range.upper)), visit);
   if (index_.order() == Order::linear) {
-    if (range.along(1) * range.along(2) > entries_.size()) return visit_all(range, visit);
-    return visit_linear(range, visit);
+    return key_shift_ + start_shift_ == 0 ? visit_rows(range, visit) : visit_linear(range, visit);
   }
-  CellRange blocks = range;
+  visit_z(blocks_of(range), visit);
+}
+
+inline CellRange CompactGrid::blocks_of(CellRange range) const {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    blocks.lower[axis] >>= block_bits_[axis];
-    blocks.upper[axis] >>= block_bits_[axis];
+    range.lower[axis] >>= block_bits_[axis];
+    range.upper[axis] >>= block_bits_[axis];
   }
-  if (blocks.count() > entries_.size()) return visit_all(range, visit);
-  visit_z(blocks, visit);
+  return range;
+}
+
+inline bool CompactGrid::looks_at_entries(const CellRange& range) const {
+  if (index_.order() == Order::linear) return range.along(1) * range.along(2) > entries_.size();
+  return blocks_of(range).count() > entries_.size();
+}
+
+/// Where each cell has its own start, a row needs two of them and nothing else.
+template <class Visit>
+void CompactGrid::visit_rows(const CellRange& range, Visit&& visit) const {
+  const auto length = static_cast<std::size_t>(range.along(0));
+  for (std::int32_t k = range.lower[2]; k <= range.upper[2]; ++k) {
+    const std::uint32_t* start = &cell_begin_[index_({range.lower[0], range.lower[1], k})];
+    for (std::int32_t j = range.lower[1]; j <= range.upper[1]; ++j) {
+      visit(start[0], start[length]);
+      start += index_.part(1, 1);
+    }
+  }
 }
 
 /// A row of cells along x is one interval of L. Rows ascend, so a key that two of them share is left out of
@@ -231,16 +299,6 @@ void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {
       }
       visit_keys(first, last, visit);
     }
-  }
-}
-
-/// For ranges of more cells than there are entries: looks at the entries instead.
-template <class Visit>
-void CompactGrid::visit_all(const CellRange& range, Visit&& visit) const {
-  const Interval interval = entries_of(key_of(index_(range.lower)), key_of(index_(range.upper)));
-  for (std::uint32_t e = interval.begin; e < interval.end; ++e) {
-    if (key_shift_ == 0 && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
-    visit(reference_of(entries_[e]));
   }
 }
 

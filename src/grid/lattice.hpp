@@ -66,6 +66,7 @@ class Lattice {
   [[nodiscard]] int doublings() const { return doublings_; }
   [[nodiscard]] const Cell& size() const { return size_; }
   [[nodiscard]] double cell_size() const { return cell_size_; }
+  [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }
   [[nodiscard]] const Box& domain() const { return domain_; }
 
   /// Calls visit(i, j, k) for every cell that the segment (a, b) passes, and few others (within a millionth

@@ -1,0 +1,100 @@
+#include "query_scenes.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "geometry/rotation.hpp"
+#include "geometry/vector.hpp"
+#include "scene/generators.hpp"
+#include "scene/load.hpp"
+
+namespace palpate::bench {
+namespace {
+
+/// Uniform in [-1, 1], from its arguments alone: the finaliser of SplitMix64.
+double random_unit(std::uint64_t stream, std::uint64_t index) {
+  std::uint64_t z = (stream << 40U) + index + 1;
+  z *= 0x9E3779B97F4A7C15U;
+  z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+  z ^= z >> 31U;
+  return std::ldexp(static_cast<double>(z >> 11U), -52) - 1.0;
+}
+
+/// Displacement along each axis that takes 2 of 100 points to another cell: two draws from [-a, a] differ by
+/// 2 a / 3 on average, and any of three axes will do.
+double tremble_for(double cell_size) {
+  constexpr double movers = 0.02;
+  return movers * cell_size / 2.0;
+}
+
+void start(QueryScene& scene) {
+  scene.places.assign(scene.bodies.points_rest().begin(), scene.bodies.points_rest().end());
+  scene.self_collision.assign(scene.bodies.bodies().size(), 0);
+  scene.tremble = tremble_for(mesh_statistics(scene.bodies, scene.places).edge_length.mean);
+}
+
+/// The stack with uneven surfaces.
+Model stack(int cells) {
+  StackingOptions options;
+  options.cells = {cells, cells, 1};
+  options.size = {0.02 * cells, 0.02 * cells, 0.01};
+  options.gap = 0.0;
+  return load_model(make_stacking_scene(options), {});
+}
+
+void make_uneven(std::vector<Vec3>& places) {
+  for (std::size_t p = 0; p < places.size(); ++p) places[p].z += 0.0012 * random_unit(1, p) - 0.0002;
+}
+
+}  // namespace
+
+void QueryScene::place(std::uint32_t frame, std::vector<Vec3>& positions) const {
+  positions.resize(places.size());
+  const std::uint64_t stream = 16 + std::uint64_t{frame} * 4;
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const Vec3 way{random_unit(stream, p), random_unit(stream + 1, p), random_unit(stream + 2, p)};
+    positions[p] = places[p] + tremble * way;
+  }
+}
+
+QueryScene stacking_scene(int cells) {
+  QueryScene scene;
+  scene.bodies = stack(cells).bodies;
+  scene.name = "stacking " + std::to_string(scene.bodies.tets().size());
+  start(scene);
+  make_uneven(scene.places);
+  return scene;
+}
+
+QueryScene pile_scene() {
+  QueryScene scene;
+  scene.name = "pile";
+  for (int b = 0; b < 27; ++b) {
+    const bool ball = b % 2 == 0;
+    TetMesh mesh = ball ? make_ball(0.58, 4 + b % 5) : make_box({5 + b % 4, 6, 5}, {1.05, 1.05, 1.05});
+    const Vec3 axis{1.0 + random_unit(2, static_cast<std::uint64_t>(b)), 1.0, 0.5};
+    const Turn turn = turn_about(axis, 37.0 * b);
+    const Vec3 centre{static_cast<double>(b % 3), static_cast<double>(b / 3 % 3), static_cast<double>(b / 9)};
+    for (Vec3& p : mesh.points) p = rotated(turn, p) + centre;
+    scene.bodies.add((ball ? "ball " : "box ") + std::to_string(b), std::move(mesh));
+  }
+  start(scene);
+  return scene;
+}
+
+QueryScene self_scene() {
+  QueryScene scene;
+  scene.name = "self-collision";
+  const Model model = stack(10);
+  TetMesh mesh;
+  mesh.points.assign(model.bodies.points_rest().begin(), model.bodies.points_rest().end());
+  mesh.tets.assign(model.bodies.tets().begin(), model.bodies.tets().end());
+  scene.bodies.add("all", std::move(mesh));
+  start(scene);
+  make_uneven(scene.places);
+  scene.self_collision.assign(1, 1);
+  return scene;
+}
+
+}  // namespace palpate::bench

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/cluster_query.hpp"
+
+namespace palpate {
+
+/// Lists the rows of the clusters of a block. A block that is full is finished before its time, and goes on
+/// with the rows that are left.
+/// \tparam Finish  finish() does what the block says
+template <class Finish>
+class BlockRows {
+ public:
+  BlockRows(simd::ClusterBlock& block, Finish& finish) : block_(block), finish_(finish) {}
+
+  /// Rows that follow are those of cluster c; clusters ascend.
+  void begin(std::size_t c) {
+    cluster_ = c;
+    block_.first_row[c] = static_cast<std::uint32_t>(rows_);
+  }
+  /// Items [begin, end); may be none.
+  void add(std::uint32_t begin, std::uint32_t end) {
+    while (items_ + (end - begin) > simd::ClusterBlock::most_points ||
+           rows_ == simd::ClusterBlock::most_rows) {
+      const std::size_t room =
+          rows_ == simd::ClusterBlock::most_rows ? 0 : simd::ClusterBlock::most_points - items_;
+      const auto part = static_cast<std::uint32_t>(std::min<std::size_t>(room, end - begin));
+      if (part > 0) block_.rows[rows_++] = {begin, begin + part};
+      begin += part;
+      finish_early();
+    }
+    // An empty row is overwritten by the next: cheaper than to ask.
+    block_.rows[rows_] = {begin, end};
+    rows_ += begin < end ? 1 : 0;
+    items_ += end - begin;
+  }
+  void end() {
+    block_.first_row[block_.clusters] = static_cast<std::uint32_t>(rows_);
+    finish_();
+  }
+
+ private:
+  void finish_early() {
+    for (std::size_t later = cluster_ + 1; later <= block_.clusters; ++later)
+      block_.first_row[later] = static_cast<std::uint32_t>(rows_);
+    finish_();
+    for (std::size_t done = 0; done <= cluster_; ++done) block_.first_row[done] = 0;
+    rows_ = 0;
+    items_ = 0;
+  }
+
+  simd::ClusterBlock& block_;
+  Finish& finish_;
+  std::size_t cluster_ = 0;
+  std::size_t rows_ = 0;
+  std::size_t items_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "contact/pair_filter.hpp"
+#include "contact/point_in_tet.hpp"
+#include "contact/query_tally.hpp"
+#include "grid/compact.hpp"
+#include "grid/fixed_positions.hpp"
+#include "mesh/clusters.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/cluster_query.hpp"
+
+namespace palpate {
+
+/// Point-in-volume query for the compact grid (docs/query.md): looks up the points around clusters of tets,
+/// and tests each against all tets of a cluster at a time, in float with a bound on the error. What that
+/// cannot decide goes to the exact predicate, so it finds what PointsInTets finds.
+class ClusterQuery {
+ public:
+  explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())
+      : clusters_(make_tet_clusters(bodies)), kernels_(kernels) {}
+
+  /// \param grid   holds the points of `fixed`, which has their positions in the order of its L
+  /// \param fixed  marks the points of immovable bodies
+  void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+            const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+
+  /// In no order that means anything, but the same for every thread count.
+  [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
+  /// A candidate is a pair of a point in the box of a cluster and one of its tets; corners of the tet count.
+  [[nodiscard]] QueryTally tally() const { return total(tallies_); }
+  [[nodiscard]] const Clusters& clusters() const { return clusters_; }
+
+ private:
+  class Work;
+
+  void find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
+                           const FixedPositions& fixed);
+
+  Clusters clusters_;
+  simd::ClusterKernels kernels_;
+  parallel::ChunkedList<PointInTet> lists_;
+  std::vector<PointInTet> found_;
+  std::vector<QueryTally> tallies_;
+  std::vector<std::uint8_t> upright_chunks_;
+  /// (n_bodies) 1: collides with itself, and all tets surely have a positive volume: nothing is folded.
+  std::vector<std::uint8_t> upright_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,208 @@
+#include "contact/clustered_crossings.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+
+#include "contact/block_rows.hpp"
+#include "geometry/predicates.hpp"
+
+namespace palpate {
+
+using simd::ClusterBlock;
+using simd::FixedPoint;
+
+namespace {
+
+/// Cells beyond which an edge counts as long. Clusters look as far around their boxes as the longest edge
+/// that is not reaches with its half.
+constexpr std::int64_t most_cells = 4;
+
+}  // namespace
+
+/// What find() was given.
+struct ClusteredCrossings::Problem {
+  const Bodies& bodies;
+  std::span<const Vec3> positions;
+  const Contacts& contacts;
+  std::span<const BorderEdge> border_edges;
+  const Lattice& lattice;
+  const FixedPositions& fixed;
+
+  [[nodiscard]] std::array<Index, 2> ends(Index edge) const {
+    const BorderEdge& e = at(border_edges, edge);
+    return {at(contacts.point, e.contact), e.free_point};
+  }
+  [[nodiscard]] Index body(Index edge) const { return at(contacts.body, at(border_edges, edge).contact); }
+  [[nodiscard]] std::int32_t most_length() const {
+    // Numbers are below 2^30 and a few: what a cluster reaches has to fit 31 bits.
+    return static_cast<std::int32_t>(std::min(most_cells << fixed.fraction_bits(), std::int64_t{1} << 29));
+  }
+  [[nodiscard]] std::int32_t length(Index edge) const {
+    const auto [in, out] = ends(edge);
+    const FixedPoint& a = at(fixed.points(), in);
+    const FixedPoint& b = at(fixed.points(), out);
+    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
+  }
+  [[nodiscard]] Cell middle_cell(Index edge) const {
+    const auto [in, out] = ends(edge);
+    const FixedPoint& a = at(fixed.points(), in);
+    const FixedPoint& b = at(fixed.points(), out);
+    const auto middle = [](std::int32_t x, std::int32_t y) { return std::min(x, y) + std::abs(x - y) / 2; };
+    return fixed.cell_of({middle(a.x, b.x), middle(a.y, b.y), middle(a.z, b.z), 0});
+  }
+};
+
+/// A chunk of clusters, block by block.
+class ClusteredCrossings::Work {
+ public:
+  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<Crossing>& found)
+      : query_(query), problem_(problem), rows_(query.rows()), found_(found) {}
+
+  void run(std::span<const Cluster> clusters) {
+    const simd::ClusterKernels kernels = simd::cluster_kernels();
+    while (!clusters.empty()) {
+      const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
+      block_.clusters = n;
+      for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
+      kernels.load(problem_.fixed.points(), query_.clusters_.points, block_);
+      look_up(n);
+      clusters = clusters.subspan(n);
+    }
+  }
+  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+
+ private:
+  void look_up(std::size_t n) {
+    const auto do_block = [&] { finish(n); };
+    BlockRows rows(block_, do_block);
+    const std::int32_t reach = query_.longest_ / 2 + 1;
+    for (std::size_t c = 0; c < n; ++c) {
+      rows.begin(c);
+      const auto [lower, upper, skips] = block_.box[c];
+      const auto down = [reach](std::int32_t x) { return std::max(0, x - reach); };
+      const CellRange cells{problem_.fixed.cell_of({down(lower.x), down(lower.y), down(lower.z), 0}),
+                            problem_.fixed.cell_of({upper.x + reach, upper.y + reach, upper.z + reach, 0})};
+      query_.grid_.for_each_interval(cells,
+                                     [&](std::uint32_t begin, std::uint32_t end) { rows.add(begin, end); });
+    }
+    rows.end();
+  }
+
+  void finish(std::size_t n) {
+    simd::filter_edges(rows_, block_);
+    simd::test_edges(rows_, query_.longest_, block_);
+    for (std::size_t c = 0; c < n; ++c) {
+      const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
+      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->size;
+    }
+    for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
+  }
+
+  void take(const ClusterBlock::Hit& hit) {
+    const Cluster& cluster = *block_.cluster[hit.cluster];
+    const Index edge = reference_of(at(query_.grid_.entries(), hit.entry));
+    const std::span<const Index> triangles = query_.clusters_.primitives_of(cluster);
+    for (std::uint32_t left = hit.primitives & 0xFFFFU; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      add(edge, triangles[lane], (hit.primitives >> 16 >> lane & 1) != 0);
+    }
+  }
+
+  void add(Index edge, Index t, bool surely) {
+    const Triangle& triangle = at(problem_.bodies.triangles(), t);
+    const auto ends = problem_.ends(edge);
+    // A body's own triangles at the edge's ends: they meet it there and nowhere else.
+    const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
+    if (std::any_of(triangle.begin(), triangle.end(), own)) return;
+    const auto& x = problem_.positions;
+    const Vec3& in = at(x, ends[0]);
+    const Vec3& out = at(x, ends[1]);
+    const Vec3& t0 = at(x, triangle[0]);
+    const Vec3& t1 = at(x, triangle[1]);
+    const Vec3& t2 = at(x, triangle[2]);
+    if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return;
+    found_.push_back({edge, t, crossing_parameter(in, out, t0, t1, t2)});
+  }
+
+  const ClusteredCrossings& query_;
+  const Problem& problem_;
+  simd::EdgeRows rows_;
+  std::vector<Crossing>& found_;
+  QueryTally tally_;
+  ClusterBlock block_;
+};
+
+void ClusteredCrossings::place_edges(const parallel::Threads& threads, const Problem& problem,
+                                     std::vector<Index>& left) {
+  constexpr std::size_t grain = 2048;
+  const std::size_t n = problem.border_edges.size();
+  const std::int32_t most = problem.most_length();
+  resize_with_room(is_long_, n);
+  assign_with_room(longest_of_chunk_, parallel::chunk_count(n, grain), 0);
+  parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::int32_t length = problem.length(static_cast<Index>(e));
+      is_long_[e] = length > most ? 1 : 0;
+      if (is_long_[e] == 0) longest_of_chunk_[chunk] = std::max(longest_of_chunk_[chunk], length);
+    }
+  });
+  longest_ = 0;
+  for (const std::int32_t length : longest_of_chunk_) longest_ = std::max(longest_, length);
+  for (std::size_t e = 0; e < n; ++e)
+    if (is_long_[e] != 0) left.push_back(static_cast<Index>(e));
+  grid_.build_points(threads, problem.lattice, n, [&](Index e) {
+    return at(is_long_, e) != 0 ? std::nullopt : std::optional(problem.middle_cell(e));
+  });
+}
+
+void ClusteredCrossings::put_in_order(const parallel::Threads& threads, const Problem& problem) {
+  const std::span<const Entry> entries = grid_.entries();
+  for (auto& numbers : row_) resize_with_room(numbers, entries.size() + simd::row_padding);
+  parallel::for_each(threads, entries.size(), 1024, [&](std::size_t i) {
+    const Index edge = reference_of(entries[i]);
+    const auto [in, out] = problem.ends(edge);
+    const FixedPoint& a = at(problem.fixed.points(), in);
+    const FixedPoint& b = at(problem.fixed.points(), out);
+    const std::array<std::int32_t, 7> numbers{a.x, a.y, a.z, b.x, b.y, b.z, problem.body(edge)};
+    for (std::size_t k = 0; k < numbers.size(); ++k) row_[k][i] = numbers[k];
+  });
+}
+
+simd::EdgeRows ClusteredCrossings::rows() const {
+  return {{row_[0].data(), row_[1].data(), row_[2].data()},
+          {row_[3].data(), row_[4].data(), row_[5].data()},
+          row_[6].data()};
+}
+
+void ClusteredCrossings::choose_clusters(const Problem& problem) {
+  penetrated_.assign(problem.bodies.bodies().size(), 0);
+  for (const BorderEdge& edge : problem.border_edges)
+    at(penetrated_, at(problem.contacts.body, edge.contact)) = 1;
+  active_.clear();
+  make_room(active_, clusters_.clusters.size());
+  for (const Cluster& cluster : clusters_.clusters)
+    if (at(penetrated_, cluster.body) != 0) active_.push_back(cluster);
+}
+
+void ClusteredCrossings::find(const parallel::Threads& threads, const Bodies& bodies,
+                              std::span<const Vec3> positions, const Contacts& contacts,
+                              std::span<const BorderEdge> border_edges, const Lattice& lattice,
+                              const FixedPositions& fixed, std::vector<Index>& left) {
+  const Problem problem{bodies, positions, contacts, border_edges, lattice, fixed};
+  place_edges(threads, problem, left);
+  put_in_order(threads, problem);
+  choose_clusters(problem);
+  constexpr std::size_t grain = ClusterBlock::most_clusters;
+  const std::span<const Cluster> clusters = active_;
+  tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
+  lists_.fill(threads, clusters.size(), grain,
+              [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+                Work work(*this, problem, found);
+                work.run(clusters.subspan(begin, end - begin));
+                tallies_[begin / grain] = work.tally();
+              });
+  lists_.join(found_);
+}
+
+}  // namespace palpate

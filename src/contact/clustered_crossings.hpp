@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <palpate/detection.hpp>
+
+#include "contact/query_tally.hpp"
+#include "grid/compact.hpp"
+#include "grid/fixed_positions.hpp"
+#include "mesh/clusters.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/crossing_query.hpp"
+
+namespace palpate {
+
+/// Edge-triangle query for the compact grid (docs/query.md): border edges are put into a grid by the cells of
+/// their middles, and clusters of triangles look for them around their boxes, as far as the longest edge
+/// reaches. A float filter with a bound on the error comes before the exact predicate, so it finds what
+/// CrossingQuery finds.
+class ClusteredCrossings {
+ public:
+  explicit ClusteredCrossings(const Bodies& bodies) : clusters_(make_triangle_clusters(bodies)) {}
+
+  /// Finds the crossings of all border edges but long ones, whose indices it appends to `left`.
+  /// \param fixed  the positions, in `lattice`
+  void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+            const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& lattice,
+            const FixedPositions& fixed, std::vector<Index>& left);
+
+  /// In no order that means anything, but the same for every thread count.
+  [[nodiscard]] std::span<const Crossing> found() const { return found_; }
+  /// A candidate is a pair of an edge whose box meets that of a cluster of the body it is for, and one of its
+  /// triangles.
+  [[nodiscard]] QueryTally tally() const { return total(tallies_); }
+  [[nodiscard]] std::size_t bytes() const {
+    return grid_.bytes() + 7 * row_[0].capacity() * sizeof(std::int32_t);
+  }
+
+ private:
+  class Work;
+  struct Problem;
+
+  void place_edges(const parallel::Threads& threads, const Problem& problem, std::vector<Index>& left);
+  void put_in_order(const parallel::Threads& threads, const Problem& problem);
+  void choose_clusters(const Problem& problem);
+  [[nodiscard]] simd::EdgeRows rows() const;
+
+  Clusters clusters_;
+  CompactGrid grid_;
+  std::vector<std::uint8_t> is_long_;  ///< (n_border_edges)
+  std::vector<std::int32_t> longest_of_chunk_;
+  std::int32_t longest_ = 0;                      ///< of the edges that are not long, along an axis
+  std::array<std::vector<std::int32_t>, 7> row_;  ///< numbers of EdgeRows
+  std::vector<std::uint8_t> penetrated_;          ///< (n_bodies)
+  std::vector<Cluster> active_;                   ///< clusters of penetrated bodies
+  parallel::ChunkedList<Crossing> lists_;
+  std::vector<Crossing> found_;
+  std::vector<QueryTally> tallies_;
+};
+
+}  // namespace palpate

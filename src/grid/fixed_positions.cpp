@@ -1,0 +1,81 @@
+#include "grid/fixed_positions.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 2048;
+
+/// Numbers stay below 2^30 and a few: differences fit 32 bits with a sign.
+int fraction_bits_of(const Lattice& lattice) {
+  const Cell& size = lattice.size();
+  const auto most = static_cast<std::uint32_t>(std::max({size[0], size[1], size[2]}));
+  return 30 - static_cast<int>(std::bit_width(most - 1));
+}
+
+}  // namespace
+
+FixedPositions::FixedPositions(std::span<const std::uint8_t> takes_part, std::span<const std::uint8_t> marks)
+    : takes_part_(takes_part.begin(), takes_part.end()), points_(takes_part.size()) {
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const std::uint32_t mark = marks[p] != 0 ? simd::marked : 0U;
+    if (takes_part[p] == 0) absent_.push_back(static_cast<std::uint32_t>(p));
+    points_[p] = {0, 0, 0, static_cast<std::int32_t>(static_cast<std::uint32_t>(p) | mark)};
+  }
+  const auto n = static_cast<std::size_t>(std::count(takes_part.begin(), takes_part.end(), 1));
+  for (std::vector<std::int32_t>* list : {&x_, &y_, &z_, &name_}) list->resize(n + simd::row_padding);
+}
+
+bool FixedPositions::represents(const Lattice& lattice) {
+  return std::isfinite(std::ldexp(lattice.inverse_cell_size(), 30));
+}
+
+std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const Lattice& lattice,
+                                         std::span<const Vec3> positions) {
+  fraction_bits_ = fraction_bits_of(lattice);
+  size_ = lattice.size();
+  const double scale = std::ldexp(lattice.inverse_cell_size(), fraction_bits_);
+  const Vec3 lower = lattice.domain().lower;
+  bounds_.resize(parallel::chunk_count(positions.size(), grain));
+  parallel::for_chunks(
+      threads, positions.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        bounds_[chunk] =
+            simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
+      });
+  // Points that take no part may be anywhere.
+  if (!absent_.empty()) return std::nullopt;
+  Box box;
+  bool finite = true;
+  for (const simd::Bounds& part : bounds_) {
+    box.extend(Box{part.lower, part.upper});
+    finite = finite && part.finite;
+  }
+  const Box most{{-largest_coordinate, -largest_coordinate, -largest_coordinate},
+                 {largest_coordinate, largest_coordinate, largest_coordinate}};
+  return finite && most.contains(box.lower) && most.contains(box.upper) ? std::optional(box) : std::nullopt;
+}
+
+void FixedPositions::write_linear_keys(const parallel::Threads& threads,
+                                       std::vector<std::uint32_t>& keys) const {
+  keys.resize(points_.size());
+  const simd::KeyRule rule{fraction_bits_, size_};
+  parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::linear_keys(std::span(points_).subspan(begin, end - begin), rule, keys.data() + begin);
+  });
+  for (const std::uint32_t p : absent_) keys[p] = no_key;
+}
+
+void FixedPositions::put_in_order(const parallel::Threads& threads, std::span<const Entry> entries) {
+  parallel::for_each(threads, entries.size(), grain, [&](std::size_t e) {
+    const simd::FixedPoint& point = at(points_, reference_of(entries[e]));
+    x_[e] = point.x;
+    y_[e] = point.y;
+    z_[e] = point.z;
+    name_[e] = point.name;
+  });
+}
+
+}  // namespace palpate

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "geometry/box.hpp"
+#include "grid/entry.hpp"
+#include "grid/lattice.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/cluster_query.hpp"
+
+namespace palpate {
+
+/// Positions as fixed-point numbers of parts of a cell, and those of the points of a grid beside its L
+/// (docs/query.md).
+///
+/// A number is floor((x - lower) / cell size x 2^fraction_bits()), computed in double: below 2^31, monotone
+/// in x, and wrong by less than 1 + 2^-20 in any difference of two. The cell of a point is its number without
+/// the fraction.
+class FixedPositions {
+ public:
+  /// \param takes_part  per point; the others have no fixed position
+  /// \param marks       per point: whether its name gets simd::marked
+  FixedPositions(std::span<const std::uint8_t> takes_part, std::span<const std::uint8_t> marks);
+
+  /// Whether the numbers of a lattice stay finite: all but cells smaller than 1e-290.
+  [[nodiscard]] static bool represents(const Lattice& lattice);
+  /// Takes over the positions (n_points x 3) of a frame, and gives the box of those that take part; none
+  /// where one of them may not be finite or is beyond largest_coordinate. Means nothing unless the box is in
+  /// the domain of the lattice. Parallel, O(n).
+  std::optional<Box> place(const parallel::Threads& threads, const Lattice& lattice,
+                           std::span<const Vec3> positions);
+  /// The keys of all points, linear cell indices below 2^31; those that take no part have no_key. Parallel,
+  /// O(n).
+  void write_linear_keys(const parallel::Threads& threads, std::vector<std::uint32_t>& keys) const;
+  /// Puts points in the order of L, `entries`. Parallel, O(entries).
+  void put_in_order(const parallel::Threads& threads, std::span<const Entry> entries);
+
+  [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
+  [[nodiscard]] simd::PointRows rows() const { return {x_.data(), y_.data(), z_.data(), name_.data()}; }
+  [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
+  /// The cell of a fixed position; that of Lattice::cell_of().
+  [[nodiscard]] Cell cell_of(const simd::FixedPoint& p) const {
+    return {std::min(p.x >> fraction_bits_, size_[0] - 1), std::min(p.y >> fraction_bits_, size_[1] - 1),
+            std::min(p.z >> fraction_bits_, size_[2] - 1)};
+  }
+  [[nodiscard]] bool takes_part(Index point) const { return at(takes_part_, point) != 0; }
+  [[nodiscard]] std::size_t bytes() const {
+    return points_.capacity() * sizeof(simd::FixedPoint) + 4 * x_.capacity() * sizeof(std::int32_t);
+  }
+
+ private:
+  std::vector<std::uint8_t> takes_part_;
+  std::vector<std::uint32_t> absent_;  ///< points that take no part
+  std::vector<simd::Bounds> bounds_;   ///< of a chunk
+  std::vector<simd::FixedPoint> points_;
+  std::vector<std::int32_t> x_;
+  std::vector<std::int32_t> y_;
+  std::vector<std::int32_t> z_;
+  std::vector<std::int32_t> name_;
+  int fraction_bits_ = 0;
+  Cell size_{};
+};
+
+}  // namespace palpate

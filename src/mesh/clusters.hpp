@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "simd/cluster.hpp"
+
+namespace palpate {
+
+/// All tets, or all surface triangles, in clusters of one body each.
+struct Clusters {
+  std::vector<Cluster> clusters;  ///< bodies ascend; within one, neighbours follow each other
+  std::vector<Index> primitives;  ///< (n_tets or n_triangles): those of each cluster, ascending within it
+  std::vector<Index> points;      ///< the points of each cluster, ascending within it
+  std::vector<std::uint16_t> at_point;  ///< beside points: bits of the primitives with that corner
+  [[nodiscard]] std::span<const Index> primitives_of(const Cluster& cluster) const {
+    return std::span(primitives).subspan(static_cast<std::size_t>(cluster.first), cluster.size);
+  }
+  [[nodiscard]] std::span<const Index> points_of(const Cluster& cluster) const {
+    return std::span(points).subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
+  }
+  /// Bits of the primitives of a cluster that have a point as a corner. O(points), without a branch on each.
+  [[nodiscard]] std::uint32_t primitives_at(const Cluster& cluster, Index point) const {
+    const std::span<const Index> all = points_of(cluster);
+    const auto place = static_cast<std::size_t>(
+        std::count_if(all.begin(), all.end(), [point](Index other) { return other < point; }));
+    if (place == all.size() || all[place] != point) return 0;
+    return at_point[static_cast<std::size_t>(cluster.first_point) + place];
+  }
+};
+
+/// A cluster's box is at most this many times as long as the box of its largest primitive.
+inline constexpr double most_cluster_extent = 4.0;
+
+/// Cuts each body into clusters at its rest positions: halves it across its longest side, again and again,
+/// until 16 tets with 32 points are left that lie together (most_cluster_extent). Cuts leave multiples of 16
+/// tets, so that few clusters are not full. The same for the same bodies. O(tets log tets).
+Clusters make_tet_clusters(const Bodies& bodies);
+/// The same for the surface triangles.
+Clusters make_triangle_clusters(const Bodies& bodies);
+
+}  // namespace palpate

@@ -1,0 +1,136 @@
+// One lane a primitive of a cluster: what the kernels of both queries share. Included once for each target.
+#if defined(PALPATE_SIMD_CLUSTER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PALPATE_SIMD_CLUSTER_LANES_INL
+#undef PALPATE_SIMD_CLUSTER_LANES_INL
+#else
+#define PALPATE_SIMD_CLUSTER_LANES_INL
+#endif
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <hwy/highway.h>
+
+#include "simd/cluster_query.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, Cluster::most_primitives>;
+using Ints = hn::RebindToSigned<Floats>;
+using Float = hn::Vec<Floats>;
+using Int = hn::Vec<Ints>;
+constexpr Floats floats;
+constexpr Ints ints;
+
+constexpr std::size_t lanes() {
+  return hn::MaxLanes(floats);
+}
+static_assert(Cluster::most_primitives % hn::MaxLanes(Floats()) == 0);
+
+/// Bit i of the result: lane i of the mask.
+template <class D>
+HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
+  std::array<std::uint8_t, 8> bytes{};
+  hn::StoreMaskBits(d, mask, bytes.data());
+  return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
+}
+
+/// Where the lanes that a mask keeps come from: those of lane i of the result in row `bits of the mask`.
+template <std::size_t n>
+constexpr auto make_places_kept() {
+  std::array<std::array<std::uint8_t, n>, std::size_t{1} << n> places{};
+  for (std::size_t bits = 0; bits < places.size(); ++bits) {
+    std::size_t count = 0;
+    for (std::size_t lane = 0; lane < n; ++lane)
+      if ((bits >> lane & 1) != 0) places[bits][count++] = static_cast<std::uint8_t>(lane);
+  }
+  return places;
+}
+constexpr std::size_t few_lanes = lanes() < 16 ? lanes() : 1;
+constexpr auto places_kept = make_places_kept<few_lanes>();
+
+/// Stores the lanes that a mask keeps, one after the other, and whatever behind them; returns how many.
+/// Highway's Compress copies its table at each call (1.0.3, GCC), but needs none with AVX-512.
+HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t* to) {
+  const std::uint32_t bits = bits_of(ints, keep);
+  if constexpr (lanes() == 16) {
+    hn::StoreU(hn::Compress(numbers, keep), ints, to);
+  } else {
+    const hn::Rebind<std::uint8_t, Ints> bytes;
+    const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, places_kept[bits].data()));
+    hn::StoreU(hn::TableLookupLanes(numbers, hn::IndicesFromVec(ints, places)), ints, to);
+  }
+  return static_cast<std::size_t>(std::popcount(bits));
+}
+
+/// Negative where a number is not in [lower, upper].
+HWY_INLINE Int outside(Int number, Int lower, Int upper) {
+  return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));
+}
+
+struct Vector {
+  Float x;
+  Float y;
+  Float z;
+};
+HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Float cross_part(Float ay, Float bz, Float az, Float by) {
+  return hn::MulSub(ay, bz, hn::Mul(az, by));
+}
+HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
+  return {cross_part(a.y, b.z, a.z, b.y), cross_part(a.z, b.x, a.x, b.z), cross_part(a.x, b.y, a.y, b.x)};
+}
+HWY_INLINE Float dot(const Vector& a, const Vector& b) {
+  return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
+}
+/// Corners of a cluster as arrays of numbers, from the corner of its box.
+struct Corners {
+  alignas(64) std::array<float, Cluster::most_points> x;
+  alignas(64) std::array<float, Cluster::most_points> y;
+  alignas(64) std::array<float, Cluster::most_points> z;
+};
+
+HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& corners) {
+  const FixedPoint& lower = block.box[c].lower;
+  for (std::size_t i = 0; i < block.cluster[c]->points; i += lanes()) {
+    Int x;
+    Int y;
+    Int z;
+    Int name;
+    hn::LoadInterleaved4(ints, &block.corners[c][i].x, x, y, z, name);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(x, hn::Set(ints, lower.x))), floats, corners.x.data() + i);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(y, hn::Set(ints, lower.y))), floats, corners.y.data() + i);
+    hn::Store(hn::ConvertTo(floats, hn::Sub(z, hn::Set(ints, lower.z))), floats, corners.z.data() + i);
+  }
+}
+
+/// Numbers at places 0 to 31 of an array.
+HWY_INLINE Float pick(const std::array<float, Cluster::most_points>& from, Int places) {
+  if constexpr (hn::MaxLanes(Floats()) == 16) {
+    const auto half = hn::IndicesFromVec(floats, hn::And(places, hn::Set(ints, 15)));
+    const auto upper = hn::RebindMask(floats, hn::Gt(places, hn::Set(ints, 15)));
+    return hn::IfThenElse(upper, hn::TableLookupLanes(hn::Load(floats, from.data() + 16), half),
+                          hn::TableLookupLanes(hn::Load(floats, from.data()), half));
+  } else {
+    return hn::GatherIndex(floats, from.data(), places);
+  }
+}
+
+HWY_INLINE Vector corner_of(const Corners& corners, const Cluster& cluster, std::size_t corner,
+                            std::size_t lane) {
+  const hn::Rebind<std::uint8_t, Ints> bytes;
+  const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, cluster.corners[corner].data() + lane));
+  return {pick(corners.x, places), pick(corners.y, places), pick(corners.z, places)};
+}
+
+}  // namespace
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

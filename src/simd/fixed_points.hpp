@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <palpate/types.hpp>
+
+namespace palpate::simd {
+
+/// A point in fixed-point coordinates below 2^31, which count parts of a cell from the corner of the domain
+/// (docs/query.md), and its name: its index, with `marked` in the name of those that clusters can leave out.
+struct alignas(16) FixedPoint {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
+  std::int32_t name;
+};
+inline constexpr std::uint32_t marked = std::uint32_t{1} << 31;
+constexpr std::int32_t index_of_name(std::int32_t name) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
+}
+
+/// The box of positions.
+struct Bounds {
+  Vec3 lower;
+  Vec3 upper;
+  bool finite;  ///< whether all coordinates are; the box means nothing otherwise
+};
+
+/// Sets points[i] to floor((positions[i] - lower) x scale), keeping its name; numbers that do not fit are
+/// something else that fits. Returns the box of the positions, at least one.
+Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points);
+
+/// How fixed-point coordinates become a key: cell = min(number >> fraction_bits, size - 1), and
+/// key = i + j size_x + k size_x size_y, below 2^31.
+struct KeyRule {
+  int fraction_bits;
+  std::array<std::int32_t, 3> size;
+};
+void linear_keys(std::span<const FixedPoint> points, const KeyRule& rule, std::uint32_t* keys);
+
+}  // namespace palpate::simd

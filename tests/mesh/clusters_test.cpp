@@ -1,0 +1,109 @@
+// Clusters against what they promise: each tet in one of them, and limits, for boxes, balls, soups and
+// slivers.
+#include "mesh/clusters.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <set>
+#include <vector>
+
+#include "geometry/box.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+double longest_side(const Box& box) {
+  const Vec3 d = box.upper - box.lower;
+  return std::max({d.x, d.y, d.z});
+}
+
+Bodies many_bodies(std::uint64_t seed) {
+  test::Random random(seed);
+  Bodies bodies;
+  bodies.add("one tet", test::soup(1, [&] { return random.point(-1, 1); }));
+  bodies.add("box", test::box_mesh({7, 5, 3}, {0, 0, 0}, {7, 5, 1}));
+  bodies.add("strip", test::box_mesh({60, 1, 1}, {0, 0, 0}, {60, 1, 1}));
+  bodies.add("ball", test::ball_mesh(4, {1, 2, 3}, 0.5));
+  bodies.add("soup", test::soup(100, [&] { return random.point(-1, 1); }));
+  bodies.add("grid soup", test::soup(100, [&] { return random.grid_point(-2, 2, 1.0); }));
+  double size = 1.0;
+  Vec3 centre;
+  int corner = 0;
+  bodies.add("far apart", test::soup(50, [&] {
+               if (corner++ % 4 == 0) {
+                 size = random.uniform(0.001, 1.0);
+                 centre = random.point(-100, 100);
+               }
+               return centre + size * random.point(-1, 1);
+             }));
+  return bodies;
+}
+
+/// \param primitives  all tets or triangles; `range_of(body)` those of a body
+template <class Primitive, class RangeOf>
+void check_clusters(const Bodies& bodies, std::span<const Primitive> primitives, const Clusters& all,
+                    RangeOf&& range_of) {
+  std::vector<int> seen(primitives.size(), 0);
+  for (const Cluster& cluster : all.clusters) {
+    ASSERT_GE(cluster.size, 1);
+    ASSERT_LE(cluster.size, Cluster::most_primitives);
+    ASSERT_LE(cluster.points, Cluster::most_points);
+    const auto members = all.primitives_of(cluster);
+    const auto points = all.points_of(cluster);
+    EXPECT_TRUE(std::is_sorted(members.begin(), members.end()));
+    EXPECT_EQ(std::set<Index>(points.begin(), points.end()).size(), points.size()) << "each point once";
+    Box box;
+    double largest = 0.0;
+    std::set<Index> used;
+    for (std::size_t lane = 0; lane < Cluster::most_primitives; ++lane) {
+      const Index t = members[lane < members.size() ? lane : 0];
+      const Primitive& primitive = at(primitives, t);
+      for (std::size_t c = 0; c < 4; ++c)
+        ASSERT_EQ(points[cluster.corners[c][lane]], primitive[std::min(c, primitive.size() - 1)]);
+      if (lane >= members.size()) continue;
+      ++at(seen, t);
+      EXPECT_TRUE(range_of(at(bodies.bodies(), cluster.body)).contains(t));
+      used.insert(primitive.begin(), primitive.end());
+      for (const Index point : points) {
+        const bool is_corner = std::find(primitive.begin(), primitive.end(), point) != primitive.end();
+        EXPECT_EQ((all.primitives_at(cluster, point) >> lane & 1) != 0, is_corner);
+      }
+      const Box of_one = box_of(bodies.points_rest(), primitive);
+      box.extend(of_one);
+      largest = std::max(largest, longest_side(of_one));
+    }
+    EXPECT_EQ(all.primitives_at(cluster, points.front() - 1), 0U);
+    EXPECT_EQ(all.primitives_at(cluster, points.back() + 1), 0U);
+    EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that none uses";
+    EXPECT_LE(longest_side(box), most_cluster_extent * largest);
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+}
+
+TEST(Clusters, EachTetAndTriangleIsInOneOfItsBodyAndLimitsHold) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Bodies bodies = many_bodies(seed);
+    check_clusters(bodies, bodies.tets(), make_tet_clusters(bodies),
+                   [](const Body& body) { return body.tets; });
+    check_clusters(bodies, bodies.triangles(), make_triangle_clusters(bodies),
+                   [](const Body& body) { return body.triangles; });
+  }
+}
+
+TEST(Clusters, FillUpWhereTetsLieTogether) {
+  Bodies bodies;
+  bodies.add("box", test::box_mesh({20, 20, 10}, {0, 0, 0}, {2, 2, 1}));  // 24000 tets
+  const Clusters all = make_tet_clusters(bodies);
+  EXPECT_EQ(all.clusters.size(), 1500U);
+}
+
+TEST(Clusters, AreTheSameForTheSameBodies) {
+  const Clusters a = make_tet_clusters(many_bodies(3));
+  const Clusters b = make_tet_clusters(many_bodies(3));
+  EXPECT_EQ(a.primitives, b.primitives);
+  EXPECT_EQ(a.points, b.points);
+}
+
+}  // namespace
+}  // namespace palpate
