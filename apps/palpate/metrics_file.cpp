@@ -37,7 +37,7 @@ std::string header(const Units& units) {
   line +=
       ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
-      "dropped_cells,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_growths,solves,solver_iterations,"
+      "dropped_cells,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_growths,detections,solves,solver_iterations,"
       "solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
@@ -76,9 +76,9 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
   }
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
-  lines_ +=
-      fmt::format(",{},{:.4f},{},{},{},{},{}", sort, points.occupancy(), points.retries() + edges.retries(),
-                  points.growths + edges.growths, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
+  lines_ += fmt::format(",{},{:.4f},{},{},{},{},{},{}", sort, points.occupancy(),
+                        points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
+                        m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

@@ -84,6 +84,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "cuckoo_occupancy",
                                        "cuckoo_retries",
                                        "cuckoo_growths",
+                                       "detections",
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
