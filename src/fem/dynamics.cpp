@@ -152,15 +152,13 @@ void Dynamics::update_elements() {
 }
 
 void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces) {
-  const auto& elements_of_point = matrix_.elements_of_point();
-  const auto corners = matrix_.corner_of_point();
+  const auto& begin = matrix_.elements_of_point().begin;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     Vec3 force = masses_[i] * gravity;
     if (!external_forces.empty()) force += external_forces[i];
-    for (Index entry = elements_of_point.begin[i]; entry < elements_of_point.begin[i + 1]; ++entry) {
-      force += elements_.force(at(elements_of_point.values, entry), at(corners, entry));
-    }
+    for (Index entry = begin[i]; entry < begin[i + 1]; ++entry)
+      force += unpadded(elements_.forces()[at(matrix_.incidences(), entry).own]);
     point_forces_[i] = force;
   });
   // The speed that gravity and loads would give in a step, by mass: at rest all forces cancel, and only this

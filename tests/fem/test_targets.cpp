@@ -41,7 +41,7 @@ struct ElementCase {
 TEST(SimdTargets, ElementPassEqualsOneByOne) {
   const ElementCase c;
   Elements expected = c.elements();
-  ASSERT_NE(expected.size() % 8, 0);
+  ASSERT_NE(expected.size() % 16, 0);
   std::vector<double> factors;
   for (Index e = 0; e < expected.size(); ++e) factors.push_back(1e-4 * (1 + e % 5));
   expected.set_factors(factors);
