@@ -77,7 +77,7 @@ void BlockMatrix::build_row(const Elements& elements, Index row) {
   for (Index entry = at(elements_of_point_.begin, row); entry < last; ++entry) {
     const Tet& corners = at(elements.corners(), at(elements_of_point_.values, entry));
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t place = place_of(corners[k]);
+      const std::size_t place = place_of(corners[(at(incidences_, entry).own + k) % 4]);
       at(incidences_, entry).places[k] = static_cast<std::uint16_t>(24 * (place / 2) + 4 * (place % 2));
     }
   }

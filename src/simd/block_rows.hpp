@@ -19,8 +19,9 @@ struct BlockRows {
 
 /// An element at a point.
 struct Incidence {
-  std::uint32_t own;                    ///< row of `gradients` of the point's corner: 4 element + corner
-  std::array<std::uint16_t, 4> places;  ///< of the block with each corner, from the first value of the row
+  std::uint32_t own;  ///< row of `gradients` of the point's corner: 4 element + corner
+  std::array<std::uint16_t, 4>
+      places;  ///< of the block with corner (corner + k) % 4, from the row's first value
 };
 
 /// Where the blocks come from: block (i, j) is the sum over the elements with corners i and j of

@@ -46,8 +46,8 @@ void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, 
       const Incidence& incidence = rows.incidences[i];
       const Padded3* other = rows.gradients + (incidence.own & ~std::uint32_t{3});
       for (std::size_t j = 0; j < 4; ++j) {
-        add_term(rows.gradients[incidence.own], other[j], rows.ratios[incidence.own / 4],
-                 own + incidence.places[j]);
+        add_term(rows.gradients[incidence.own], other[(incidence.own + j) & 3],
+                 rows.ratios[incidence.own / 4], own + incidence.places[j]);
       }
     }
     const std::size_t place = rows.diagonal_block[row] - 2 * first;
