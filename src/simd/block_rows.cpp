@@ -260,6 +260,7 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
   const Four d;
   const Row factor = hn::Set(d, step);
   Row rr = hn::Zero(d);
+  Row by_mass = hn::Zero(d);
   Row rz = hn::Zero(d);
   Row xx = hn::Zero(d);
   for (std::size_t row = begin; row < end; ++row) {
@@ -269,12 +270,14 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
     store(x, v.solution[row]);
     store(r, v.residual[row]);
     store(z, v.preconditioned[row]);
-    rr = hn::MulAdd(hn::Mul(r, r), hn::Set(d, v.inverse_masses[row]), rr);
+    const Row square = hn::Mul(r, r);
+    rr = hn::Add(rr, square);
+    by_mass = hn::MulAdd(square, hn::Set(d, v.inverse_masses[row]), by_mass);
     rz = hn::MulAdd(r, z, rz);
     xx = hn::MulAdd(hn::Mul(x, x), hn::Set(d, v.masses[row]), xx);
   }
-  return {hn::GetLane(hn::SumOfLanes(d, rr)), hn::GetLane(hn::SumOfLanes(d, rz)),
-          hn::GetLane(hn::SumOfLanes(d, xx))};
+  return {hn::GetLane(hn::SumOfLanes(d, rr)), hn::GetLane(hn::SumOfLanes(d, by_mass)),
+          hn::GetLane(hn::SumOfLanes(d, rz)), hn::GetLane(hn::SumOfLanes(d, xx))};
 }
 
 void turn_rows(const GradientVectors& v, double turn, std::size_t begin, std::size_t end) {

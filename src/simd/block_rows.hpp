@@ -78,7 +78,8 @@ struct GradientVectors {
   const double* inverse_masses;    ///< a row each
 };
 struct VectorSums {
-  double residual = 0.0;        ///< of r r / m
+  double residual = 0.0;        ///< of r r
+  double by_mass = 0.0;         ///< of r r / m
   double preconditioned = 0.0;  ///< of r z
   double solution = 0.0;        ///< of m x x
 };

@@ -96,7 +96,9 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
     v.solution[row] = plus(v.solution[row], step, v.direction[row]);
     v.residual[row] = plus(v.residual[row], -step, v.product[row]);
     v.preconditioned[row] = product(v.inverse_diagonal + 12 * row, v.residual[row]);
-    sums.residual += dot(v.residual[row], v.residual[row]) * v.inverse_masses[row];
+    const double square = dot(v.residual[row], v.residual[row]);
+    sums.residual += square;
+    sums.by_mass += square * v.inverse_masses[row];
     sums.solution += dot(v.solution[row], v.solution[row]) * v.masses[row];
     sums.preconditioned += dot(v.residual[row], v.preconditioned[row]);
   }

@@ -57,7 +57,8 @@ TEST(EnvelopeCholesky, LeavesOutWhatHasNoStiffness) {
   EXPECT_EQ(b[0], (Vector6{1.0, 2.0, 0.0, 4.0, 5.0, 6.0}));
 }
 
-/// Several bodies, of which one has more points than an aggregate, one is held and one has a single free point.
+/// Several bodies, of which one has more points than an aggregate, one is held and one has a single free
+/// point.
 TEST(CoarseSpace, CutsFreePointsOfEachBodyIntoAggregates) {
   Bodies bodies;
   bodies.add("large", box_mesh({6, 6, 6}, {1.0, 1.0, 1.0}));
