@@ -116,7 +116,7 @@ struct System {
 };
 
 inline SolveReport solve(System& s, ConjugateGradients& solver, std::span<const Vec3> b, std::vector<Vec3>& x,
-                  const SolveGoal& goal) {
+                         const SolveGoal& goal) {
   auto padded_x = padded(x);
   const SolveReport report = solver.solve(s.threads, s.system, padded(b), padded_x, goal);
   x = unpadded(padded_x);
