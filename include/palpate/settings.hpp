@@ -94,7 +94,7 @@ struct ResponseSettings {
 
 /// How a step is solved.
 struct SolverSettings {
-  double tolerance = 1e-3;  ///< at which the conjugate gradients stop, > 0
+  double tolerance = 1e-4;  ///< at which the conjugate gradients stop, > 0
   ToleranceOf tolerance_of = ToleranceOf::solution;
   Preconditioner preconditioner = Preconditioner::automatic;
   int max_iterations = 300;  ///< cap; reaching it is counted in the metrics

@@ -10,7 +10,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t row_grain = 128;
-constexpr Index most_elements = Index{1} << 28;  // a term keeps element and two corners in 32 bits
+constexpr Index most_elements = Index{1} << 29;  // element and corner in 31 bits
+constexpr std::size_t most_blocks = 5460;        // of a row: places in 16 bits
 
 }  // namespace
 
@@ -25,7 +26,6 @@ BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t>
   }
   gather_incidences(elements);
   pair_begin_.push_back(0);
-  term_begin_.push_back(0);
   for (Index row = 0; row < size(); ++row) {
     if (at(free, row) != 0) build_row(elements, row);
     pair_begin_.push_back(static_cast<std::uint32_t>(columns_.size() / 2));
@@ -42,48 +42,47 @@ void BlockMatrix::gather_incidences(const Elements& elements) {
   }
   for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
   elements_of_point_.values.resize(static_cast<std::size_t>(begin.back()));
-  corner_of_point_.resize(elements_of_point_.values.size());
+  incidences_.resize(elements_of_point_.values.size());
   std::vector<Index> next(begin.begin(), begin.end() - 1);
   for (Index element = 0; element < elements.size(); ++element) {
     for (std::size_t corner = 0; corner < 4; ++corner) {
       const Index entry = at(next, at(elements.corners(), element)[corner])++;
       at(elements_of_point_.values, entry) = element;
-      at(corner_of_point_, entry) = static_cast<std::uint8_t>(corner);
+      at(incidences_, entry).own =
+          4 * static_cast<std::uint32_t>(element) + static_cast<std::uint32_t>(corner);
     }
   }
 }
 
 void BlockMatrix::build_row(const Elements& elements, Index row) {
-  struct Term {
-    std::uint32_t column;
-    std::uint32_t term;
-    auto operator<=>(const Term&) const = default;
+  const std::size_t first = columns_.size();
+  for (const Index element : elements_of_point_[row]) {
+    for (const Index point : at(elements.corners(), element))
+      columns_.push_back(static_cast<std::uint32_t>(point));
+  }
+  const auto own = columns_.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(own, columns_.end());
+  columns_.erase(std::unique(own, columns_.end()), columns_.end());
+  const std::size_t count = columns_.size() - first;
+  if (count > most_blocks) {
+    throw Error("dynamics", "point " + std::to_string(row), std::to_string(count) + " neighbours",
+                "at most " + std::to_string(most_blocks));
+  }
+  at(block_count_, row) = static_cast<std::uint32_t>(count);
+  const auto place_of = [&](Index point) {
+    const auto found = std::lower_bound(own, columns_.end(), static_cast<std::uint32_t>(point));
+    return static_cast<std::size_t>(found - own);
   };
-  std::vector<Term> terms;
   const Index last = at(elements_of_point_.begin, row + 1);
   for (Index entry = at(elements_of_point_.begin, row); entry < last; ++entry) {
-    const auto element = static_cast<std::uint32_t>(at(elements_of_point_.values, entry));
-    const std::uint32_t own = 4 * element + at(corner_of_point_, entry);
-    for (std::uint32_t other = 0; other < 4; ++other) {
-      terms.push_back({static_cast<std::uint32_t>(at(elements.corners(), element)[other]), 4 * own + other});
+    const Tet& corners = at(elements.corners(), at(elements_of_point_.values, entry));
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t place = place_of(corners[(at(incidences_, entry).own + k) % 4]);
+      at(incidences_, entry).places[k] = static_cast<std::uint16_t>(24 * (place / 2) + 4 * (place % 2));
     }
   }
-  std::sort(terms.begin(), terms.end());  // by column, then by element
-  for (std::size_t t = 0; t < terms.size(); ++t) {
-    if (t == 0 || terms[t].column != terms[t - 1].column) {
-      if (t > 0) term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
-      if (terms[t].column == static_cast<std::uint32_t>(row))
-        at(diagonal_block_, row) = static_cast<std::uint32_t>(columns_.size());
-      columns_.push_back(terms[t].column);
-      ++at(block_count_, row);
-    }
-    terms_.push_back(terms[t].term);
-  }
-  if (!terms.empty()) term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
-  if (columns_.size() % 2 != 0) {
-    columns_.push_back(static_cast<std::uint32_t>(row));
-    term_begin_.push_back(static_cast<std::uint32_t>(terms_.size()));
-  }
+  if (count > 0) at(diagonal_block_, row) = static_cast<std::uint32_t>(first + place_of(row));
+  if (count % 2 != 0) columns_.push_back(static_cast<std::uint32_t>(row));
 }
 
 /// The blocks (i, j) and (j, i) must be made alike: bodies as a whole, whose blocks are all their own.
@@ -103,17 +102,17 @@ void BlockMatrix::assemble(const parallel::Threads& threads, const Elements& ele
                            std::span<const double> diagonal) {
   std::copy(diagonal.begin(), diagonal.end(), diagonal_.begin());
   if (pairs_.empty()) return;
-  const simd::BlockTerms terms{.pair_begin = pair_begin_.data(),
-                               .term_begin = term_begin_.data(),
-                               .terms = terms_.data(),
-                               .diagonal_block = diagonal_block_.data(),
-                               .diagonal = diagonal_.data(),
-                               .gradients = elements.gradients().data(),
-                               .ratios = elements.ratios().data(),
-                               .mixed = mixed_.data()};
+  const simd::AssemblyRows rows{.pair_begin = pair_begin_.data(),
+                                .incidence_begin = elements_of_point_.begin.data(),
+                                .incidences = incidences_.data(),
+                                .diagonal_block = diagonal_block_.data(),
+                                .diagonal = diagonal_.data(),
+                                .gradients = elements.gradients().data(),
+                                .ratios = elements.ratios().data(),
+                                .mixed = mixed_.data()};
   parallel::for_chunks(threads, diagonal_.size(), row_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::assemble_rows(terms, pairs_.front().values.data(), begin, end);
+                         simd::assemble_rows(rows, pairs_.front().values.data(), begin, end);
                        });
 }
 
@@ -134,8 +133,9 @@ Matrix3 BlockMatrix::block(Index row, std::size_t place) const {
 
 SymmetricMatrix3 BlockMatrix::diagonal_block(Index row) const {
   if (at(block_count_, row) == 0) return {};
-  const Matrix3 b = block(row, at(diagonal_block_, row) - std::size_t{2} * at(pair_begin_, row));
-  return {b(0, 0), b(1, 1), b(2, 2), b(0, 1), b(0, 2), b(1, 2)};
+  const std::uint32_t place = at(diagonal_block_, row);
+  const double* b = pairs_[place / 2].values.data() + std::size_t{4} * (place % 2);
+  return {b[0], b[9], b[18], b[8], b[16], b[17]};
 }
 
 simd::BlockRows BlockMatrix::rows() const {

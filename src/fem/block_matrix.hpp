@@ -24,7 +24,7 @@ namespace palpate::fem {
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other corners of its elements. Throws
-  /// Error where there are 2^28 elements or more. O(n_elements log).
+  /// Error where there are 2^30 elements or more, or a point has thousands of neighbours. O(n_elements log).
   /// \param free  (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);
 
@@ -48,25 +48,24 @@ class BlockMatrix {
 
   /// Elements at a point, ascending.
   [[nodiscard]] const Rows& elements_of_point() const { return elements_of_point_; }
-  /// Corner of the point in each element of elements_of_point(), entry by entry.
-  [[nodiscard]] std::span<const std::uint8_t> corner_of_point() const { return corner_of_point_; }
+  /// The same with corners, entry by entry.
+  [[nodiscard]] std::span<const simd::Incidence> incidences() const { return incidences_; }
 
  private:
   /// Aligned to the columns of a pair.
-  struct alignas(8 * sizeof(simd::BlockValue)) BlockPair {
-    std::array<simd::BlockValue, 24> values{};
+  struct alignas(64) BlockPair {
+    std::array<double, 24> values{};
   };
   void gather_incidences(const Elements& elements);
   void build_row(const Elements& elements, Index row);
   void find_mixed_rows(const Elements& elements);
 
   Rows elements_of_point_;
-  std::vector<std::uint8_t> corner_of_point_;
   std::vector<std::uint32_t> pair_begin_;   ///< (n_points + 1)
   std::vector<std::uint32_t> block_count_;  ///< (n_points), without those of zeros
   std::vector<std::uint32_t> columns_;      ///< 2 a pair
-  std::vector<std::uint32_t> term_begin_;   ///< (2 n_pairs + 1)
-  std::vector<std::uint32_t> terms_;        ///< (element * 4 + corner of the row) * 4 + corner of the column
+  std::vector<simd::Incidence>
+      incidences_;  ///< as elements_of_point_; places only where the row is not empty
   std::vector<std::uint32_t> diagonal_block_;  ///< (n_points)
   std::vector<std::uint8_t> mixed_;            ///< (n_points): 1 where lambda / mu differs within the body
   std::vector<double> diagonal_;

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t least_members = 48;
+constexpr std::size_t least_members = 96;
 constexpr std::size_t most_aggregates = 256;
 constexpr std::size_t aggregate_grain = 8;
 constexpr std::size_t coupling_grain = 256;

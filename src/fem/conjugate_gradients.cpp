@@ -18,9 +18,8 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 /// residual = b - A x for the better of the guess and zero; returns |b|. Where that is 0, x = 0.
 double ConjugateGradients::start(const parallel::Threads& threads, LinearSystem& system,
                                  std::span<const simd::Padded3> b, std::span<simd::Padded3> x) {
-  const double squared_b = parallel::sum(threads, b.size(), partial_sums_, [&](std::size_t i) {
-    return dot(b[i], b[i]) * system.inverse_masses()[i];
-  });
+  const double squared_b =
+      parallel::sum(threads, b.size(), partial_sums_, [&](std::size_t i) { return dot(b[i], b[i]); });
   if (squared_b == 0.0) {
     std::fill(x.begin(), x.end(), simd::Padded3{});
     return 0.0;
@@ -29,7 +28,7 @@ double ConjugateGradients::start(const parallel::Threads& threads, LinearSystem&
   // Squared residual of the guess below that of zero by this much.
   const double gain = parallel::sum(threads, b.size(), partial_sums_, [&](std::size_t i) {
     residual_[i] = {b[i].x - product_[i].x, b[i].y - product_[i].y, b[i].z - product_[i].z, 0.0};
-    return (dot(b[i], b[i]) - dot(residual_[i], residual_[i])) * system.inverse_masses()[i];
+    return dot(b[i], b[i]) - dot(residual_[i], residual_[i]);
   });
   if (!(gain >= 0.0)) {
     std::fill(x.begin(), x.end(), simd::Padded3{});
@@ -49,6 +48,7 @@ simd::VectorSums ConjugateGradients::advance(const parallel::Threads& threads,
   simd::VectorSums sums;
   for (const simd::VectorSums& part : partial_) {
     sums.residual += part.residual;
+    sums.by_mass += part.by_mass;
     sums.preconditioned += part.preconditioned;
     sums.solution += part.solution;
   }
@@ -90,8 +90,8 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   double turned = 0.0;
   while (true) {
     const double residual = std::sqrt(sums.residual);
-    const double error = std::min(residual, estimate_.error());
-    report.relative_residual = residual / std::max(size_b, goal.least_scale);
+    const double error = std::min(std::sqrt(sums.by_mass), estimate_.error());
+    report.relative_residual = residual / std::max(size_b, goal.least_residual);
     report.relative_error = error / std::max(std::sqrt(sums.solution), goal.least_scale);
     report.converged =
         (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;

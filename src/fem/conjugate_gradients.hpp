@@ -12,8 +12,8 @@
 
 namespace palpate::fem {
 
-/// When a solve stops. Norms are by mass, with the masses of LinearSystem: |x|^2 = sum m_i x_i^2 of what is
-/// a velocity, |r|^2 = sum r_i^2 / m_i of what is an impulse, so that they compare.
+/// When a solve stops. Residuals are measured by their plain norm, solutions by mass, |x|^2 = sum m_i x_i^2
+/// with the masses of LinearSystem.
 struct SolveGoal {
   double tolerance = 0.0;  ///< >= 0
   int max_iterations = 0;  ///< cap, >= 0
@@ -24,14 +24,16 @@ struct SolveGoal {
   Preconditioner preconditioner = Preconditioner::jacobi;
   /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
   int fixed_iterations = 0;
-  double least_scale = 0.0;  ///< where what the tolerance is relative to is smaller, this is
+  /// Where what the tolerance is relative to is smaller, these are.
+  double least_scale = 0.0;     ///< of the solution
+  double least_residual = 0.0;  ///< of the right side
 };
 
 /// How a linear system was solved.
 struct SolveReport {
   int iterations = 0;  ///< products with the matrix after the first
   double relative_residual =
-      0.0;  ///< |b - A x| / max(|b|, least_scale) as the recurrence has it; 0 where b = 0
+      0.0;  ///< |b - A x| / max(|b|, least_residual) as the recurrence has it; 0 where b = 0
   /// Estimated error of the solution / max(|x|, least_scale), in the norm of A, which no error by mass
   /// exceeds.
   double relative_error = 0.0;

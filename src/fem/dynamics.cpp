@@ -149,24 +149,24 @@ void Dynamics::update_elements() {
 }
 
 void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces) {
-  const auto& elements_of_point = matrix_.elements_of_point();
-  const auto corners = matrix_.corner_of_point();
+  const auto& begin = matrix_.elements_of_point().begin;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     Vec3 force = masses_[i] * gravity;
     if (!external_forces.empty()) force += external_forces[i];
-    for (Index entry = elements_of_point.begin[i]; entry < elements_of_point.begin[i + 1]; ++entry) {
-      force += elements_.force(at(elements_of_point.values, entry), at(corners, entry));
-    }
+    for (Index entry = begin[i]; entry < begin[i + 1]; ++entry)
+      force += unpadded(elements_.forces()[at(matrix_.incidences(), entry).own]);
     point_forces_[i] = force;
   });
-  // The speed that gravity and loads would give in a step, by mass: at rest all forces cancel, and only this
-  // says how small an error is.
+  // What gravity and loads push in a step, and the speed that this would give, by mass: at rest all forces
+  // cancel, and only these say how small an error is.
+  const auto squared_load = [&](std::size_t i) {
+    if (system_.free()[i] == 0) return 0.0;
+    return squared_length(masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]));
+  };
+  load_impulse_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, squared_load));
   load_scale_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-                  if (system_.free()[i] == 0) return 0.0;
-                  const Vec3 load =
-                      masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]);
-                  return squared_length(load) / diagonal_[i];
+                  return squared_load(i) == 0.0 ? 0.0 : squared_load(i) / diagonal_[i];
                 }));
 }
 
@@ -232,6 +232,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
   check_solve(goal);
   goal.least_scale = load_scale_;
+  goal.least_residual = load_impulse_;
   if (two_level_ && goal.preconditioner == Preconditioner::automatic)
     goal.preconditioner = Preconditioner::two_level;
   couplings_.set(couplings, time_step_, free_);

@@ -71,7 +71,7 @@ class Dynamics {
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   /// With Preconditioner::automatic, a step whose solve took two levels takes them in its later solves, too.
-  /// \param goal  its least_scale is set to what gravity and external forces alone would make of dv
+  /// \param goal  its least scales are set to what gravity and external forces alone would make
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
   [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
@@ -162,6 +162,7 @@ class Dynamics {
   std::vector<Index> prescribed_points_;        ///< for the next step
   std::vector<Vec3> prescribed_positions_;      ///< of them, at its end
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
+  double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;         ///< of the solution, by mass: that of gravity and external forces alone
   double time_step_ = 0.0;          ///< of the step that has begun
   bool two_level_ = false;          ///< a solve of the step that has begun took two levels

@@ -76,6 +76,10 @@ class Elements {
   [[nodiscard]] std::span<const simd::Padded3> gradients() const {
     return std::span(gradients_).first(4 * tets_.size());
   }
+  /// Forces, corner by corner (4 n_elements), N.
+  [[nodiscard]] std::span<const simd::Padded3> forces() const {
+    return std::span(forces_).first(4 * tets_.size());
+  }
   /// Elastic energy of an element as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
   /// Elastic energy of an element at these positions, J; needs no update().

@@ -8,22 +8,23 @@ namespace {
 
 constexpr std::size_t point_grain = 256;
 
+SymmetricMatrix3 diagonal_inverse(const SymmetricMatrix3& a) {
+  return {1.0 / a.xx, 1.0 / a.yy, 1.0 / a.zz, 0.0, 0.0, 0.0};
+}
+
 /// Inverse of a positive definite matrix A = L L^T as G^T G with G = L^-1, which stays positive definite
 /// under rounding however stiff a contact is in one direction; where rounding leaves no L, the inverse of the
 /// diagonal.
 SymmetricMatrix3 positive_inverse(const SymmetricMatrix3& a) {
-  const SymmetricMatrix3 diagonal{1.0 / a.xx, 1.0 / a.yy, 1.0 / a.zz, 0.0, 0.0, 0.0};
-  const double l00 = std::sqrt(a.xx);
-  const double l10 = a.xy / l00;
-  const double l20 = a.xz / l00;
+  const double g00 = 1.0 / std::sqrt(a.xx);
+  const double l10 = a.xy * g00;
+  const double l20 = a.xz * g00;
   const double pivot1 = a.yy - l10 * l10;
-  if (!(pivot1 > 0.0)) return diagonal;
-  const double l11 = std::sqrt(pivot1);
-  const double l21 = (a.yz - l20 * l10) / l11;
+  if (!(pivot1 > 0.0)) return diagonal_inverse(a);
+  const double g11 = 1.0 / std::sqrt(pivot1);
+  const double l21 = (a.yz - l20 * l10) * g11;
   const double pivot2 = a.zz - l20 * l20 - l21 * l21;
-  if (!(pivot2 > 0.0)) return diagonal;
-  const double g00 = 1.0 / l00;
-  const double g11 = 1.0 / l11;
+  if (!(pivot2 > 0.0)) return diagonal_inverse(a);
   const double g22 = 1.0 / std::sqrt(pivot2);
   const double g10 = -l10 * g00 * g11;
   const double g21 = -l21 * g11 * g22;

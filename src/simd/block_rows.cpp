@@ -22,38 +22,20 @@ HWY_INLINE Row load(const Padded3& row) {
 HWY_INLINE void store(Row value, Padded3& row) {
   hn::Store(value, Four(), &row.x);
 }
-template <class D>
-HWY_INLINE hn::Vec<D> load_values(D d, const double* values) {
-  return hn::Load(d, values);
-}
-template <class D>
-HWY_INLINE hn::Vec<D> load_values(D d, const float* values) {
-  return hn::PromoteTo(d, hn::Load(hn::Rebind<float, D>(), values));
-}
-HWY_INLINE void store_values(Row value, double* values) {
-  hn::Store(value, Four(), values);
-}
-HWY_INLINE void store_values(Row value, float* values) {
-  const hn::Rebind<float, Four> d;
-  hn::Store(hn::DemoteTo(d, value), d, values);
-}
-
 /// Three columns of a block.
 struct Block {
   Row c0, c1, c2;
 };
 
-HWY_INLINE Block zero_block() {
-  const Row zero = hn::Zero(Four());
-  return {zero, zero, zero};
-}
-
-/// X += a b^T
-HWY_INLINE void add_outer(Row a, const Padded3& b, Block& x) {
+HWY_INLINE Block load_block(const double* values) {
   const Four d;
-  x.c0 = hn::MulAdd(a, hn::Set(d, b.x), x.c0);
-  x.c1 = hn::MulAdd(a, hn::Set(d, b.y), x.c1);
-  x.c2 = hn::MulAdd(a, hn::Set(d, b.z), x.c2);
+  return {hn::Load(d, values), hn::Load(d, values + 8), hn::Load(d, values + 16)};
+}
+HWY_INLINE void store_block(const Block& block, double* values) {
+  const Four d;
+  hn::Store(block.c0, d, values);
+  hn::Store(block.c1, d, values + 8);
+  hn::Store(block.c2, d, values + 16);
 }
 
 HWY_INLINE Block transposed(const Block& x) {
@@ -93,49 +75,106 @@ HWY_INLINE Block times(double s, const Block& x) {
   return {hn::Mul(factor, x.c0), hn::Mul(factor, x.c1), hn::Mul(factor, x.c2)};
 }
 
-/// r X and X of a block, added up over its terms.
-struct Sums {
-  Block y, x;
-};
-
-HWY_INLINE Sums sum_terms(const BlockTerms& terms, std::size_t block) {
-  Block x = zero_block();
-  const std::uint32_t end = terms.term_begin[block + 1];
-  for (std::uint32_t t = terms.term_begin[block]; t < end; ++t) {
-    const std::uint32_t term = terms.terms[t];
-    add_outer(load(terms.gradients[term >> 2]), terms.gradients[(term >> 4 << 2) | (term & 3)], x);
+/// Adds X = a_i a_j^T of each element at a point to its blocks. Element by element, not block by block: how
+/// many elements a block has is hard to foresee for the processor.
+HWY_INLINE void add_terms(const AssemblyRows& rows, std::size_t row, double* values) {
+  const Four d;
+  const auto add_outer = [&](Row a, const Padded3& b, Block& x) {
+    x.c0 = hn::MulAdd(a, hn::Set(d, b.x), x.c0);
+    x.c1 = hn::MulAdd(a, hn::Set(d, b.y), x.c1);
+    x.c2 = hn::MulAdd(a, hn::Set(d, b.z), x.c2);
+  };
+  Block diagonal{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  for (std::int32_t i = rows.incidence_begin[row]; i < rows.incidence_begin[row + 1]; ++i) {
+    const Incidence& incidence = rows.incidences[i];
+    const Padded3& own = rows.gradients[incidence.own];
+    const Padded3* corners = rows.gradients + (incidence.own & ~std::uint32_t{3});
+    const Row a = load(own);
+    add_outer(a, own, diagonal);
+    for (std::uint32_t k = 1; k < 4; ++k) {
+      double* block = values + incidence.places[k];
+      Block x = load_block(block);
+      add_outer(a, corners[(incidence.own + k) & 3], x);
+      store_block(x, block);
+    }
   }
-  if (end == terms.term_begin[block]) return {x, x};
-  return {times(terms.ratios[terms.terms[end - 1] >> 4], x), x};
+  store_block(diagonal, values + rows.incidences[rows.incidence_begin[row]].places[0]);
 }
 
-HWY_INLINE Sums sum_mixed_terms(const BlockTerms& terms, std::size_t block) {
-  Sums sums{zero_block(), zero_block()};
-  for (std::uint32_t t = terms.term_begin[block]; t < terms.term_begin[block + 1]; ++t) {
-    const std::uint32_t term = terms.terms[t];
-    Block one = zero_block();
-    add_outer(load(terms.gradients[term >> 2]), terms.gradients[(term >> 4 << 2) | (term & 3)], one);
-    const Row ratio = hn::Set(Four(), terms.ratios[term >> 4]);
-    sums.x = {hn::Add(sums.x.c0, one.c0), hn::Add(sums.x.c1, one.c1), hn::Add(sums.x.c2, one.c2)};
-    sums.y = {hn::MulAdd(ratio, one.c0, sums.y.c0), hn::MulAdd(ratio, one.c1, sums.y.c1),
-              hn::MulAdd(ratio, one.c2, sums.y.c2)};
+/// Adds r X + X^T + tr(X) I of each element at a point, where r differs.
+HWY_INLINE void add_mixed_terms(const AssemblyRows& rows, std::size_t row, double* values, const Unit& e) {
+  const Four d;
+  for (std::int32_t i = rows.incidence_begin[row]; i < rows.incidence_begin[row + 1]; ++i) {
+    const Incidence& incidence = rows.incidences[i];
+    const Row a = load(rows.gradients[incidence.own]);
+    const Padded3* other = rows.gradients + (incidence.own & ~std::uint32_t{3});
+    const double ratio = rows.ratios[incidence.own / 4];
+    for (std::size_t j = 0; j < 4; ++j) {
+      const Padded3& b = other[(incidence.own + j) & 3];
+      const Block x{hn::Mul(a, hn::Set(d, b.x)), hn::Mul(a, hn::Set(d, b.y)), hn::Mul(a, hn::Set(d, b.z))};
+      const Block one = whole_block(times(ratio, x), x, 0.0, e);
+      const Block sum = load_block(values + incidence.places[j]);
+      store_block({hn::Add(sum.c0, one.c0), hn::Add(sum.c1, one.c1), hn::Add(sum.c2, one.c2)},
+                  values + incidence.places[j]);
+    }
   }
-  return sums;
 }
 
-void assemble_rows(const BlockTerms& terms, BlockValue* values, std::size_t begin, std::size_t end) {
+/// X becomes r X + X^T + tr(X) I, in all blocks of a row: of a whole pair at once where lanes allow, as
+/// nothing moves between the fours.
+HWY_INLINE void finish_row(const AssemblyRows& rows, std::size_t row, double* values) {
+  const Wide d;
+  const std::size_t lanes = hn::Lanes(d);
+  alignas(64) static constexpr double ones[3][8] = {
+      {1, 0, 0, 0, 1, 0, 0, 0}, {0, 1, 0, 0, 0, 1, 0, 0}, {0, 0, 1, 0, 0, 0, 1, 0}};
+  const auto e0 = hn::Load(d, ones[0]);
+  const auto e1 = hn::Load(d, ones[1]);
+  const auto e2 = hn::Load(d, ones[2]);
+  const auto zero = hn::Zero(d);
+  const auto ratio = hn::Set(d, rows.ratios[rows.incidences[rows.incidence_begin[row]].own / 4]);
+  const std::size_t pairs = rows.pair_begin[row + 1] - rows.pair_begin[row];
+  for (std::size_t k = 0; k < 8 * pairs; k += lanes) {
+    double* place = values + 24 * (k / 8) + k % 8;
+    const auto c0 = hn::Load(d, place);
+    const auto c1 = hn::Load(d, place + 8);
+    const auto c2 = hn::Load(d, place + 16);
+    const auto on_diagonal = hn::MulAdd(c0, e0, hn::MulAdd(c1, e1, hn::Mul(c2, e2)));
+    const auto half = hn::Add(on_diagonal, hn::SwapAdjacentBlocks(on_diagonal));
+    const auto trace = hn::Add(half, hn::Shuffle01(half));
+    const auto xz01 = hn::InterleaveLower(d, c0, c1);
+    const auto yw01 = hn::InterleaveUpper(d, c0, c1);
+    const auto xz2 = hn::InterleaveLower(d, c2, zero);
+    const auto yw2 = hn::InterleaveUpper(d, c2, zero);
+    const auto t0 = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(xz2), xz01);
+    const auto t1 = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(yw2), yw01);
+    const auto t2 = hn::OddEvenBlocks(xz2, hn::SwapAdjacentBlocks(xz01));
+    hn::Store(hn::MulAdd(trace, e0, hn::MulAdd(ratio, c0, t0)), d, place);
+    hn::Store(hn::MulAdd(trace, e1, hn::MulAdd(ratio, c1, t1)), d, place + 8);
+    hn::Store(hn::MulAdd(trace, e2, hn::MulAdd(ratio, c2, t2)), d, place + 16);
+  }
+}
+
+HWY_INLINE void add_to_diagonal(const AssemblyRows& rows, std::size_t row, double* values) {
+  const std::size_t place = rows.diagonal_block[row] - std::size_t{2} * rows.pair_begin[row];
+  double* block = values + 24 * (place / 2) + 4 * (place % 2);
+  for (std::size_t k = 0; k < 3; ++k) block[9 * k] += rows.diagonal[row];
+}
+
+void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, std::size_t end) {
   const Unit e = unit();
   for (std::size_t row = begin; row < end; ++row) {
-    const std::size_t last = std::size_t{2} * terms.pair_begin[row + 1];
-    for (std::size_t block = std::size_t{2} * terms.pair_begin[row]; block < last; ++block) {
-      const Sums sums = terms.mixed[row] != 0 ? sum_mixed_terms(terms, block) : sum_terms(terms, block);
-      const double diagonal = block == terms.diagonal_block[row] ? terms.diagonal[row] : 0.0;
-      const Block whole = whole_block(sums.y, sums.x, diagonal, e);
-      BlockValue* out = values + 24 * (block / 2) + 4 * (block % 2);
-      store_values(whole.c0, out);
-      store_values(whole.c1, out + 8);
-      store_values(whole.c2, out + 16);
+    const std::size_t first = rows.pair_begin[row];
+    const std::size_t last = rows.pair_begin[row + 1];
+    if (first == last) continue;
+    double* own = values + 24 * first;
+    for (std::size_t k = 0; k < 24 * (last - first); k += 4) hn::Store(hn::Zero(Four()), Four(), own + k);
+    if (rows.mixed[row] != 0) {
+      add_mixed_terms(rows, row, own, e);
+    } else {
+      add_terms(rows, row, own);
+      finish_row(rows, row, own);
     }
+    add_to_diagonal(rows, row, own);
   }
 }
 
@@ -176,21 +215,21 @@ HWY_INLINE Row blocks_product(const BlockRows& blocks, const Padded3* x, std::si
   auto c2 = c0;
   const std::size_t last = blocks.pair_begin[row + 1];
   for (std::size_t pair = blocks.pair_begin[row]; pair < last; ++pair) {
-    const BlockValue* values = blocks.values + 24 * pair;
+    const double* values = blocks.values + 24 * pair;
     const Row first = load(x[blocks.columns[2 * pair]]);
     const Row second = load(x[blocks.columns[2 * pair + 1]]);
 #if HWY_MAX_BYTES >= 64
     const auto both = hn::Combine(d, second, first);
-    c0 = hn::MulAdd(load_values(d, values), spread<0>(d, both), c0);
-    c1 = hn::MulAdd(load_values(d, values + 8), spread<1>(d, both), c1);
-    c2 = hn::MulAdd(load_values(d, values + 16), spread<2>(d, both), c2);
+    c0 = hn::MulAdd(hn::Load(d, values), spread<0>(d, both), c0);
+    c1 = hn::MulAdd(hn::Load(d, values + 8), spread<1>(d, both), c1);
+    c2 = hn::MulAdd(hn::Load(d, values + 16), spread<2>(d, both), c2);
 #else
-    c0 = hn::MulAdd(load_values(d, values), spread<0>(d, first), c0);
-    c1 = hn::MulAdd(load_values(d, values + 8), spread<1>(d, first), c1);
-    c2 = hn::MulAdd(load_values(d, values + 16), spread<2>(d, first), c2);
-    c0 = hn::MulAdd(load_values(d, values + 4), spread<0>(d, second), c0);
-    c1 = hn::MulAdd(load_values(d, values + 12), spread<1>(d, second), c1);
-    c2 = hn::MulAdd(load_values(d, values + 20), spread<2>(d, second), c2);
+    c0 = hn::MulAdd(hn::Load(d, values), spread<0>(d, first), c0);
+    c1 = hn::MulAdd(hn::Load(d, values + 8), spread<1>(d, first), c1);
+    c2 = hn::MulAdd(hn::Load(d, values + 16), spread<2>(d, first), c2);
+    c0 = hn::MulAdd(hn::Load(d, values + 4), spread<0>(d, second), c0);
+    c1 = hn::MulAdd(hn::Load(d, values + 12), spread<1>(d, second), c1);
+    c2 = hn::MulAdd(hn::Load(d, values + 20), spread<2>(d, second), c2);
 #endif
   }
   const auto sum = hn::Add(hn::Add(c0, c1), c2);
@@ -221,6 +260,7 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
   const Four d;
   const Row factor = hn::Set(d, step);
   Row rr = hn::Zero(d);
+  Row by_mass = hn::Zero(d);
   Row rz = hn::Zero(d);
   Row xx = hn::Zero(d);
   for (std::size_t row = begin; row < end; ++row) {
@@ -230,12 +270,14 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
     store(x, v.solution[row]);
     store(r, v.residual[row]);
     store(z, v.preconditioned[row]);
-    rr = hn::MulAdd(hn::Mul(r, r), hn::Set(d, v.inverse_masses[row]), rr);
+    const Row square = hn::Mul(r, r);
+    rr = hn::Add(rr, square);
+    by_mass = hn::MulAdd(square, hn::Set(d, v.inverse_masses[row]), by_mass);
     rz = hn::MulAdd(r, z, rz);
     xx = hn::MulAdd(hn::Mul(x, x), hn::Set(d, v.masses[row]), xx);
   }
-  return {hn::GetLane(hn::SumOfLanes(d, rr)), hn::GetLane(hn::SumOfLanes(d, rz)),
-          hn::GetLane(hn::SumOfLanes(d, xx))};
+  return {hn::GetLane(hn::SumOfLanes(d, rr)), hn::GetLane(hn::SumOfLanes(d, by_mass)),
+          hn::GetLane(hn::SumOfLanes(d, rz)), hn::GetLane(hn::SumOfLanes(d, xx))};
 }
 
 void turn_rows(const GradientVectors& v, double turn, std::size_t begin, std::size_t end) {
@@ -267,8 +309,8 @@ HWY_EXPORT(multiply_rows);
 HWY_EXPORT(advance_rows);
 HWY_EXPORT(turn_rows);
 
-void assemble_rows(const BlockTerms& terms, BlockValue* values, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(assemble_rows)(terms, values, begin, end);
+void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(assemble_rows)(rows, values, begin, end);
 }
 void coupling_products(const CouplingTerm* couplings, const Padded3* x, Padded3* products, std::size_t begin,
                        std::size_t end) {

@@ -8,25 +8,29 @@
 
 namespace palpate::simd {
 
-/// What the blocks of a matrix are stored in; products are summed in double.
-using BlockValue = double;
-
 /// Rows of 3x3 blocks, each row in pairs of blocks: for each of three columns four values of the first block
 /// and four of the second, the last of the four zero. A row with an odd number of blocks ends with one of
 /// zeros.
 struct BlockRows {
   const std::uint32_t* pair_begin;  ///< (n_rows + 1)
   const std::uint32_t* columns;     ///< 2 a pair
-  const BlockValue* values;         ///< 24 a pair
+  const double* values;             ///< 24 a pair
 };
 
-/// Where the terms of the blocks come from: block b is the sum over its terms of w (r X + X^T + tr(X) I) with
-/// X = a_i a_j^T, a_i and a_j rows of `gradients`; a term is (element * 4 + i) * 4 + j.
-struct BlockTerms {
-  const std::uint32_t* pair_begin;  ///< (n_rows + 1)
-  const std::uint32_t* term_begin;  ///< (2 n_pairs + 1)
-  const std::uint32_t* terms;
-  const std::uint32_t* diagonal_block;  ///< (n_rows)
+/// An element at a point.
+struct Incidence {
+  std::uint32_t own;  ///< row of `gradients` of the point's corner: 4 element + corner
+  std::array<std::uint16_t, 4>
+      places;  ///< of the block with corner (corner + k) % 4, from the row's first value
+};
+
+/// Where the blocks come from: block (i, j) is the sum over the elements with corners i and j of
+/// r X + X^T + tr(X) I with X = a_i a_j^T, a_i and a_j rows of `gradients`.
+struct AssemblyRows {
+  const std::uint32_t* pair_begin;      ///< (n_rows + 1)
+  const std::int32_t* incidence_begin;  ///< (n_rows + 1)
+  const Incidence* incidences;          ///< of each row, elements ascending
+  const std::uint32_t* diagonal_block;  ///< (n_rows), two a pair
   const double* diagonal;               ///< (n_rows): times I, on the diagonal
   const Padded3* gradients;             ///< 4 an element
   const double* ratios;                 ///< (n_elements): r
@@ -35,7 +39,7 @@ struct BlockTerms {
 
 /// Writes the blocks of rows [begin, end). Blocks (i, j) and (j, i) whose terms have the same order get
 /// exactly transposed bits.
-void assemble_rows(const BlockTerms& terms, BlockValue* values, std::size_t begin, std::size_t end);
+void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, std::size_t end);
 
 /// A coupling's share of a product: weights times sum_k coefficients[k] x[points[k]].
 struct alignas(32) CouplingTerm {
@@ -74,7 +78,8 @@ struct GradientVectors {
   const double* inverse_masses;    ///< a row each
 };
 struct VectorSums {
-  double residual = 0.0;        ///< of r r / m
+  double residual = 0.0;        ///< of r r
+  double by_mass = 0.0;         ///< of r r / m
   double preconditioned = 0.0;  ///< of r z
   double solution = 0.0;        ///< of m x x
 };
@@ -85,7 +90,7 @@ void turn_rows(const GradientVectors& vectors, double turn, std::size_t begin, s
 
 /// The twins in plain C++.
 namespace scalar {
-void assemble_rows(const BlockTerms& terms, BlockValue* values, std::size_t begin, std::size_t end);
+void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, std::size_t end);
 void coupling_products(const CouplingTerm* couplings, const Padded3* x, Padded3* products, std::size_t begin,
                        std::size_t end);
 double multiply_rows(const BlockRows& blocks, const CouplingRows& couplings, const Padded3* x, Padded3* y,

@@ -1,17 +1,11 @@
 // The twins of the kernels of block_rows.cpp in plain C++, also what runs where vectors have fewer than four
 // doubles.
+#include <algorithm>
+
 #include "simd/block_rows.hpp"
 
 namespace palpate::simd::scalar {
 namespace {
-
-using Three = std::array<double, 3>;
-/// Column by column.
-using Block = std::array<Three, 3>;
-
-Three values_of(const Padded3& row) {
-  return {row.x, row.y, row.z};
-}
 
 double dot(const Padded3& a, const Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -28,47 +22,36 @@ Padded3 product(const double* m, const Padded3& x) {
           m[2] * x.x + m[6] * x.y + m[10] * x.z, 0.0};
 }
 
-/// Sum of r X + X^T + tr(X) I over the terms of a block.
-Block block_of(const BlockTerms& terms, std::size_t block) {
-  Block x{};
-  Block y{};
-  for (std::uint32_t t = terms.term_begin[block]; t < terms.term_begin[block + 1]; ++t) {
-    const std::uint32_t term = terms.terms[t];
-    const Three a = values_of(terms.gradients[term >> 2]);
-    const Three b = values_of(terms.gradients[(term >> 4 << 2) | (term & 3)]);
-    const double ratio = terms.ratios[term >> 4];
-    for (std::size_t column = 0; column < 3; ++column) {
-      for (std::size_t row = 0; row < 3; ++row) {
-        const double one = a[row] * b[column];
-        x[column][row] += one;
-        y[column][row] += ratio * one;
-      }
-    }
-  }
-  const double trace = x[0][0] + x[1][1] + x[2][2];
+/// block += r X + X^T + tr(X) I with X = a b^T, by columns of four in steps of eight.
+void add_term(const Padded3& a, const Padded3& b, double ratio, double* block) {
+  const std::array<double, 3> x{a.x, a.y, a.z};
+  const std::array<double, 3> y{b.x, b.y, b.z};
   for (std::size_t column = 0; column < 3; ++column) {
-    for (std::size_t row = 0; row < 3; ++row) y[column][row] += x[row][column];
-    y[column][column] += trace;
+    for (std::size_t row = 0; row < 3; ++row)
+      block[8 * column + row] += ratio * (x[row] * y[column]) + x[column] * y[row];
+    block[9 * column] += dot(a, b);
   }
-  return y;
 }
 
 }  // namespace
 
-void assemble_rows(const BlockTerms& terms, BlockValue* values, std::size_t begin, std::size_t end) {
+void assemble_rows(const AssemblyRows& rows, double* values, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
-    const std::size_t last = std::size_t{2} * terms.pair_begin[row + 1];
-    for (std::size_t block = std::size_t{2} * terms.pair_begin[row]; block < last; ++block) {
-      const Block whole = block_of(terms, block);
-      const double diagonal = block == terms.diagonal_block[row] ? terms.diagonal[row] : 0.0;
-      BlockValue* out = values + 24 * (block / 2) + 4 * (block % 2);
-      for (std::size_t column = 0; column < 3; ++column) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          out[8 * column + k] = static_cast<BlockValue>(whole[column][k] + (column == k ? diagonal : 0.0));
-        }
-        out[8 * column + 3] = 0;
+    const std::size_t first = rows.pair_begin[row];
+    const std::size_t last = rows.pair_begin[row + 1];
+    if (first == last) continue;
+    double* own = values + 24 * first;
+    std::fill(own, values + 24 * last, 0.0);
+    for (std::int32_t i = rows.incidence_begin[row]; i < rows.incidence_begin[row + 1]; ++i) {
+      const Incidence& incidence = rows.incidences[i];
+      const Padded3* other = rows.gradients + (incidence.own & ~std::uint32_t{3});
+      for (std::size_t j = 0; j < 4; ++j) {
+        add_term(rows.gradients[incidence.own], other[(incidence.own + j) & 3],
+                 rows.ratios[incidence.own / 4], own + incidence.places[j]);
       }
     }
+    const std::size_t place = rows.diagonal_block[row] - 2 * first;
+    for (std::size_t k = 0; k < 3; ++k) own[24 * (place / 2) + 4 * (place % 2) + 9 * k] += rows.diagonal[row];
   }
 }
 
@@ -92,9 +75,9 @@ double multiply_rows(const BlockRows& blocks, const CouplingRows& couplings, con
     const std::size_t last = std::size_t{2} * blocks.pair_begin[row + 1];
     for (std::size_t block = std::size_t{2} * blocks.pair_begin[row]; block < last; ++block) {
       const Padded3& other = x[blocks.columns[block]];
-      const BlockValue* m = blocks.values + 24 * (block / 2) + 4 * (block % 2);
+      const double* m = blocks.values + 24 * (block / 2) + 4 * (block % 2);
       const auto entry = [&](std::size_t k) {
-        return double{m[k]} * other.x + double{m[k + 8]} * other.y + double{m[k + 16]} * other.z;
+        return m[k] * other.x + m[k + 8] * other.y + m[k + 16] * other.z;
       };
       sum = {sum.x + entry(0), sum.y + entry(1), sum.z + entry(2), 0.0};
     }
@@ -113,7 +96,9 @@ VectorSums advance_rows(const GradientVectors& v, double step, std::size_t begin
     v.solution[row] = plus(v.solution[row], step, v.direction[row]);
     v.residual[row] = plus(v.residual[row], -step, v.product[row]);
     v.preconditioned[row] = product(v.inverse_diagonal + 12 * row, v.residual[row]);
-    sums.residual += dot(v.residual[row], v.residual[row]) * v.inverse_masses[row];
+    const double square = dot(v.residual[row], v.residual[row]);
+    sums.residual += square;
+    sums.by_mass += square * v.inverse_masses[row];
     sums.solution += dot(v.solution[row], v.solution[row]) * v.masses[row];
     sums.preconditioned += dot(v.residual[row], v.preconditioned[row]);
   }

@@ -9,7 +9,7 @@
 namespace palpate::simd {
 
 /// Elements go in groups of so many: arrays per element have a multiple of that, the rest filled with zeros.
-inline constexpr std::size_t element_group = 8;
+inline constexpr std::size_t element_group = 16;
 
 /// What an element pass reads and writes; arrays of (n_elements), rounded up to whole groups, unless said.
 struct ElementPass {

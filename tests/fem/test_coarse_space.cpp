@@ -78,11 +78,11 @@ TEST(CoarseSpace, CutsFreePointsOfEachBodyIntoAggregates) {
     at(bodies_of, a).insert(bodies.body_of_point()[p]);
     ++at(count, a);
   }
-  ASSERT_EQ(coarse.size(), 10) << "343 points in eight parts, 27, and 1";
+  ASSERT_EQ(coarse.size(), 6) << "343 points in four parts, 27, and 1";
   for (std::size_t a = 0; a < count.size(); ++a) {
     EXPECT_EQ(bodies_of[a].size(), 1U);
     EXPECT_GE(count[a], 1);
-    EXPECT_LE(count[a], 48);
+    EXPECT_LE(count[a], 96);
   }
 }
 
@@ -108,7 +108,7 @@ TEST(CoarseSpace, AddsTheExactSolutionAmongRigidMotions) {
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);
   CoarseSpace coarse(s.bodies, s.free);
-  ASSERT_GT(coarse.size(), 1);
+  EXPECT_EQ(coarse.size(), 1);
   for (const unsigned seed : {60U, 61U}) {
     const auto positions = noisy(s.bodies, 0.02, seed);
     coarse.update(s.threads, s.matrix, s.couplings, positions);

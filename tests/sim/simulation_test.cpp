@@ -117,6 +117,42 @@ TEST(Simulation, ABodyAloneFallsFreely) {
   EXPECT_FALSE(simulation.at_rest());
 }
 
+/// A block pressed on a plate by its weight, ended after 40 steps.
+StepMetrics pressed_block(const SolverSettings& solver) {
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0}));
+  bodies.add("block", test::box_mesh({4, 4, 4}, {-0.05, -0.05, -1e-4}, {0.05, 0.05, 0.0999}));
+  SimulationSettings settings;
+  settings.response.stiffness = 500.0;
+  settings.solver = solver;
+  Simulation simulation({.bodies = std::move(bodies),
+                         .materials = {Material{}, Material{.young_modulus = 1e6, .mass_damping = 5.0}},
+                         .obstacles = {1, 0}},
+                        settings, 1);
+  while (simulation.metrics().step < 40) simulation.step();
+  return simulation.metrics();
+}
+
+TEST(Simulation, SolvesInEachWayAndSaysHow) {
+  const StepMetrics exact = pressed_block({.tolerance = 1e-10, .max_iterations = 2000});
+  for (const ToleranceOf of : {ToleranceOf::residual, ToleranceOf::solution}) {
+    for (const Preconditioner way :
+         {Preconditioner::automatic, Preconditioner::jacobi, Preconditioner::two_level}) {
+      const StepMetrics metrics = pressed_block(
+          {.tolerance = 1e-6, .tolerance_of = of, .preconditioner = way, .max_iterations = 2000});
+      EXPECT_TRUE(metrics.solver_converged);
+      EXPECT_NEAR(metrics.deepest, exact.deepest, 1e-4 * exact.deepest);
+      EXPECT_NE(metrics.deepest, exact.deepest) << "the setting has no effect";
+    }
+  }
+  const StepMetrics fixed = pressed_block({.fixed_iterations = 3});
+  EXPECT_EQ(fixed.solver_iterations, 3 * fixed.solves);
+  EXPECT_TRUE(fixed.solver_converged);
+  const StepMetrics capped = pressed_block({.tolerance = 1e-12, .max_iterations = 3});
+  EXPECT_EQ(capped.solver_iterations, 3 * capped.solves);
+  EXPECT_FALSE(capped.solver_converged);
+}
+
 TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
   // A block on a wide plate with a given stiffness: each bottom point carries its share, depth = force /
   // stiffness.
@@ -215,6 +251,9 @@ TEST(Simulation, RefusesBadSettings) {
   settings = {};
   settings.solver.max_iterations = 0;
   EXPECT_EQ(message(settings), "simulation settings: solver.max_iterations: found 0, expected at least 1");
+  settings = {};
+  settings.solver.fixed_iterations = 0;
+  EXPECT_EQ(message(settings), "simulation settings: solver.fixed_iterations: found 0, expected at least 1");
   EXPECT_EQ(message({}, {1, 1}), "simulation: fixed_points: found 2 flags, expected 8");
 }
 

@@ -1,0 +1,371 @@
+// A step's linear system and its solution, beside what a careful user of Eigen writes. One thread.
+//
+//   palpate_bench_dynamics JSON [SKULL_FOLDER]
+//
+// Frames are distinct deformations of a scene; in each both are measured in turn. Of Eigen's preconditioners
+// the better is taken, with the loosest tolerance that leads to the error asked for; ours gets that error as
+// its goal. Solutions are compared with a direct one (of large meshes: with conjugate gradients to 1e-10);
+// one that is wrong fails the run.
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "eigen_dynamics.hpp"
+#include "fem/conjugate_gradients.hpp"
+#include "fem/lumping.hpp"
+#include "geometry/vector.hpp"
+#include "io/machine.hpp"
+#include "io/mesh_reader.hpp"
+#include "scene/generators.hpp"
+
+namespace palpate::bench {
+namespace {
+
+constexpr double time_step = 0.01;
+constexpr double goal = 1e-3;
+constexpr Vec3 gravity{0.0, 0.0, -9.81};
+const parallel::Threads one_thread(1);
+
+/// Processor time: others who use the machine do not count but by what they take of its caches.
+template <class Work>
+double milliseconds(Work&& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+struct Case {
+  std::string name;
+  Bodies bodies;
+  Material material;
+  double held_share = 0.0;  ///< of the height, from below: fixed
+  int frames = 41;
+  bool direct = true;
+};
+
+/// A bent and twisted shape, another for each frame.
+std::vector<Vec3> deformed(std::span<const Vec3> rest, int frame) {
+  Vec3 lower = rest[0];
+  Vec3 upper = rest[0];
+  for (const Vec3& p : rest) {
+    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+  }
+  const double size = std::max({upper.x - lower.x, upper.y - lower.y, upper.z - lower.z});
+  std::vector<Vec3> positions;
+  for (const Vec3& p : rest) {
+    const Vec3 u = (6.28 / size) * (p - lower);
+    const double t = 0.15 * frame;
+    const double a = 0.004 * size;
+    positions.push_back(p + a * Vec3{std::sin(u.y + 0.7 * u.z + t), std::sin(u.z + t) * std::cos(0.6 * u.x),
+                                     0.6 * std::cos(u.x + 1.3 * u.y - t)});
+  }
+  return positions;
+}
+
+/// Ours, as a step runs it.
+struct Ours {
+  Ours(const Bodies& bodies, const Material& material, std::vector<std::uint8_t> free_points,
+       std::span<const double> point_masses)
+      : free(std::move(free_points)),
+        masses(point_masses.begin(), point_masses.end()),
+        elements(bodies, std::vector<Material>(static_cast<std::size_t>(bodies.body_count()), material),
+                 std::vector<std::uint8_t>(static_cast<std::size_t>(bodies.body_count()), 0)),
+        matrix(elements, free),
+        system(matrix, couplings, free),
+        coarse(bodies, free),
+        right_side(free.size()),
+        solution(free.size()) {
+    const double factor = time_step * (material.stiffness_damping + time_step);
+    elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), factor));
+    couplings.set({}, time_step, free);
+  }
+  void update(std::span<const Vec3> positions) {
+    elements.update(one_thread, positions);
+    matrix.assemble(one_thread, elements, masses);
+    for (std::size_t p = 0; p < free.size(); ++p) {
+      if (free[p] == 0) continue;
+      Vec3 force = masses[p] * gravity;
+      const auto& begin = matrix.elements_of_point().begin;
+      for (Index k = begin[p]; k < begin[p + 1]; ++k) {
+        const simd::Padded3& f = elements.forces()[at(matrix.incidences(), k).own];
+        force += Vec3{f.x, f.y, f.z};
+      }
+      right_side[p] = {time_step * force.x, time_step * force.y, time_step * force.z, 0.0};
+    }
+  }
+  fem::SolveReport solve(Preconditioner preconditioner, std::span<const Vec3> positions) {
+    std::fill(solution.begin(), solution.end(), simd::Padded3{});
+    system.update_preconditioner(one_thread);
+    return solver.solve(
+        one_thread, system, right_side, solution,
+        {.tolerance = goal, .max_iterations = 100000, .of_solution = true, .preconditioner = preconditioner},
+        &coarse, positions);
+  }
+  std::vector<std::uint8_t> free;
+  std::vector<double> masses;
+  fem::Elements elements;
+  fem::BlockMatrix matrix;
+  fem::CouplingSystem couplings;
+  fem::LinearSystem system;
+  fem::CoarseSpace coarse;
+  fem::ConjugateGradients solver;
+  std::vector<simd::Padded3> right_side;
+  std::vector<simd::Padded3> solution;
+};
+
+double error_of(const Ours& ours, const EigenDynamics& eigen, const Eigen::VectorXd& exact) {
+  Eigen::VectorXd x(exact.size());
+  for (std::size_t p = 0; p < ours.free.size(); ++p) {
+    const auto& s = ours.solution[p];
+    if (eigen.place()[p] >= 0) x.segment<3>(3 * eigen.place()[p]) << s.x, s.y, s.z;
+  }
+  return (x - exact).norm() / exact.norm();
+}
+
+Eigen::VectorXd exact_solution(const EigenDynamics& eigen, bool direct) {
+  if (direct) {
+    return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(Eigen::SparseMatrix<double>(eigen.matrix()))
+        .solve(eigen.right_side());
+  }
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper> cg;
+  cg.setTolerance(1e-10);
+  cg.compute(eigen.matrix());
+  return cg.solve(eigen.right_side());
+}
+
+using Diagonal =
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper>;
+using Incomplete = Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>,
+                                            Eigen::Lower | Eigen::Upper, Eigen::IncompleteCholesky<double>>;
+
+struct EigenRun {
+  double tolerance = 0.0;
+  double time = 0.0;
+  double error = 0.0;
+  long iterations = 0;
+};
+
+template <class Solver>
+EigenRun run_eigen(const EigenDynamics& eigen, const Eigen::VectorXd& exact, double tolerance) {
+  EigenRun run{.tolerance = tolerance};
+  Eigen::VectorXd x;
+  run.time = milliseconds([&] {
+    Solver solver;
+    solver.setTolerance(tolerance);
+    solver.setMaxIterations(100000);
+    solver.compute(eigen.matrix());
+    x = solver.solve(eigen.right_side());
+    run.iterations = solver.iterations();
+  });
+  run.error = (x - exact).norm() / exact.norm();
+  return run;
+}
+
+/// With the loosest tolerance that leads to the goal.
+template <class Solver>
+EigenRun calibrated(const EigenDynamics& eigen, const Eigen::VectorXd& exact) {
+  EigenRun run;
+  for (double tolerance = 1e-1; tolerance > 1e-9; tolerance *= 0.5) {
+    run = run_eigen<Solver>(eigen, exact, tolerance);
+    if (run.error <= goal) break;
+  }
+  return run;
+}
+
+/// Bandwidth of reading as many bytes again and again, GB/s: a value of each cache line, as the lines are
+/// what takes the time.
+double read_bandwidth(std::size_t bytes) {
+  const std::vector<std::uint64_t> data(bytes / 8, 3);
+  std::array<std::uint64_t, 4> sums{};
+  std::vector<double> times;
+  for (int i = 0; i < 21; ++i) {
+    times.push_back(milliseconds([&] {
+      for (std::size_t k = 0; k + 32 <= data.size(); k += 32) {
+        for (std::size_t j = 0; j < 4; ++j) sums[j] += data[k + 8 * j];
+      }
+    }));
+  }
+  if (sums[0] + sums[1] + sums[2] + sums[3] == 1) std::puts("");  // keeps the loops
+  return static_cast<double>(bytes) / median(times) * 1e-6;
+}
+
+nlohmann::json measure(Case& c, bool& wrong) {
+  const auto rest = c.bodies.points_rest();
+  const std::vector<Material> materials(static_cast<std::size_t>(c.bodies.body_count()), c.material);
+  const auto masses = fem::lumped_masses(c.bodies, materials);
+  std::vector<std::uint8_t> free(rest.size(), 1);
+  const auto [low, high] = std::ranges::minmax(rest, {}, &Vec3::z);
+  for (std::size_t p = 0; p < rest.size(); ++p) {
+    const bool held = c.held_share > 0.0 && rest[p].z <= low.z + c.held_share * (high.z - low.z);
+    if (held || masses[p] == 0.0) free[p] = 0;
+  }
+  EigenDynamics eigen(c.bodies, c.material, free, masses, time_step);
+  Ours ours(c.bodies, c.material, free, masses);
+  std::vector<double> eigen_update;
+  std::vector<double> eigen_solve;
+  std::vector<double> our_update;
+  std::array<std::vector<double>, 3> our_solve;
+  std::array<double, 3> our_error{};
+  std::array<int, 3> our_iterations{};
+  std::vector<double> product;
+  double eigen_error = 0.0;
+  bool incomplete = false;
+  double tolerance = 0.0;
+  long iterations = 0;
+  for (int frame = -1; frame < c.frames; ++frame) {  // the first is to warm up and to calibrate
+    const auto positions = deformed(rest, frame);
+    const double eigen_time = milliseconds([&] { eigen.update(positions, gravity); });
+    const double our_time = milliseconds([&] { ours.update(positions); });
+    const Eigen::VectorXd exact = exact_solution(eigen, c.direct);
+    if (frame < 0) {
+      const EigenRun diagonal = calibrated<Diagonal>(eigen, exact);
+      const EigenRun cholesky = calibrated<Incomplete>(eigen, exact);
+      incomplete = cholesky.time < diagonal.time && cholesky.error <= goal;
+      tolerance = incomplete ? cholesky.tolerance : diagonal.tolerance;
+      for (int k = 0; k < 3; ++k) ours.solve(static_cast<Preconditioner>(k), positions);
+      continue;
+    }
+    eigen_update.push_back(eigen_time);
+    our_update.push_back(our_time);
+    const EigenRun run = incomplete ? run_eigen<Incomplete>(eigen, exact, tolerance)
+                                    : run_eigen<Diagonal>(eigen, exact, tolerance);
+    eigen_solve.push_back(run.time);
+    eigen_error = std::max(eigen_error, run.error);
+    iterations = run.iterations;
+    for (std::size_t k = 0; k < 3; ++k) {
+      our_solve[k].push_back(milliseconds(
+          [&] { our_iterations[k] = ours.solve(static_cast<Preconditioner>(k), positions).iterations; }));
+      our_error[k] = std::max(our_error[k], error_of(ours, eigen, exact));
+    }
+    std::vector<simd::Padded3> y(ours.solution.size());
+    for (int i = 0; i < 3; ++i)
+      product.push_back(milliseconds([&] { ours.system.multiply(one_thread, ours.solution, y); }));
+  }
+  const std::size_t bytes = ours.matrix.rows().pair_begin[free.size()] * 24 * sizeof(double);
+  nlohmann::json json{{"name", c.name},
+                      {"points", rest.size()},
+                      {"tets", c.bodies.tets().size()},
+                      {"frames", c.frames},
+                      {"goal", goal},
+                      {"eigen",
+                       {{"update_ms", median(eigen_update)},
+                        {"solve_ms", median(eigen_solve)},
+                        {"preconditioner", incomplete ? "incomplete Cholesky" : "diagonal"},
+                        {"tolerance", tolerance},
+                        {"iterations", iterations},
+                        {"largest_error", eigen_error}}},
+                      {"update_ms", median(our_update)},
+                      {"product",
+                       {{"ms", median(product)},
+                        {"bytes", bytes},
+                        {"GB_per_s", static_cast<double>(bytes) / median(product) * 1e-6},
+                        {"read_GB_per_s", read_bandwidth(bytes)}}}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    json["solve"][std::string(preconditioner_names[k])] = {
+        {"ms", median(our_solve[k])}, {"iterations", our_iterations[k]}, {"largest_error", our_error[k]}};
+    if (!(our_error[k] <= 2.0 * goal)) wrong = true;
+  }
+  return json;
+}
+
+std::vector<Case> cases(const std::string& skull) {
+  std::vector<Case> all;
+  Case stacking{.name = "stacking", .bodies = {}, .material = {2e4, 0.4, 1000.0, 0.0, 0.002}};
+  for (int i = 0; i < 20; ++i)
+    stacking.bodies.add("membrane " + std::to_string(i), make_box({10, 10, 1}, {0.2, 0.2, 0.01}));
+  all.push_back(std::move(stacking));
+  if (std::filesystem::exists(skull)) {
+    Case head{.name = "skull", .bodies = {}, .material = {2e5, 0.4, 1000.0, 0.0, 0.002}, .held_share = 0.05};
+    for (const char* part : {"skull", "lower", "upper", "soft"}) {
+      TetMesh mesh = io::read_mesh(skull + "/hq_" + part + ".mesh").mesh;
+      for (Vec3& p : mesh.points) p = 1e-3 * p;  // the files are in mm
+      head.bodies.add(part, mesh);
+    }
+    all.push_back(std::move(head));
+  }
+  Case block{.name = "block",
+             .bodies = {},
+             .material = {2e4, 0.4, 1000.0, 0.0, 0.002},
+             .held_share = 0.01,
+             .frames = 3,
+             .direct = false};
+  block.bodies.add("block", make_box({58, 58, 58}, {0.5, 0.5, 0.5}));
+  all.push_back(std::move(block));
+  return all;
+}
+
+/// What says how fast a machine is: memcpy of 64 MiB, a sort of a million floats, 20 million dependent
+/// multiply-adds.
+nlohmann::json references() {
+  const std::vector<char> from(std::size_t{64} << 20, 1);
+  std::vector<char> to(from.size());
+  std::vector<double> copies;
+  for (int i = 0; i < 9; ++i)
+    copies.push_back(milliseconds([&] { std::copy(from.begin(), from.end(), to.begin()); }));
+  std::vector<double> sorts;
+  for (int i = 0; i < 5; ++i) {
+    std::vector<float> values(1000000);
+    std::uint32_t state = 1;
+    for (float& value : values) value = static_cast<float>((state = state * 1664525U + 1013904223U) >> 8U);
+    sorts.push_back(milliseconds([&] { std::sort(values.begin(), values.end()); }));
+  }
+  std::vector<double> chains;
+  volatile double result = 0.0;
+  for (int i = 0; i < 5; ++i) {
+    chains.push_back(milliseconds([&] {
+      double x = result;
+      for (int k = 0; k < 20000000; ++k) x = x * 0.999999 + 1e-6;
+      result = x;
+    }));
+  }
+  return {{"memcpy_GB_per_s", static_cast<double>(from.size()) / median(copies) * 1e-6},
+          {"sort_ms", median(sorts)},
+          {"multiply_add_ms", median(chains)}};
+}
+
+int run(int argc, char** argv) {
+  const io::Machine machine = io::describe_machine();
+  nlohmann::json json{{"context",
+                       {{"cpu", machine.cpu},
+                        {"cores", machine.cores},
+                        {"compiler", machine.compiler + ", " + machine.build_type},
+                        {"commit", machine.commit}}},
+                      {"references", references()}};
+  bool wrong = false;
+  for (Case& c : cases(argc > 2 ? argv[2] : "")) {
+    json["cases"].push_back(measure(c, wrong));
+    std::fprintf(stderr, "%s: done\n", c.name.c_str());
+    std::ofstream(argv[1]) << json.dump(1) << '\n';
+  }
+  if (wrong) std::fprintf(stderr, "a solution is further from the exact one than twice the goal\n");
+  return wrong ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace palpate::bench
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fprintf(stderr, "usage: palpate_bench_dynamics JSON [SKULL_FOLDER]\n");
+    return 2;
+  }
+  return palpate::bench::run(argc, argv);
+}
