@@ -44,7 +44,7 @@ using CellSize = std::variant<CellSizeRule, double>;
 /// What speeds up the conjugate gradients of a step. Where they end depends on it by no more than the
 /// tolerance.
 enum class Preconditioner {
-  automatic,  ///< block Jacobi, and two levels for the rest of a step once a solve takes many iterations
+  automatic,  ///< block Jacobi, and two levels for the rest of the run once a solve takes many iterations
   jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
   two_level,  ///< and the rigid motions of parts of bodies: for stiff or slender bodies, stacks, large meshes
 };
@@ -102,7 +102,7 @@ struct SolverSettings {
   /// many as it asks for. > 0.
   std::optional<int> fixed_iterations{};
   /// Cap of the linear solves of a step, where friction or bodies that meet ask for more than one.
-  int max_solves = 20;
+  int max_solves = 40;
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for

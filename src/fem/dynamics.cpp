@@ -222,7 +222,6 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   time_step_ = time_step;
-  two_level_ = false;
   set_base_velocities();
   assemble(time_step);
   compute_point_forces(gravity, external_forces);

@@ -70,8 +70,9 @@ class Dynamics {
   /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
-  /// With Preconditioner::automatic, a step whose solve took two levels takes them in its later solves, too.
-  /// \param goal  its least scales are set to what gravity and external forces alone would make
+  /// With Preconditioner::automatic, all solves after one that took two levels take them, too: a stiff scene
+  /// stays stiff, and where block Jacobi is slow the estimate of the error comes out too small. Part of the
+  /// state. \param goal  its least scales are set to what gravity and external forces alone would make
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
   [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
@@ -165,7 +166,7 @@ class Dynamics {
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;         ///< of the solution, by mass: that of gravity and external forces alone
   double time_step_ = 0.0;          ///< of the step that has begun
-  bool two_level_ = false;          ///< a solve of the step that has begun took two levels
+  bool two_level_ = false;          ///< a solve took two levels
   double factors_time_step_ = 0.0;  ///< that of diagonal_ and factors_
   bool updated_ = false;            ///< elements_ are as the positions and the plastic strains are now
 };

@@ -30,6 +30,7 @@ void ContactMemory::update(const Contacts& contacts) {
   std::swap(all_, last_);
   all_.clear();
   make_room(all_, contacts.size() + last_.size());
+  make_room(joined_, contacts.size() + last_.size());
   resize_with_room(place_, contacts.size());
   std::size_t l = 0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {

@@ -198,6 +198,10 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   make_room(couplings, first + contacts.size());
   couplings.resize(first + contacts.size());
   resize_with_room(laws_, contacts.size());
+  // What foresee() will ask for, so that a steady run asks in its first steps.
+  make_room(unknown_, contacts.size());
+  make_room(foreseen_, contacts.size() / 8);
+  make_room(added_, contacts.size() / 8);
   for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
     compute_one(bodies, contacts, c, positions, velocities, search, couplings[first + c]);
   });
