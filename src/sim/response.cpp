@@ -78,8 +78,9 @@ constexpr double stiff_damping = 10.0;
 constexpr double force_tolerance = 0.01;
 /// The same for contacts that are met within the step.
 constexpr double foreseen_tolerance = 0.05;
-/// Rounds in which bounds of friction are just those of the normal forces.
-constexpr int rounds_with_new_bounds = 4;
+/// Times that bounds of friction are just those of the normal forces; from then on each time changes them
+/// less.
+constexpr int whole_bounds = 4;
 
 }  // namespace
 
@@ -148,14 +149,6 @@ double ContactResponse::normal_force(const Law& law, const Vec3& velocity) const
   return law.stiffness * law.depth - resistance(law) * dot(velocity, law.direction);
 }
 
-/// The next bound of the friction, N: that of this normal force. Bounds are no part of what the rounds of a
-/// step minimise, and in a hard step they could go to and fro for ever; so after a few rounds each changes
-/// them less.
-double ContactResponse::friction_bound(const Law& law, double normal_force) const {
-  const double weight = 1.0 / std::max(1, rounds_ - rounds_with_new_bounds);
-  return law.bound + weight * (settings_.friction * std::max(normal_force, 0.0) - law.bound);
-}
-
 /// Share of the friction spring, with its damping, at which it pulls no more than a bound.
 double ContactResponse::spring_share(const Law& law, const Vec3& velocity, double bound) const {
   const double pull = length(spring_force(law, velocity));
@@ -193,7 +186,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   memory_.update(contacts);
   time_step_ = time_step;
   has_iterate_ = false;
-  rounds_ = 0;
+  renewals_ = 0;
   const std::size_t first = couplings.size();
   make_room(couplings, first + contacts.size());
   couplings.resize(first + contacts.size());
@@ -244,7 +237,7 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
               .slip = remembered.slip,
               .direction = r};
   set_pushes(laws_[c], true, coupling);
-  laws_[c].bound = friction_bound(laws_[c], last_normal);
+  laws_[c].bound = settings_.friction * std::max(last_normal, 0.0);
   set_share(laws_[c], spring_share(laws_[c], velocity, laws_[c].bound), coupling);
   remembered.force = force;
   remembered.direction = r;
@@ -271,15 +264,22 @@ double ContactResponse::slope(const parallel::Threads& threads, double share) {
   });
 }
 
-/// The share of the way from the last iterate to the solution where the slope is zero; 1 where there is none.
+/// The share of the way from the last iterate to the solution, or beyond, where the slope is zero.
 double ContactResponse::search_line(const parallel::Threads& threads) {
   constexpr int halvings = 8;
-  const double at_solution = slope(threads, 1.0);
+  constexpr double furthest = 64.0;
+  constexpr double flat = 0.1;
   const double at_iterate = slope(threads, 0.0);
-  // A small overshoot is no harm, and a way that does not lead down comes of a bound that changed.
-  if (!(at_iterate < 0.0) || at_solution <= -0.1 * at_iterate) return 1.0;
+  const double at_solution = slope(threads, 1.0);
+  // A way that does not lead down comes of a bound that changed.
+  if (!(at_iterate < 0.0) || std::abs(at_solution) <= -flat * at_iterate) return 1.0;
   double low = 0.0;
   double high = 1.0;
+  // Weakening springs leads from stick to slide in many short steps, of one direction.
+  while (high < furthest && slope(threads, high) < 0.0) {
+    low = high;
+    high *= 2.0;
+  }
   for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (low + high);
     (slope(threads, middle) < 0.0 ? low : high) = middle;
@@ -294,36 +294,39 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
     const Law& law = laws_[c];
     const Vec3 velocity = fem::relative(couplings[c], velocities_end);
     const double normal = normal_force(law, velocity);
-    const double share = spring_share(law, velocity, friction_bound(law, normal));
+    const double share = spring_share(law, velocity, law.bound);
     const double spring_error = (share - law.share) * length(spring_force(law, velocity));
     const bool right = (normal > 0.0) == law.pushes;
     const Vec3 force = fem::end_force(couplings[c], time_step_, velocities_end);
-    solved_[c] = {velocity, force, normal, right ? 0.0 : normal, spring_error};
+    const double bound_error = settings_.friction * std::max(normal, 0.0) - law.bound;
+    solved_[c] = {velocity, force, normal, right ? 0.0 : normal, spring_error, bound_error};
   });
   const auto squares = [&](double Solved::*value) {
     return parallel::sum(threads, couplings.size(), partial_,
                          [&](std::size_t c) { return solved_[c].*value * (solved_[c].*value); });
   };
-  const double allowed = force_tolerance * force_tolerance * squares(&Solved::normal);
   const double friction = settings_.friction;
+  const double allowed = force_tolerance * force_tolerance * squares(&Solved::normal);
   const bool fits = squares(&Solved::normal_error) <= allowed &&
                     squares(&Solved::spring_error) <= friction * friction * allowed;
+  const bool done = fits && squares(&Solved::bound_error) <= friction * friction * allowed;
   const double share = fits || !has_iterate_ ? 1.0 : search_line(threads);
+  const double renewal = fits ? 1.0 / std::max(1, ++renewals_ - whole_bounds) : 0.0;
   has_iterate_ = true;
-  ++rounds_;
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
     Law& law = laws_[c];
     law.velocity += share * (solved_[c].velocity - law.velocity);
     law.force += share * (solved_[c].force - law.force);
-    if (!fits) take_iterate(law, couplings[c]);
+    if (done) return;
+    law.bound += renewal * solved_[c].bound_error;
+    take_iterate(law, couplings[c]);
   });
-  return !fits;
+  return !done;
 }
 
 /// Makes the coupling fit the iterate of its law.
 void ContactResponse::take_iterate(Law& law, fem::Coupling& coupling) const {
   const double normal = normal_force(law, law.velocity);
-  law.bound = friction_bound(law, normal);
   set_pushes(law, normal > 0.0, coupling);
   set_share(law, spring_share(law, law.velocity, law.bound), coupling);
 }
@@ -343,6 +346,7 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
   Law law{.stiffness = k, .damping = 0.0, .depth = depth, .slip = {}, .direction = r};
   const double normal = normal_force(law, velocity);
   law.velocity = velocity;
+  law.bound = settings_.friction * std::max(normal, 0.0);
   take_iterate(law, coupling);
   foreseen = {.law = law, .coupling = coupling, .remembered = {}, .force = std::max(normal, 0.0)};
   foreseen.remembered = {.point = point,
@@ -361,7 +365,7 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
 bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions_end,
                               std::span<const Vec3> velocities_end, std::vector<fem::Coupling>& couplings) {
-  rounds_ = 0;
+  renewals_ = 0;
   memory_.list_unknown(contacts, unknown_);
   resize_with_room(foreseen_, unknown_.size());
   for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {

@@ -35,9 +35,11 @@ namespace palpate {
 /// (quadratic up to the bound, linear beyond: Huber's), and refine() is one round of iteratively reweighted
 /// least squares on it, which lowers it: the spring of a sliding contact is weakened until at the last
 /// velocities it pulls just the bound. So is the push a derivative, quadratic or zero: a round of it is
-/// Newton's method. Where the solution overshoots, so that rounds would go to and fro, a line search takes
-/// the place between it and the last iterate where the sum of these functions and of the system's own is
-/// least. A steady stick or slide needs one round.
+/// Newton's method. Where the solution goes too far, so that rounds would go to and fro, or not far enough,
+/// as reweighting does from stick to slide, a line search takes the place on the way from the last iterate
+/// through the solution where the sum of these functions and of the system's own is least. Where a round fits
+/// the bounds are renewed, and the step is done when they fit too. A steady stick or slide needs one or two
+/// rounds.
 ///
 /// A contact that is not there at the start of a step, but is at its end, is foreseen (foresee()): otherwise
 /// a body falls into another for one step before anything stops it, and in a pile each body one step longer
@@ -119,6 +121,7 @@ class ContactResponse {
     double normal;        ///< force as it should be, N
     double normal_error;  ///< N
     double spring_error;  ///< N
+    double bound_error;   ///< of the friction, N
   };
   struct Foreseen {
     Law law;
@@ -129,7 +132,6 @@ class ContactResponse {
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
   [[nodiscard]] double normal_force(const Law& law, const Vec3& velocity) const;
-  [[nodiscard]] double friction_bound(const Law& law, double normal_force) const;
   [[nodiscard]] double spring_share(const Law& law, const Vec3& velocity, double bound) const;
   [[nodiscard]] double resistance(const Law& law) const;
   [[nodiscard]] Vec3 spring_force(const Law& law, const Vec3& velocity) const;
@@ -159,7 +161,7 @@ class ContactResponse {
   std::vector<Law> laws_;                 ///< of the contacts, in their order
   std::vector<Solved> solved_;            ///< of refine()
   bool has_iterate_ = false;              ///< laws_ have one of this step
-  int rounds_ = 0;                        ///< of refine() since compute() or foresee()
+  int renewals_ = 0;                      ///< of the bounds of friction since compute() or foresee()
   std::vector<std::size_t> unknown_;      ///< scratch of foresee()
   std::vector<Foreseen> foreseen_;        ///< scratch of foresee()
   std::vector<RememberedContact> added_;  ///< scratch of foresee()
