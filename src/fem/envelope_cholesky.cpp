@@ -72,10 +72,11 @@ void EnvelopeCholesky::factor() {
       Block6& s = block(row, column);
       for (Index k = std::max(at(first_, row), at(first_, column)); k < column; ++k)
         subtract_product(s, at_place(row, k), at_place(column, k));
-      if (column < row)
+      if (column < row) {
         solve_right(s, at_place(column, column));
-      else
+      } else {
         factor_diagonal(s);
+      }
     }
   }
 }
