@@ -186,6 +186,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   memory_.update(contacts);
   time_step_ = time_step;
   has_iterate_ = false;
+  has_guessed_bounds_ = false;
   renewals_ = 0;
   const std::size_t first = couplings.size();
   make_room(couplings, first + contacts.size());
@@ -299,7 +300,7 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
     const bool right = (normal > 0.0) == law.pushes;
     const Vec3 force = fem::end_force(couplings[c], time_step_, velocities_end);
     const double bound_error = settings_.friction * std::max(normal, 0.0) - law.bound;
-    solved_[c] = {velocity, force, normal, right ? 0.0 : normal, spring_error, bound_error};
+    solved_[c] = {velocity, force, std::max(normal, 0.0), right ? 0.0 : normal, spring_error, bound_error};
   });
   const auto squares = [&](double Solved::*value) {
     return parallel::sum(threads, couplings.size(), partial_,
@@ -311,7 +312,8 @@ bool ContactResponse::refine(const parallel::Threads& threads, std::span<const V
                     squares(&Solved::spring_error) <= friction * friction * allowed;
   const bool done = fits && squares(&Solved::bound_error) <= friction * friction * allowed;
   const double share = fits || !has_iterate_ ? 1.0 : search_line(threads);
-  const double renewal = fits ? 1.0 / std::max(1, ++renewals_ - whole_bounds) : 0.0;
+  double renewal = fits ? 1.0 / std::max(1, ++renewals_ - whole_bounds) : 0.0;
+  if (std::exchange(has_guessed_bounds_, false)) renewal = 1.0;
   has_iterate_ = true;
   parallel::for_each(threads, couplings.size(), grain, [&](std::size_t c) {
     Law& law = laws_[c];
@@ -365,7 +367,6 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
 bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions_end,
                               std::span<const Vec3> velocities_end, std::vector<fem::Coupling>& couplings) {
-  renewals_ = 0;
   memory_.list_unknown(contacts, unknown_);
   resize_with_room(foreseen_, unknown_.size());
   for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {
@@ -387,6 +388,8 @@ bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bo
     added_.push_back(contact.remembered);
   }
   memory_.add(added_);
+  renewals_ = 0;
+  has_guessed_bounds_ = true;
   return true;
 }
 

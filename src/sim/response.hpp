@@ -79,7 +79,7 @@ class ContactResponse {
 
   /// Compares the contacts where the step leads to (`contacts`, found at `positions_end`) with those that it
   /// knows. Where bodies meet within the step, with more than 5 % of the forces that act (as refine() found
-  /// them, which must have returned false), appends couplings for what they meet and returns true: another
+  /// them), appends couplings for what they meet and returns true: another
   /// solve is needed. Such a contact starts the step with a gap; so it stops what comes at where it meets,
   /// and nothing pulls. O(contacts), parallel.
   [[nodiscard]] bool foresee(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
@@ -118,7 +118,7 @@ class ContactResponse {
   struct Solved {
     Vec3 velocity;        ///< relative, m/s
     Vec3 force;           ///< of the coupling, N
-    double normal;        ///< force as it should be, N
+    double normal;        ///< force as it should be: it pushes or is 0, N
     double normal_error;  ///< N
     double spring_error;  ///< N
     double bound_error;   ///< of the friction, N
@@ -158,12 +158,13 @@ class ContactResponse {
   ResponseSettings settings_;
   ContactMemory memory_;
   double time_step_ = 0.0;
-  std::vector<Law> laws_;                 ///< of the contacts, in their order
-  std::vector<Solved> solved_;            ///< of refine()
-  bool has_iterate_ = false;              ///< laws_ have one of this step
-  int renewals_ = 0;                      ///< of the bounds of friction since compute() or foresee()
-  std::vector<std::size_t> unknown_;      ///< scratch of foresee()
-  std::vector<Foreseen> foreseen_;        ///< scratch of foresee()
+  std::vector<Law> laws_;             ///< of the contacts, in their order
+  std::vector<Solved> solved_;        ///< of refine()
+  bool has_iterate_ = false;          ///< laws_ have one of this step
+  int renewals_ = 0;                  ///< of the bounds of friction since compute() or foresee()
+  bool has_guessed_bounds_ = false;   ///< of foreseen contacts, whose normal forces no solve has shown yet
+  std::vector<std::size_t> unknown_;  ///< scratch of foresee()
+  std::vector<Foreseen> foreseen_;    ///< scratch of foresee()
   std::vector<RememberedContact> added_;  ///< scratch of foresee()
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts

@@ -174,9 +174,13 @@ void Simulation::State::begin_step() {
   metrics.detection_seconds = {};
 }
 
-/// Solves, and again with the friction that the solution leads to, until both agree.
+/// Solves, and again with the forces of contacts that the solution leads to, until both agree, or a few
+/// times.
 void Simulation::State::solve() {
+  constexpr int a_few = 4;
+  int rounds = 0;
   do {
+    ++rounds;
     const fem::SolveReport report =
         dynamics.solve(couplings, {.tolerance = settings.solver.tolerance,
                                    .max_iterations = settings.solver.max_iterations,
@@ -189,7 +193,7 @@ void Simulation::State::solve() {
     agrees =
         metrics.solves < settings.solver.max_solves &&
         !response.refine(threads, dynamics.end_velocities(), std::span(couplings).subspan(grab_couplings));
-  } while (!agrees && metrics.solves < settings.solver.max_solves);
+  } while (!agrees && rounds < a_few && metrics.solves < settings.solver.max_solves);
   // What falls freely is no blow-up, however small it is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
@@ -197,10 +201,11 @@ void Simulation::State::solve() {
   dynamics.check_limits(allowed, settings.limits.inverted_steps);
 }
 
-/// Solves and looks where the solution leads to, until that meets nothing that the step did not know of.
+/// Solves and looks where the solution leads to, until that meets nothing that the step did not know of and
+/// all forces agree. It looks before they do: what is not yet known changes them most.
 void Simulation::State::find_way() {
   bool meets = true;
-  while (meets) {
+  while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
     solve();
     const std::span<const Vec3> positions_end = dynamics.end_positions();
@@ -208,8 +213,9 @@ void Simulation::State::find_way() {
     detect(positions_end);
     ++metrics.detections;
     watch.lap();
-    meets = agrees && response.foresee(threads, bodies, detector.contacts(), positions_end,
-                                       dynamics.end_velocities(), couplings);
+    meets = metrics.solves < settings.solver.max_solves &&
+            response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.end_velocities(),
+                             couplings);
     metrics.forces_seconds += watch.lap();
   }
 }

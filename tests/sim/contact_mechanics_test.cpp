@@ -253,6 +253,28 @@ TEST(ContactMechanics, APileFallsTogetherAndStands) {
   EXPECT_NEAR(-tower.simulation().contact_forces()[0].z, Tower::weight, 1e-3 * Tower::weight);
 }
 
+TEST(ContactMechanics, FrictionIsWithinItsBoundInTheStepInWhichABlockLands) {
+  // It slides at 1 m/s and touches within the step: friction is no more than mu times what lands.
+  for (const double friction : {0.05, 0.3}) {
+    Model model;
+    model.bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.3, -0.3, -0.02}, {0.3, 0.3, 0}));
+    model.bodies.add("block", test::box_mesh({3, 3, 2}, {-0.13, -0.03, 1e-5}, {-0.07, 0.03, 0.02001}));
+    model.materials.assign(2, Material{.young_modulus = 2e7, .stiffness_damping = 0.005});
+    model.obstacles = {1, 0};
+    model.velocities.assign(model.bodies.points_rest().size(), {1, 0, 0});
+    SimulationSettings settings;
+    settings.time_step = 0.01;
+    settings.response.friction = friction;
+    Simulation simulation(std::move(model), settings, 1);
+    for (int step = 0; step < 3; ++step) {
+      simulation.step();
+      const Vec3 force = simulation.contact_forces()[1];
+      EXPECT_GT(force.z, 0.0);
+      EXPECT_NEAR(-force.x, friction * force.z, 0.02 * friction * force.z) << "step " << step;
+    }
+  }
+}
+
 TEST(ContactMechanics, ABlockThatLandsStopsWhereItTouches) {
   // At 1 m/s it would be 5 mm deep after the step in which it meets the plate.
   Model model;
