@@ -6,12 +6,8 @@ Usage: dynamics_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 In MARKDOWN the text between the two marks 'dynamics table' is replaced.
 """
 
-import json
-import pathlib
-import re
-import sys
+import page
 
-BEGIN, END = "<!-- dynamics table: begin -->", "<!-- dynamics table: end -->"
 PRECONDITIONERS = ("jacobi", "two-level", "auto")
 
 
@@ -67,19 +63,5 @@ def table(report):
     return "\n".join(lines[:-1]) + "\n"
 
 
-def main(arguments):
-    if len(arguments) not in (1, 2):
-        raise SystemExit(__doc__)
-    text = table(json.loads(pathlib.Path(arguments[0]).read_text()))
-    if len(arguments) == 1:
-        print(text, end="")
-        return
-    page = pathlib.Path(arguments[1])
-    old = page.read_text()
-    if BEGIN not in old or END not in old:
-        raise SystemExit(f"{page}: found no marks '{BEGIN}' and '{END}'")
-    page.write_text(re.sub(f"{BEGIN}.*{END}", lambda _: f"{BEGIN}\n{text}{END}", old, flags=re.DOTALL))
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    page.write_table(__doc__, "dynamics", table)

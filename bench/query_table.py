@@ -6,12 +6,7 @@ Usage: query_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 In MARKDOWN the text between the two marks 'query table' is replaced.
 """
 
-import json
-import pathlib
-import re
-import sys
-
-BEGIN, END = "<!-- query table: begin -->", "<!-- query table: end -->"
+import page
 
 
 def row(scene):
@@ -46,20 +41,5 @@ def table(report):
     return "\n".join(lines) + "\n"
 
 
-def main(arguments):
-    if len(arguments) not in (1, 2):
-        raise SystemExit(__doc__)
-    text = table(json.loads(pathlib.Path(arguments[0]).read_text()))
-    if len(arguments) == 1:
-        print(text, end="")
-        return
-    path = pathlib.Path(arguments[1])
-    page = path.read_text()
-    marked = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
-    if not marked.search(page):
-        raise SystemExit(f"{path}: no marks '{BEGIN}' and '{END}'")
-    path.write_text(marked.sub(lambda _: f"{BEGIN}\n{text}{END}", page))
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    page.write_table(__doc__, "query", table)

@@ -8,10 +8,7 @@ In MARKDOWN the text between the two marks 'sort table' is replaced.
 """
 
 import collections
-import json
-import pathlib
-import re
-import sys
+import page
 
 COLUMNS = {
     "std_sort_last_order": "std::sort, last order", "std_sort_reference_order": "std::sort, reference order",
@@ -19,8 +16,6 @@ COLUMNS = {
     "adaptive": "adaptive", "radix_with_C": "radix + C", "repair_with_C": "repair + C",
 }
 MOTIONS = {"0": "0", "2_near": "2 % near", "10_near": "10 % near", "100_near": "100 % near", "100_random": "100 % random"}
-BEGIN, END = "<!-- sort table: begin -->", "<!-- sort table: end -->"
-
 
 def smallest_times(report):
     """(entries, motion) -> competitor -> smallest CPU time in ns for each entry."""
@@ -64,20 +59,5 @@ def table(report):
     return "\n".join(lines) + "\n"
 
 
-def main(arguments):
-    if len(arguments) not in (1, 2):
-        raise SystemExit(__doc__)
-    text = table(json.loads(pathlib.Path(arguments[0]).read_text()))
-    if len(arguments) == 1:
-        print(text, end="")
-        return
-    page = pathlib.Path(arguments[1])
-    old = page.read_text()
-    if BEGIN not in old or END not in old:
-        raise SystemExit(f"{page}: found no marks '{BEGIN}' and '{END}'")
-    new = re.sub(f"{BEGIN}.*{END}", lambda _: f"{BEGIN}\n{text}{END}", old, flags=re.DOTALL)
-    page.write_text(new)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    page.write_table(__doc__, "sort", table)
