@@ -196,4 +196,20 @@ void settle(Dynamics& dynamics, std::span<const Vec3> forces, int steps, double 
   }
 }
 
+Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count) {
+  const auto n = 3 * static_cast<Eigen::Index>(point_count);
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
+  for (Index e = 0; e < elements.size(); ++e) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        Matrix3 block;
+        elements.add_stiffness(e, i, j, block);
+        const Tet& corners = at(elements.corners(), e);
+        k.block<3, 3>(3 * at(corners, i), 3 * at(corners, j)) += to_eigen(block);
+      }
+    }
+  }
+  return k;
+}
+
 }  // namespace palpate::fem::test

@@ -70,4 +70,7 @@ struct Scene {
 void settle(Dynamics& dynamics, std::span<const Vec3> forces, int steps, double tolerance = 1e-12,
             int max_iterations = 20000);
 
+/// All stiffness blocks of elements scattered into one matrix.
+Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count);
+
 }  // namespace palpate::fem::test

@@ -60,17 +60,7 @@ struct System {
 
   [[nodiscard]] Eigen::MatrixXd dense() const {
     const auto n = 3 * static_cast<Eigen::Index>(free.size());
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
-    for (Index e = 0; e < elements.size(); ++e) {
-      for (int i = 0; i < 4; ++i) {
-        for (int j = 0; j < 4; ++j) {
-          Matrix3 block;
-          elements.add_stiffness(e, i, j, block);
-          const Tet& corners = at(elements.corners(), e);
-          a.block<3, 3>(3 * at(corners, i), 3 * at(corners, j)) += to_eigen(block);
-        }
-      }
-    }
+    Eigen::MatrixXd a = dense_stiffness(elements, free.size());
     for (std::size_t i = 0; i < free.size(); ++i) {
       a.diagonal().segment<3>(3 * static_cast<Eigen::Index>(i)).array() += diagonal[i];
     }

@@ -94,17 +94,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   Elements elements(bodies, std::vector<Material>(1, material), std::vector<std::uint8_t>(1, 0));
   elements.update(parallel::Threads(1), start);
   const auto n = 3 * static_cast<Eigen::Index>(start.size());
-  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
-  for (Index e = 0; e < elements.size(); ++e) {
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        Matrix3 block;
-        elements.add_stiffness(e, i, j, block);
-        const Tet& c = at(elements.corners(), e);
-        k.block<3, 3>(3 * at(c, i), 3 * at(c, j)) += to_eigen(block);
-      }
-    }
-  }
+  const Eigen::MatrixXd k = dense_stiffness(elements, start.size());
   Eigen::VectorXd masses(n);
   for (Eigen::Index i = 0; i < n; ++i) masses[i] = at(dynamics.point_masses(), i / 3);
   const Eigen::MatrixXd m = masses.asDiagonal();

@@ -34,23 +34,6 @@ double total_energy(const Elements& elements, std::span<const Vec3> positions) {
   return sum;
 }
 
-/// All stiffness blocks scattered into one matrix.
-Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count) {
-  const auto n = 3 * static_cast<Eigen::Index>(point_count);
-  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
-  for (Index e = 0; e < elements.size(); ++e) {
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        Matrix3 block;
-        elements.add_stiffness(e, i, j, block);
-        const Tet& corners = at(elements.corners(), e);
-        k.block<3, 3>(3 * at(corners, i), 3 * at(corners, j)) += to_eigen(block);
-      }
-    }
-  }
-  return k;
-}
-
 TEST(Elements, HaveExactlyNoForceAtRest) {
   for (const Bodies& bodies : several_meshes()) {
     Elements elements = elements_of(bodies);
