@@ -89,7 +89,7 @@ class ClusterQuery::Work {
   }
 
   void look_up(std::size_t n) {
-    const auto do_block = [&] { finish(n); };
+    const auto do_block = [&] { finish(); };
     BlockRows rows(block_, do_block);
     for (std::size_t c = 0; c < n; ++c) {
       rows.begin(c);
@@ -106,13 +106,10 @@ class ClusterQuery::Work {
     rows.end();
   }
 
-  void finish(std::size_t n) {
+  void finish() {
     query_.kernels_.filter(points_in_order_, block_);
     query_.kernels_.test(points_in_order_, block_);
-    for (std::size_t c = 0; c < n; ++c) {
-      const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
-      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->size;
-    }
+    tally_.candidates += block_.pairs();
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
   }
 

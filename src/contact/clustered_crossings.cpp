@@ -74,7 +74,7 @@ class ClusteredCrossings::Work {
 
  private:
   void look_up(std::size_t n) {
-    const auto do_block = [&] { finish(n); };
+    const auto do_block = [&] { finish(); };
     BlockRows rows(block_, do_block);
     const std::int32_t reach = query_.longest_ / 2 + 1;
     for (std::size_t c = 0; c < n; ++c) {
@@ -89,13 +89,10 @@ class ClusteredCrossings::Work {
     rows.end();
   }
 
-  void finish(std::size_t n) {
+  void finish() {
     simd::filter_edges(rows_, block_);
     simd::test_edges(rows_, query_.longest_, block_);
-    for (std::size_t c = 0; c < n; ++c) {
-      const std::uint32_t candidates = block_.first_candidate[c + 1] - block_.first_candidate[c];
-      tally_.candidates += std::size_t{candidates} * block_.cluster[c]->size;
-    }
+    tally_.candidates += block_.pairs();
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
   }
 

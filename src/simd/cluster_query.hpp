@@ -55,6 +55,14 @@ struct ClusterBlock {
     std::uint32_t primitives;
   };
 
+  /// Pairs of a candidate and a primitive of its cluster, once filtered.
+  [[nodiscard]] std::size_t pairs() const {
+    std::size_t sum = 0;
+    for (std::size_t c = 0; c < clusters; ++c)
+      sum += std::size_t{first_candidate[c + 1] - first_candidate[c]} * cluster[c]->size;
+    return sum;
+  }
+
   std::size_t clusters = 0;
   std::array<const Cluster*, most_clusters> cluster;
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
