@@ -252,14 +252,14 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
     throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
                          "a velocity that is not finite", "numbers within the range of double precision");
   }
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    end_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
-  });
+  find_end();
   return report;
 }
 
-void Dynamics::compute_end_positions() {
+/// Where the solution leads to.
+void Dynamics::find_end() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    end_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
     end_positions_[i] = positions_[i];
     if (system_.free()[i] != 0) end_positions_[i] += time_step_ * end_velocities_[i];
   });
@@ -268,13 +268,7 @@ void Dynamics::compute_end_positions() {
   }
 }
 
-std::span<const Vec3> Dynamics::end_positions() {
-  compute_end_positions();
-  return end_positions_;
-}
-
 void Dynamics::end_step() {
-  compute_end_positions();
   prescribed_points_.clear();
   std::swap(positions_, end_positions_);
   updated_ = false;

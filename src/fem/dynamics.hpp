@@ -80,9 +80,9 @@ class Dynamics {
   /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
   /// the start of this one. The state stays as it is.
   void check_limits(double max_speed, int inverted_steps);
-  /// Positions that end_step() would lead to, as the last solve() has them (n_points x 3), m; valid until the
-  /// next call of this class. O(n_points).
-  [[nodiscard]] std::span<const Vec3> end_positions();
+  /// Positions at the end of the step as the last solve() has them (n_points x 3), m: those that end_step()
+  /// takes.
+  [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
   void end_step();
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
@@ -124,7 +124,7 @@ class Dynamics {
   void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_right_side();
   void set_base_velocities();
-  void compute_end_positions();
+  void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
@@ -151,7 +151,7 @@ class Dynamics {
   std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness share of the matrix
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
-  std::vector<Vec3> end_positions_;                     ///< as end_positions() left them
+  std::vector<Vec3> end_positions_;                     ///< as the last solve() has them
   std::vector<Index> inverted_steps_;                   ///< (n_elements), before the step that has begun
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
   std::vector<Vec3> velocities_;

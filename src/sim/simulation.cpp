@@ -106,7 +106,7 @@ struct Simulation::State {
   void detect(std::span<const Vec3> positions);
   void measure();
   void begin_step();
-  void solve();
+  bool solve();
   void find_way();
   void advance();
   void sum_contact_forces();
@@ -126,8 +126,6 @@ struct Simulation::State {
   ContactResponse response;
   std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the contacts
   std::size_t grab_couplings = 0;
-  bool agrees =
-      true;  ///< the last solve with the forces that went into it, and it was not the last one allowed
   double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
@@ -175,8 +173,9 @@ void Simulation::State::begin_step() {
 }
 
 /// Solves, and again with the forces of contacts that the solution leads to, until both agree, or a few
-/// times.
-void Simulation::State::solve() {
+/// times. Returns whether they do.
+bool Simulation::State::solve() {
+  bool agrees = false;
   constexpr int a_few = 4;
   int rounds = 0;
   do {
@@ -199,15 +198,17 @@ void Simulation::State::solve() {
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
   const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
   dynamics.check_limits(allowed, settings.limits.inverted_steps);
+  return agrees;
 }
 
 /// Solves and looks where the solution leads to, until that meets nothing that the step did not know of and
 /// all forces agree. It looks before they do: what is not yet known changes them most.
 void Simulation::State::find_way() {
+  bool agrees = false;
   bool meets = true;
   while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
-    solve();
+    agrees = solve();
     const std::span<const Vec3> positions_end = dynamics.end_positions();
     metrics.solver_seconds += watch.lap();
     detect(positions_end);
