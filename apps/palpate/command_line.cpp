@@ -94,7 +94,9 @@ int work(int argc, const char* const* argv) {
   command.set_version_flag(
       "--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });
   std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command)};
-  for (Subcommand& sub : add_generate(command)) subcommands.push_back(std::move(sub));
+  for (const auto& add : {add_generate, add_bench}) {
+    for (Subcommand& sub : add(command)) subcommands.push_back(std::move(sub));
+  }
 
   check_subcommands(command, std::span(argv, static_cast<std::size_t>(argc)).subspan(1));
   try {

@@ -19,5 +19,7 @@ Subcommand add_info(CLI::App& command);
 Subcommand add_detect(CLI::App& command);
 /// `generate` has one subcommand of its own for each kind of thing.
 std::vector<Subcommand> add_generate(CLI::App& command);
+/// `bench` has one for each report.
+std::vector<Subcommand> add_bench(CLI::App& command);
 
 }  // namespace palpate::app

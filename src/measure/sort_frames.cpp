@@ -1,4 +1,4 @@
-#include "sort_frames.hpp"
+#include "measure/sort_frames.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 
 #include "sort/word.hpp"
 
-namespace palpate::bench {
+namespace palpate::measure {
 namespace {
 
 class Cube {
@@ -29,16 +29,16 @@ class Cube {
   std::uint32_t side_;
 };
 
-double share_of(Motion motion) {
-  constexpr std::array shares{0.0, 0.02, 0.1, 1.0, 1.0};
-  return shares.at(static_cast<std::size_t>(motion));
+double share_of(Movers movers) {
+  constexpr std::array shares{0.0, 0.02, 0.1, 0.5, 1.0, 1.0};
+  return shares.at(static_cast<std::size_t>(movers));
 }
 
 }  // namespace
 
-std::string name_of(Motion motion) {
-  constexpr std::array names{"0", "2_near", "10_near", "100_near", "100_random"};
-  return names.at(static_cast<std::size_t>(motion));
+std::string name_of(Movers movers) {
+  constexpr std::array names{"0", "2_near", "10_near", "50_near", "100_near", "100_random"};
+  return names.at(static_cast<std::size_t>(movers));
 }
 
 std::size_t SortFrames::frame_at(std::size_t step) const {
@@ -46,7 +46,7 @@ std::size_t SortFrames::frame_at(std::size_t step) const {
   return place < keys.size() ? place : steps() - place;
 }
 
-SortFrames make_frames(std::size_t entries, Motion motion) {
+SortFrames make_frames(std::size_t entries, Movers movers) {
   const Cube cube(entries);
   std::mt19937_64 random(entries);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -61,12 +61,12 @@ SortFrames make_frames(std::size_t entries, Motion motion) {
     for (std::size_t i = 0; i < entries; ++i) sorted[i] = make_word(keys[i], static_cast<std::uint32_t>(i));
     std::sort(sorted.begin(), sorted.end());
     for (auto& key : keys) {
-      if (uniform(random) >= share_of(motion)) continue;
-      key = motion == Motion::random_100 ? static_cast<std::uint32_t>(random() % cube.cells())
+      if (uniform(random) >= share_of(movers)) continue;
+      key = movers == Movers::random_100 ? static_cast<std::uint32_t>(random() % cube.cells())
                                          : cube.beside(key, random);
     }
   }
   return frames;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::measure

@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
-namespace palpate::bench {
+namespace palpate::measure {
 
 /// How many references change their key from one frame to the next, and how far.
-enum class Motion { still, near_2, near_10, near_100, random_100 };
+enum class Movers { still, near_2, near_10, near_50, near_100, random_100 };
 
-std::string name_of(Motion motion);
+std::string name_of(Movers movers);
 
 /// Frames of keys for a sort, and what each must give. Points lie at random in a cube of cells, about one a
 /// cell, and are numbered without regard to where they are; a near mover goes to one of the 6 cells beside
-/// its own. Played forth and back, each step of which has the motion's share of movers.
+/// its own. Played forth and back, each step of which has the movers' share of movers.
 struct SortFrames {
   std::uint32_t key_count = 0;
   std::vector<std::vector<std::uint32_t>> keys;    ///< (frames x entries)
@@ -27,6 +27,6 @@ struct SortFrames {
 };
 
 /// 41 distinct frames; 6 for 10M entries, where 41 would take 5 GB.
-SortFrames make_frames(std::size_t entries, Motion motion);
+SortFrames make_frames(std::size_t entries, Movers movers);
 
-}  // namespace palpate::bench
+}  // namespace palpate::measure

@@ -1,0 +1,106 @@
+#include "measure/replay.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "sim/model_check.hpp"
+
+namespace palpate::measure {
+namespace {
+
+double median(const std::vector<DetectionTimes>& frames,
+              const std::function<double(const DetectionTimes&)>& of) {
+  std::vector<double> values;
+  for (std::size_t f = frames.size() > 1 ? 1 : 0; f < frames.size(); ++f) values.push_back(of(frames[f]));
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+void keep_least(DetectionTimes& least, const DetectionTimes& times) {
+  for (double DetectionTimes::*phase :
+       {&DetectionTimes::grid, &DetectionTimes::contacts, &DetectionTimes::border_edges,
+        &DetectionTimes::crossings, &DetectionTimes::depth}) {
+    least.*phase = std::min(least.*phase, times.*phase);
+  }
+}
+
+void require_same(const Contacts& found, const Contacts& expected, const std::string& name,
+                  std::size_t frame) {
+  if (found.point == expected.point && found.body == expected.body && found.tet == expected.tet &&
+      found.depth == expected.depth && found.direction == expected.direction)
+    return;
+  throw Error("benchmark", name + ", frame " + std::to_string(frame),
+              std::to_string(found.size()) + " contacts, or other depths",
+              "those of the first way, " + std::to_string(expected.size()));
+}
+
+}  // namespace
+
+double total(const DetectionTimes& times) {
+  return times.grid + times.contacts + times.border_edges + times.crossings + times.depth;
+}
+
+double WayTimes::median_total() const {
+  return median(of_frame, total);
+}
+double WayTimes::median_update() const {
+  return median(of_frame, [](const DetectionTimes& t) { return t.grid; });
+}
+double WayTimes::median_query() const {
+  return median(of_frame, [](const DetectionTimes& t) { return total(t) - t.grid; });
+}
+double WayTimes::median_crossings() const {
+  return median(of_frame, [](const DetectionTimes& t) { return t.crossings; });
+}
+
+Recording record(Model model, const SimulationSettings& settings, int steps, int threads) {
+  Recording recording;
+  recording.bodies = model.bodies;
+  recording.rigid = rigid_bodies(model);
+  Simulation simulation(std::move(model), settings, threads);
+  for (int step = 0; step <= steps; ++step) {
+    if (step > 0) simulation.step();
+    recording.frames.emplace_back(simulation.positions().begin(), simulation.positions().end());
+  }
+  return recording;
+}
+
+std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds) {
+  std::vector<WayTimes> results(ways.size());
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<Detector> detectors;
+    for (const Way& way : ways)
+      detectors.emplace_back(recording.bodies, way.settings, recording.rigid, way.threads);
+    for (std::size_t frame = 0; frame < recording.frames.size(); ++frame) {
+      for (std::size_t turn = 0; turn < ways.size(); ++turn) {
+        const std::size_t w = (frame + turn) % ways.size();
+        detectors[w].detect(recording.frames[frame]);
+        WayTimes& result = results[w];
+        if (round == 0) {
+          result.of_frame.push_back(detectors[w].times());
+          result.contacts += detectors[w].contacts().size();
+        } else {
+          keep_least(result.of_frame[frame], detectors[w].times());
+        }
+      }
+      for (std::size_t w = 1; w < ways.size(); ++w) {
+        if (!ways[w].settings.cells_per_primitive)
+          require_same(detectors[w].contacts(), detectors.front().contacts(), ways[w].name, frame);
+      }
+    }
+    for (std::size_t w = 0; w < ways.size(); ++w) {
+      results[w].last_counts = detectors[w].counts();
+      results[w].structure_bytes = detectors[w].structure_bytes();
+      results[w].cell_size = detectors[w].counts().cell_size;
+    }
+  }
+  return results;
+}
+
+}  // namespace palpate::measure

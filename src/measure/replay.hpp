@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/model.hpp>
+#include <palpate/simulation.hpp>
+
+/// What benchmarks measure: detections of recorded positions, by ways that take turns on each frame.
+namespace palpate::measure {
+
+/// Bodies, and where their points were after each step of a simulation.
+struct Recording {
+  Bodies bodies{};
+  std::vector<std::uint8_t> rigid;        ///< per body
+  std::vector<std::vector<Vec3>> frames;  ///< (frames x n_points), the start first
+};
+
+/// Simulates `steps` steps and keeps the positions of all. Throws what Simulation throws.
+Recording record(Model model, const SimulationSettings& settings, int steps, int threads);
+
+/// A way to find contacts.
+struct Way {
+  std::string name;
+  DetectionSettings settings;
+  int threads = 1;
+};
+
+/// What a way took for each frame: of several rounds the least, phase by phase.
+struct WayTimes {
+  std::vector<DetectionTimes> of_frame;
+  DetectionCounts last_counts;
+  std::size_t structure_bytes = 0;
+  std::size_t contacts = 0;  ///< of all frames
+  double cell_size = 0.0;
+  /// Median over the frames but the first, s: of the whole, and of the update (grid) and the rest (query).
+  [[nodiscard]] double median_total() const;
+  [[nodiscard]] double median_update() const;
+  [[nodiscard]] double median_query() const;
+  [[nodiscard]] double median_crossings() const;
+};
+
+/// Sum of the phases, s.
+double total(const DetectionTimes& times);
+
+/// Lets the ways find the contacts of each frame one after the other, in turns, so that what disturbs the
+/// machine disturbs all; `rounds` times from the start, each with fresh detectors. Throws Error where an
+/// exact way finds other contacts, depths or directions than the first one.
+std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds);
+
+}  // namespace palpate::measure
