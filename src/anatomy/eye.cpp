@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "anatomy/fit.hpp"
 #include "anatomy/organs.hpp"
 #include "anatomy/plate.hpp"
 #include "anatomy/round_points.hpp"
@@ -31,7 +32,7 @@ Distance bulb_shape() {
 
 /// The inside of the bony orbit: a cone that narrows to the apex, with a floor that rises to the back.
 Distance cavity_shape() {
-  return smoothly_common(round_cone({0.0, 1.0, 0.0}, {0.0, 34.0, 0.0}, 21.0, 5.5),
+  return smoothly_common(round_cone({0.0, 1.0, 0.0}, {0.0, 34.0, 0.0}, 21.0, 6.5),
                          half_space({0.0, 0.0, -19.2}, {0.0, 0.25, -1.0}), 4.0);
 }
 
@@ -91,8 +92,9 @@ Distance skin_shape() {
   return smoothly_without(patch, opening, 3.0);
 }
 
-/// Between bone and skin what no other organ takes.
-Distance fat_shape(const std::vector<Distance>& organs) {
+/// Between bone and skin what no other organ takes; with channels for the slender organs wider than these by
+/// `widening` on each side.
+Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   const Distance cavity = cavity_shape();
   // Above the plate, and where it will move.
   const double x = -plate_start.x + 1.2;
@@ -100,7 +102,8 @@ Distance fat_shape(const std::vector<Distance>& organs) {
       {box({-x, plate_start.y - 1.2, -40.0}, {x, plate_start.y + plate_cells[1] * plate_cell + 3.0, 0.0}),
        [cavity](const Vec3& p) { return -cavity(p) - (plate_thickness + 2.0 * gap); }});
   Distance fat = common({grown(cavity, -gap), grown(under_skin_shape(), -gap)});
-  for (const Distance& organ : organs) fat = without(std::move(fat), organ, gap);
+  fat = without(std::move(fat), bulb_shape(), gap);
+  for (const Distance& organ : slender) fat = without(std::move(fat), organ, gap + widening);
   return without(std::move(fat), plate_room);
 }
 
@@ -115,9 +118,17 @@ double plate_bottom(const Distance& cavity, double x, double y) {
   return 0.5 * (low + high);
 }
 
-Organ meshed(std::string name, const Distance& shape, double cell) {
+TetMesh meshed(const Distance& shape, double cell) {
   constexpr double reach = 45.0;
-  return {std::move(name), stuff(shape, {{-reach, -reach, -reach}, {reach, reach, reach}, cell})};
+  return stuff(shape, {{-reach, -reach, -reach}, {reach, reach, reach}, cell});
+}
+
+/// A mesh of `shape` with the tets of one of `wider`, which the lattice sees better.
+TetMesh fitted(const Distance& shape, const Distance& wider, double cell) {
+  constexpr double least_angle = 14.0;
+  TetMesh mesh = meshed(wider, cell);
+  fit(mesh, shape, least_angle);
+  return mesh;
 }
 
 }  // namespace
@@ -127,15 +138,15 @@ std::vector<Organ> make_eye() {
                                                           {"rectus-superior", 90.0},
                                                           {"rectus-medial", 180.0},
                                                           {"rectus-inferior", 270.0}};
-  std::vector<Organ> organs{meshed("bone", bone_shape(), 7.0), meshed("bulb", bulb_shape(), 5.0)};
-  std::vector<Distance> inside{bulb_shape(), nerve_shape()};
+  std::vector<Organ> organs{{"bone", meshed(bone_shape(), 7.0)}, {"bulb", meshed(bulb_shape(), 5.0)}};
+  std::vector<Distance> slender{nerve_shape()};
   for (const auto& [name, angle] : recti) {
-    inside.push_back(rectus_shape(angle));
-    organs.push_back(meshed(name, inside.back(), 3.2));
+    slender.push_back(rectus_shape(angle));
+    organs.push_back({name, fitted(slender.back(), grown(slender.back(), 0.3), 3.2)});
   }
-  organs.push_back(meshed("nerve", nerve_shape(), 3.0));
-  organs.push_back(meshed("fat", fat_shape(inside), 4.2));
-  organs.push_back(meshed("skin", skin_shape(), 4.8));
+  organs.push_back({"nerve", meshed(nerve_shape(), 3.0)});
+  organs.push_back({"fat", fitted(fat_shape(slender, 0.0), fat_shape(slender, 0.7), 4.2)});
+  organs.push_back({"skin", meshed(skin_shape(), 4.8)});
   const Distance cavity = cavity_shape();
   organs.push_back(
       {"plate", make_plate({.cells = plate_cells,
