@@ -27,7 +27,7 @@ struct PaperEffort {
   int organ_steps = 60;
   int rounds = 1;
   int error_steps = 100;  ///< of the runs that Table 2 compares
-  std::vector<int> threads;
+  std::vector<int> threads{};
 };
 
 /// What the paper says of its scenes (Table 1); zero where it says nothing.

@@ -20,11 +20,11 @@ struct Series {
 };
 
 struct Chart {
-  std::string title;
-  std::string x_label;  ///< with the unit
-  std::string y_label;
+  std::string title{};
+  std::string x_label{};  ///< with the unit
+  std::string y_label{};
   bool logarithmic = false;  ///< both axes
-  std::vector<Series> series;
+  std::vector<Series> series{};
 };
 
 /// A table: cells are numbers or texts.
@@ -35,14 +35,14 @@ struct Table {
 
 /// An item of the report: what the paper did and found, what we did, our figures, and what that says.
 struct Section {
-  std::string id;
-  std::string title;
-  std::string paper;
-  std::string ours;
+  std::string id{};
+  std::string title{};
+  std::string paper{};
+  std::string ours{};
   Verdict verdict = Verdict::not_comparable;
-  std::string why;
-  Table table;
-  std::vector<Chart> charts;
+  std::string why{};
+  Table table{};
+  std::vector<Chart> charts{};
 };
 
 nlohmann::ordered_json to_json(const Section& section);
