@@ -19,8 +19,10 @@ struct RigidMotion {
   Vec3 velocity{};  ///< of the centre, m/s
   Vec3 momentum{};  ///< angular, about the centre
   Matrix3 inverse_inertia{};
+  double energy = 0.0;  ///< kinetic, of the whole motion about the centre, J
   [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
-  [[nodiscard]] double turning_energy() const { return 0.5 * dot(momentum, angular_velocity()); }  ///< J
+  /// Whether it is most of the motion about the centre. Not so, and false, in a body that has collapsed.
+  [[nodiscard]] bool dominates() const { return dot(momentum, angular_velocity()) > energy; }
 };
 
 /// How whole bodies turn within a step, so that a step can be taken in frames that turn with them.
