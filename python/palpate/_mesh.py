@@ -72,7 +72,8 @@ def write_mesh(
         cell_data={name: [np.asarray(values)] for name, values in (cell_data or {}).items()},
     )
     try:
-        meshio.write(path, mesh)
+        # meshio takes the first format that it knows by an extension, which for .msh is not Gmsh's.
+        meshio.write(path, mesh, file_format="gmsh" if path.lower().endswith(".msh") else None)
     except (Exception, SystemExit) as error:
         raise Error(path, "", f"what meshio refuses ({str(error) or type(error).__name__})",
                     "a mesh format that it writes") from None

@@ -61,17 +61,19 @@ void bind_simulation(nb::module_& m) {
           nb::rv_policy::reference_internal, doc::Simulation_bodies)
       .def_prop_ro(
           "positions", [](Simulation& s) { return copied<double>(s.idle().positions()); },
-          doc::Simulation_positions, nb::sig("def positions(self) -> numpy.typing.NDArray[numpy.float64]"))
+          nb::rv_policy::reference, doc::Simulation_positions,
+          nb::sig("def positions(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "velocities", [](Simulation& s) { return copied<double>(s.idle().velocities()); },
-          doc::Simulation_velocities, nb::sig("def velocities(self) -> numpy.typing.NDArray[numpy.float64]"))
+          nb::rv_policy::reference, doc::Simulation_velocities,
+          nb::sig("def velocities(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "contact_forces", [](Simulation& s) { return copied<double>(s.idle().contact_forces()); },
-          doc::Simulation_contact_forces,
+          nb::rv_policy::reference, doc::Simulation_contact_forces,
           nb::sig("def contact_forces(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
-          "masses", [](Simulation& s) { return copied<double>(s.idle().masses()); }, doc::Simulation_masses,
-          nb::sig("def masses(self) -> numpy.typing.NDArray[numpy.float64]"))
+          "masses", [](Simulation& s) { return copied<double>(s.idle().masses()); }, nb::rv_policy::reference,
+          doc::Simulation_masses, nb::sig("def masses(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "contacts", [](Simulation& s) { return std::const_pointer_cast<Contacts>(s.contacts()); },
           doc::Simulation_contacts)
