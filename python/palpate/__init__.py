@@ -16,7 +16,7 @@ from ._core import (
     Motion,
     RelaxReport,
     StepMetrics,
-    __version__,
+    version as __version__,
 )
 from ._detect import detect
 from ._error import Error

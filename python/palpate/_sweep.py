@@ -244,7 +244,7 @@ def sweep(
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
     text = scene_text(base, "scene")
-    same = json.dumps([_core.__version__, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
+    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
                        _name_of(measure)])
     store = None if folder is None else Store(folder)
     keys = [_key(same + scene_text(values, "parameters")) for values in samples]

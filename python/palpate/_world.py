@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
 from ._error import Error
@@ -22,6 +22,18 @@ def _detection(**values: Any) -> _core.Scene:
     """Settings of detection: those that are not None."""
     given = {name: value for name, value in values.items() if value is not None}
     return settings("detection", {"contact": given})
+
+
+def _pairs_of(array: NDArray[Any], count: int) -> list[tuple[int, int]]:
+    """Pairs of bodies that a square array of truth values marks, or that rows of two numbers name."""
+    if array.size == 0:
+        return []
+    if array.dtype == np.bool_ and array.shape == (count, count):
+        return [(int(a), int(b)) for a, b in zip(*np.nonzero(np.triu(array | array.T, 1)))]
+    if array.ndim == 2 and array.shape[1] == 2 and array.dtype.kind in "iu":
+        return [(int(a), int(b)) for a, b in array]
+    raise Error("ignored", "", f"an array of shape {array.shape} and type {array.dtype}",
+                f"pairs of body numbers, or truth values of shape ({count}, {count})")
 
 
 class World(_core.World):
@@ -98,20 +110,9 @@ class World(_core.World):
         if callable(ignored):
             pairs = [(a, b) for a in range(count) for b in range(a + 1, count) if ignored(a, b)]
         else:
-            array = np.asarray(ignored if isinstance(ignored, np.ndarray) else list(ignored))  # type: ignore[call-overload]
-            if array.dtype == np.bool_:
-                if array.shape != (count, count):
-                    raise Error("ignored", "", f"an array of shape {array.shape}", f"shape ({count}, {count})")
-                both = array | array.T
-                pairs = [(int(a), int(b)) for a, b in zip(*np.nonzero(np.triu(both, 1)))]
-            elif array.size == 0:
-                pairs = []
-            elif array.ndim == 2 and array.shape[1] == 2 and array.dtype.kind in "iu":
-                pairs = [(int(a), int(b)) for a, b in array]
-            else:
-                raise Error("ignored", "", f"an array of shape {array.shape} and type {array.dtype}",
-                            "pairs of body numbers, or a square array of truth values")
-        self._set_ignored_pairs(pairs)
+            values: Any = ignored if hasattr(ignored, "__array__") else list(ignored)  # type: ignore[arg-type]
+            pairs = _pairs_of(np.asarray(values), count)
+        self._set_ignored_pairs([[a, b] for a, b in pairs])
 
     def update(self, positions: ArrayLike | Sequence[ArrayLike]) -> None:
         """Finds all contacts at the positions of all points, (n_points, 3) in the order of the bodies.
@@ -126,7 +127,7 @@ class World(_core.World):
             if isinstance(positions, (list, tuple)) and positions and np.ndim(positions[0]) == 2:
                 self._update(_arrays.joined(positions, "positions"))
             else:
-                self._update(_arrays.points(positions, "positions"))  # type: ignore[arg-type]
+                self._update(_arrays.points(cast(ArrayLike, positions), "positions"))
 
     def to_pyvista(self, positions: ArrayLike) -> pyvista.UnstructuredGrid:
         """All bodies at these positions as a grid of pyvista, with `body` and the depth of contacts at the points."""

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <utility>
+#include <vector>
 
 namespace palpate::python {
 
@@ -12,12 +14,11 @@ class Fields {
  public:
   explicit Fields(nb::class_<Struct>& bound) : bound_(bound) {}
   ~Fields() {
-    bound_.attr("_fields") = nb::tuple(names_);
     bound_.def(
         "as_dict",
-        [](nb::handle self) {
+        [names = std::move(names_)](nb::handle self) {
           nb::dict values;
-          for (nb::handle name : self.attr("_fields")) values[name] = nb::getattr(self, name);
+          for (const char* name : names) values[name] = self.attr(name);
           return values;
         },
         nb::sig("def as_dict(self) -> dict[str, typing.Any]"), "All values by name.");
@@ -28,19 +29,19 @@ class Fields {
   template <class Member>
   Fields& add(const char* name, Member member, const char* doc) {
     bound_.def_ro(name, member, doc);
-    names_.append(name);
+    names_.push_back(name);
     return *this;
   }
   template <class Getter>
   Fields& get(const char* name, Getter getter, const char* doc) {
     bound_.def_prop_ro(name, getter, doc);
-    names_.append(name);
+    names_.push_back(name);
     return *this;
   }
 
  private:
   nb::class_<Struct>& bound_;
-  nb::list names_;
+  std::vector<const char*> names_;
 };
 
 }  // namespace palpate::python

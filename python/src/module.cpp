@@ -29,7 +29,7 @@ NB_MODULE(_core, m) {
   using namespace palpate::python;
   m.doc() = "The compiled part of palpate: what palpate's own modules are made of.";
   nanobind::register_exception_translator(translate_error);
-  m.attr("__version__") = PALPATE_VERSION;
+  m.attr("version") = PALPATE_VERSION;
   m.attr("most_threads") = palpate::parallel::Threads::most;
   bind_detection(m);
   bind_world(m);
