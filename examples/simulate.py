@@ -1,4 +1,6 @@
-"""A simulation that is built in code: a soft block is pressed by a plate on rails, and a hook pulls at its corner."""
+"""A simulation that is built in code: a soft block is pressed by a plate on rails, and a hook pulls at its side."""
+
+import numpy as np
 
 import palpate
 
@@ -14,12 +16,13 @@ plate_points, plate_tets = palpate.box(cells=(8, 8, 1), size=(0.08, 0.08, 0.01))
 model.add_body(plate_points + [0.0, 0.0, 0.026], plate_tets, name="plate", motion=down)
 
 simulation = palpate.Simulation(model, time_step=0.01, gravity=(0, 0, 0), contact={"friction": 0.3})
-hook = simulation.grab(point=0, target=points[0], stiffness=50.0)
+side = int(np.linalg.norm(points - [-0.03, 0.0, 0.0], axis=1).argmin())
+hook = simulation.grab(point=side, target=points[side], stiffness=50.0)
 
 
 def pull(simulation):
     """Moves the hook a little in each step."""
-    hook.move(points[0] + [-0.0005 * simulation.metrics.step, 0.0, 0.0])
+    hook.move(points[side] + [-0.0005 * simulation.metrics.step, 0.0, 0.0])
 
 
 simulation.run(40, callback=pull)

@@ -1,5 +1,5 @@
-"""A planning study: a bone with a bar of tissue comes down over a rod. How far does the tip of the tissue go, and how hard
-does the rod push, for three plans of the bone and tissue of two stiffnesses?
+"""A planning study: a bone with a bar of tissue comes down over a rod. How far does the tip of the tissue sink, and what
+does the rod carry, for three plans of the bone and tissue of two stiffnesses?
 
 Each run is a row of the table; a run that fails is a row too. Runs that were made are kept in a folder, so that the
 study goes on where it was when it is started again. `client=` takes a dask.distributed.Client for other machines.

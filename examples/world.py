@@ -8,7 +8,7 @@ import numpy as np
 
 import palpate
 
-STEP, STIFFNESS, DAMPING = 0.001, 200.0, 2.0  # s, N/m for each point in contact, N s/m
+STEP, STIFFNESS, DAMPING = 0.001, 3000.0, 30.0  # s, N/m for each point in contact, N s/m
 points, tets = palpate.ball(radius=0.05, resolution=5)
 centers = np.array([[0.06, 0.0, 0.0], [-0.03, 0.052, 0.0], [-0.03, -0.052, 0.0], [0.01, 0.005, 0.12]])
 velocities = np.zeros_like(centers)

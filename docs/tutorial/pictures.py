@@ -29,11 +29,12 @@ def plotter():
     return made
 
 
-def show_contacts(made, positions, contacts, scale):
+def show_contacts(made, positions, contacts):
     """Points in contact in red, and the way out of each, as long as it is deep."""
     places = positions[contacts.point]
     made.add_points(places, color="red", point_size=6, render_points_as_spheres=True)
-    made.add_arrows(places, scale * contacts.depth[:, None] * contacts.direction, color="black")
+    ends = places + contacts.depth[:, None] * contacts.direction
+    made.add_lines(np.stack([places, ends], axis=1).reshape(-1, 3), color="black", width=2)
 
 
 def save(made, name, camera):
@@ -48,8 +49,8 @@ def main():
     made = plotter()
     for shift, color in [(0.0, "tan"), (np.array([0.0, 0.02, 0.08]), "lightblue")]:
         made.add_mesh(palpate.to_pyvista(shown["points"] + shift, shown["tets"]), color=color, opacity=0.35)
-    show_contacts(made, shown["both"], shown["contacts"], 1.0)
-    save(made, "detect", [(0.33, -0.05, 0.1), (0, 0.01, 0.04), (0, 0, 1)])
+    show_contacts(made, shown["both"], shown["contacts"])
+    save(made, "detect", [(0.22, -0.04, 0.08), (0, 0.01, 0.04), (0, 0, 1)])
 
     shown = example("world")
     made = plotter()
@@ -64,7 +65,7 @@ def main():
     plate = grid.extract_cells(np.arange(simulation.bodies["plate"].tets.start, simulation.bodies["plate"].tets.stop))
     made = plotter()
     made.add_mesh(block, scalars="moved, mm", cmap="viridis", show_edges=True,
-                  scalar_bar_args={"color": "black", "position_x": 0.25})
+                  scalar_bar_args={"color": "black", "vertical": True, "position_x": 0.87, "height": 0.6, "position_y": 0.2})
     made.add_mesh(plate, color="lightgray", opacity=0.5, show_edges=True)
     save(made, "simulate", [(0.08, -0.16, 0.06), (0, 0, 0), (0, 0, 1)])
 

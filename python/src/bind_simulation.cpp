@@ -44,11 +44,33 @@ void bind_metrics(nb::module_& m) {
       .add("largest_move", &RelaxReport::largest_move, doc::RelaxReport_largest_move);
 }
 
+/// Where the library can save states.
+void bind_checkpoint([[maybe_unused]] nb::class_<Simulation>& simulation) {
+#if __has_include("sim/saved_state.hpp")
+  simulation
+      .def(
+          "save",
+          [](Simulation& s) {
+            const std::vector<std::byte> saved = s.idle().save();
+            return nb::bytes(saved.data(), saved.size());
+          },
+          doc::Simulation_save)
+      .def(
+          "restore",
+          [](Simulation& s, const nb::bytes& saved) {
+            s.restore({static_cast<const std::byte*>(saved.data()), saved.size()});
+          },
+          nb::arg("saved"), doc::Simulation_restore);
+#endif
+}
+
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
   bind_metrics(m);
-  nb::class_<Simulation>(m, "Simulation", doc::Simulation)
+  nb::class_<Simulation> simulation(m, "Simulation", doc::Simulation);
+  bind_checkpoint(simulation);
+  simulation
       .def(
           "__init__",
           [](Simulation* self, const Model& model, const Scene& scene, int threads) {

@@ -100,6 +100,12 @@ void bind_world(nb::module_& m) {
       .def(
           "_update", [](World& world, const PointsIn& positions) { world.update(points_of(positions)); },
           nb::arg("positions").noconvert())
+      .def(
+          "_update_again",  // bench/python_overhead.py
+          [](World& world, const PointsIn& positions, int times) {
+            for (int i = 0; i < times; ++i) world.update(points_of(positions));
+          },
+          nb::arg("positions").noconvert(), nb::arg("times"))
       .def_prop_ro(
           "bodies", [](const World& world) { return std::const_pointer_cast<Bodies>(world.bodies()); },
           doc::World_bodies)

@@ -36,6 +36,18 @@ void Simulation::step() {
   crossings_.reset();
 }
 
+#if __has_include("sim/saved_state.hpp")
+void Simulation::restore(std::span<const std::byte> saved) {
+  const Busy::Use use(busy_, "Simulation.restore");
+  {
+    const nanobind::gil_scoped_release release;
+    simulation_->restore(saved);
+  }
+  contacts_.reset();
+  crossings_.reset();
+}
+#endif
+
 std::shared_ptr<const Contacts> Simulation::contacts() {
   if (!contacts_) {
     contacts_ = std::make_shared<Contacts>(idle().detector().contacts());

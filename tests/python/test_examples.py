@@ -48,7 +48,8 @@ def test_study_follows_the_plan(outputs):
     rows = [line.split() for line in outputs["study"].splitlines()[1:]]
     assert [row[3] for row in rows] == ["done"] * 6
     tips = [float(row[4]) for row in rows]
-    assert tips[0] > tips[4] and tips[1] > tips[5]  # further down with the bone
+    assert all(stiff > soft for soft, stiff in zip(tips[::2], tips[1::2]))  # stiffer tissue sinks less
+    assert all(float(row[5]) > 0.5 for row in rows)  # the rod carries some of the bar
 
 
 def code_blocks(page, language):

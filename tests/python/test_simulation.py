@@ -299,3 +299,25 @@ def test_bad_models_are_refused_and_stay_as_they_were():
     bad.add_body(points, tets, material=palpate.Material(young_modulus=-1.0))
     with pytest.raises(palpate.Error, match="young_modulus|Young"):
         palpate.Simulation(bad)
+
+
+def test_a_restored_simulation_goes_on_with_the_same_bits(tmp_path):
+    if not hasattr(palpate.Simulation, "save"):
+        pytest.skip("this library cannot save states")
+    scene = palpate.stacking_scene(count=4, cells=(4, 4, 1))
+    one = palpate.Simulation(scene)
+    one.run(20)
+    (tmp_path / "state").write_bytes(one.save())
+    before = one.contacts.depth.copy()
+    one.run(20)
+    two = palpate.Simulation(scene, threads=2)
+    two.restore((tmp_path / "state").read_bytes())
+    assert two.metrics.step == 20 and np.array_equal(two.contacts.depth, before)
+    two.run(20)
+    assert two.state_hash == one.state_hash
+    for wrong in [b"", b"nonsense", one.save()[:-1], bytes(reversed(one.save()))]:
+        with pytest.raises(palpate.Error):
+            two.restore(wrong)
+    with pytest.raises(palpate.Error):
+        palpate.Simulation(block()).restore(one.save())
+    assert two.state_hash == one.state_hash
