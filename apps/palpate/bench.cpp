@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -29,6 +31,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr std::array<std::string_view, 8> item_ids{"table-1", "figure-6",  "figure-7",   "sorting",
+                                                   "z-curve", "cell-size", "structures", "table-2"};
+
 constexpr const char* examples = R"(Examples:
   palpate bench paper --quick                  the paper's results, measured anew; to results/bench-paper
   palpate bench paper --full --out report
@@ -43,6 +48,13 @@ struct PaperOptions {
   bool quick = false;
   bool full = false;
   bool json = false;
+  std::optional<std::string> only;
+};
+
+/// An item of the report, and how it is measured.
+struct Item {
+  std::string_view id;
+  std::function<measure::Section()> measure;
 };
 
 /// 1, 2, 4 … threads, up to all of the machine.
@@ -93,20 +105,20 @@ Json machine_json() {
 int paper(const PaperOptions& options) {
   const std::vector<measure::PaperScene> scenes = read_scenes(options.scenes);
   const measure::PaperEffort effort = effort_of(options);
-  const std::array<std::function<measure::Section()>, 8> items{
-      [&] { return measure::scene_statistics(scenes); },
-      [&] { return measure::stacking_timings(scenes[0], effort); },
-      [&] { return measure::eye_timings(scenes[1], effort); },
-      [&] { return measure::sort_timings(effort); },
-      [&] { return measure::order_timings(scenes, effort); },
-      [&] { return measure::cell_sizes(scenes, effort); },
-      [&] { return measure::structures(scenes, effort); },
-      [&] { return measure::approximate_errors(scenes, effort); }};
+  std::vector<Item> items{{"table-1", [&] { return measure::scene_statistics(scenes); }},
+                          {"figure-6", [&] { return measure::stacking_timings(scenes[0], effort); }},
+                          {"figure-7", [&] { return measure::eye_timings(scenes[1], effort); }},
+                          {"sorting", [&] { return measure::sort_timings(effort); }},
+                          {"z-curve", [&] { return measure::order_timings(scenes, effort); }},
+                          {"cell-size", [&] { return measure::cell_sizes(scenes, effort); }},
+                          {"structures", [&] { return measure::structures(scenes, effort); }},
+                          {"table-2", [&] { return measure::approximate_errors(scenes, effort); }}};
+  if (options.only) std::erase_if(items, [&](const Item& item) { return item.id != *options.only; });
   Json report{{"kind", "paper"}, {"machine", machine_json()}, {"effort", options.full ? "full" : "quick"}};
   report["sections"] = Json::array();
   Stopwatch watch;
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const measure::Section section = items[i]();
+    const measure::Section section = items[i].measure();
     report["sections"].push_back(to_json(section));
     say_progress(fmt::format("{} of {}: {}: {}, {} s", i + 1, items.size(), section.title,
                              measure::verdict_names[static_cast<std::size_t>(section.verdict)],
@@ -134,6 +146,12 @@ std::vector<Subcommand> add_bench(CLI::App& command) {
             [options](const std::string&, const std::string& text) { options->out = text; });
   add_value(*app, "--scenes", "DIR", "folder with stacking.json, eye.json and skull.json; default: scenes",
             [options](const std::string&, const std::string& text) { options->scenes = text; });
+  add_value(
+      *app, "--only", "ITEM",
+      "measure one item: table-1, figure-6, figure-7, sorting, z-curve, cell-size, structures or table-2",
+      [options](const std::string& flag, const std::string& text) {
+        options->only = std::string(item_ids[parse_choice(flag, text, item_ids)]);
+      });
   add_json(*app, options->json, "print report.json");
   return {{app, [options] { return paper(*options); }}};
 }
