@@ -80,6 +80,7 @@ struct DetectionSettings {
   std::optional<int> cells_per_primitive;
   /// Per body: 1 where a body that can move also touches itself. Empty: none does.
   std::vector<std::uint8_t> self_collision;
+  friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

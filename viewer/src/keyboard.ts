@@ -1,0 +1,34 @@
+// The keys, once: what they do, and the list that '?' shows.
+import { byId, make } from "./parts";
+
+export interface Key {
+  key: string;
+  name?: string;
+  does: string;
+  act: () => void;
+}
+
+export function bindKeys(keys: Key[]): void {
+  document.addEventListener("keydown", (event) => {
+    const target = event.target as HTMLElement;
+    if (event.ctrlKey || event.metaKey || event.altKey || target.matches("input, select, textarea")) {
+      if (event.key === "Escape") target.blur();
+      return;
+    }
+    // A focused button keeps its own keys.
+    if (target.matches("button, summary") && (event.key === " " || event.key === "Enter")) return;
+    const bound = keys.find((k) => k.key === event.key || k.key === event.key.toLowerCase());
+    if (!bound) return;
+    event.preventDefault();
+    bound.act();
+  });
+  const rows = keys.map((k) => make("tr", {}, make("td", {}, make("kbd", {}, k.name ?? k.key.toUpperCase())), make("td", {}, k.does)));
+  const dialog = byId<HTMLDialogElement>("keys");
+  dialog.append(make("h2", {}, "Keys"), make("table", {}, ...rows), make("button", { onclick: () => dialog.close() }, "Close"));
+}
+
+export function showKeys(): void {
+  const dialog = byId<HTMLDialogElement>("keys");
+  if (dialog.open) dialog.close();
+  else dialog.showModal();
+}
