@@ -94,7 +94,8 @@ int work(int argc, const char* const* argv) {
   command.require_subcommand(1);
   command.set_version_flag(
       "--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });
-  std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command), add_view(command)};
+  std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command),
+                                      add_view(command)};
   for (Subcommand& sub : add_generate(command)) subcommands.push_back(std::move(sub));
 
   check_subcommands(command, std::span(argv, static_cast<std::size_t>(argc)).subspan(1));

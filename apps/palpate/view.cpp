@@ -15,6 +15,7 @@
 #include "messages.hpp"
 #include "open_browser.hpp"
 #include "option_values.hpp"
+#include "relax_model.hpp"
 #include "scene_input.hpp"
 #include "subcommands.hpp"
 #include "view/gate.hpp"
@@ -59,6 +60,7 @@ std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
     return as_input([&] { return std::make_unique<view::ReplaySource>(options.what, options.threads); });
   }
   SceneInput input = read_scene_input(options.what);
+  relax_model(input.scene, input.model, options.threads, options.json);
   return as_input([&] {
     return std::make_unique<view::LiveSource>(input.scene, std::move(input.model), options.threads);
   });
@@ -73,8 +75,9 @@ int serve(ViewOptions options) {
     throw Error("view", "", "no page in this build", "one: install nodejs and npm, then build again");
   }
   options.server.token = token();
+  std::unique_ptr<view::Source> source = open_source(options);
   const InterruptFlag interrupt;
-  view::Server server(options.server, open_source(options), options.player);
+  view::Server server(options.server, std::move(source), options.player);
   if (!is_loopback(options.server.host)) {
     say_note(fmt::format(
         "--host {}: every machine that reaches this one can use the page, if it knows the address; "

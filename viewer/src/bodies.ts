@@ -7,7 +7,7 @@ export type Colouring = "body" | "depth" | "displacement";
 
 /** In radians: below this mean angle between neighbouring triangles a body is meant to be smooth. */
 const smoothAngle = 0.55;
-const untouched: Colour = [0.75, 0.75, 0.75];
+const untouched: Colour = [0.92, 0.92, 0.93];
 
 class BodyMesh {
   readonly front: three.Mesh<three.BufferGeometry, three.MeshLambertMaterial>;

@@ -11,12 +11,10 @@ export interface Key {
 export function bindKeys(keys: Key[]): void {
   document.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
-    if (event.ctrlKey || event.metaKey || event.altKey || target.matches("input, select, textarea")) {
-      if (event.key === "Escape") target.blur();
-      return;
-    }
-    // A focused button keeps its own keys.
-    if (target.matches("button, summary") && (event.key === " " || event.key === "Enter")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // What has the focus keeps its own keys.
+    if (target.matches("select, input[type=number]")) return;
+    if (target.matches("button, summary, input") && /^( |Enter|Arrow.*|Home|End)$/.test(event.key)) return;
     const bound = keys.find((k) => k.key === event.key || k.key === event.key.toLowerCase());
     if (!bound) return;
     event.preventDefault();

@@ -301,6 +301,7 @@ class Page {
     try {
       if (this.recorder.running) this.recorder.stop();
       else this.recorder.start(this.stage?.name ?? "palpate");
+      this.view.redraw();  // a canvas at rest sends no picture
     } catch (error) {
       this.notice(String(error));
     }

@@ -31,7 +31,7 @@ export class Recorder {
     const parts: Blob[] = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
     recorder.onstop = () => save(new Blob(parts, { type: "video/webm" }), `${name}.webm`);
-    recorder.start(1000);
+    recorder.start(200);
     this.recorder = recorder;
   }
 
