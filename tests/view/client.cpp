@@ -66,10 +66,11 @@ Socket::Socket(std::uint16_t port, const std::string& target) : state_(std::make
 
 Socket::~Socket() = default;
 
-void Socket::send(const std::string& text, bool binary) {
+bool Socket::send(const std::string& text, bool binary) {
   state_->stream.binary(binary);
   boost::system::error_code failed;
   state_->stream.write(asio::buffer(text), failed);
+  return !failed;
 }
 
 std::optional<Socket::Received> Socket::receive() {

@@ -33,7 +33,8 @@ class Socket {
     bool binary = false;
     std::string data;
   };
-  void send(const std::string& text, bool binary = false);
+  /// False where the server has closed the connection.
+  bool send(const std::string& text, bool binary = false);
   /// The next message; nothing where the server closed the connection.
   std::optional<Received> receive();
   /// Messages until one of that kind ("stage", "frame", "state", "refusal"), which it returns.

@@ -1,4 +1,5 @@
 // 'palpate view' as a user meets it.
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <thread>
@@ -18,9 +19,10 @@ class View : public CommandTest {
   }
 };
 
-/// The first line that a process prints, once it is there.
+/// The first line that a process writes to a file; empty where it ended, or after a minute.
 std::string first_line(const std::filesystem::path& file, Process& process) {
-  while (process.running()) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (process.running() && std::chrono::steady_clock::now() < deadline) {
     const std::string text = content_of(file);
     if (text.find('\n') != std::string::npos) return text.substr(0, text.find('\n'));
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -30,8 +32,8 @@ std::string first_line(const std::filesystem::path& file, Process& process) {
 
 TEST_F(View, PrintsTheAddressServesAndEndsWithCtrlC) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    std::string out = folder_.path().string() + ".out";
-    Process process({"view", "scene.json", "--json", "--no-browser"}, folder_.path());
+    const std::filesystem::path out = folder_ / "address";
+    Process process({"view", "scene.json", "--json", "--no-browser"}, folder_.path(), out);
     const Json line = Json::parse(first_line(out, process));
     const std::string address = line["address"];
     const auto port = line["port"].get<std::uint16_t>();
@@ -47,8 +49,8 @@ TEST_F(View, PrintsTheAddressServesAndEndsWithCtrlC) {
 }
 
 TEST_F(View, WarnsWhenOtherMachinesCanReachIt) {
-  std::string out = folder_.path().string() + ".out";
-  Process process({"view", "scene.json", "--host", "0.0.0.0", "--no-browser"}, folder_.path());
+  const std::filesystem::path out = folder_ / "address";
+  Process process({"view", "scene.json", "--host", "0.0.0.0", "--no-browser"}, folder_.path(), out);
   EXPECT_TRUE(first_line(out, process).starts_with("http://0.0.0.0:"));
   process.send(SIGINT);
   EXPECT_NE(process.wait().err.find("every machine that reaches this one"), std::string::npos);
