@@ -62,7 +62,7 @@ class Page:
                 self.bytes += length
                 if head & 15 == 2 and b'"kind":"frame"' in message[:4096]:
                     self.frames += 1
-                    self.send({"shown": {"frame": self.frames}})
+                    self.send({"shown": {"frame": int(message.split(b'"frame":', 1)[1].split(b",", 1)[0])}})
         except (OSError, ValueError):
             pass  # closed
 

@@ -67,8 +67,10 @@ void PageSession::take(std::string_view text) {
     if (const Look* look = std::get_if<Look>(&command)) {
       look_ = *look;
       hub_->look();
-    } else if (std::holds_alternative<Shown>(command)) {
-      if (on_the_way_ > 0) --on_the_way_;
+    } else if (const Shown* shown = std::get_if<Shown>(&command)) {
+      // Frames before it came too late to be drawn.
+      std::erase_if(on_the_way_,
+                    [&](std::uint64_t frame) { return static_cast<double>(frame) <= shown->frame; });
       send_news();
     } else if (!hub_->player->post(client_, std::move(command))) {
       tell_refusal("too many commands at a time");
@@ -94,10 +96,10 @@ void PageSession::send_news() {
     state_ = news.state_number;
     return send(news.state, false);
   }
-  if (on_the_way_ >= most_on_the_way) return;
+  if (on_the_way_.size() >= most_on_the_way) return;
   if (news.frame_number > frame_) {
     frame_ = news.frame_number;
-    ++on_the_way_;
+    on_the_way_.push_back(frame_);
     return send(news.frame, true);
   }
   hub_->player->want_frame();

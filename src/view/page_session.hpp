@@ -34,7 +34,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void leave();
 
   /// Frames that are sent but not yet drawn, at most: one to draw, one on its way.
-  static constexpr std::uint64_t most_on_the_way = 2;
+  static constexpr std::size_t most_on_the_way = 2;
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   boost::beast::flat_buffer buffer_;
@@ -45,9 +45,9 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   bool joined_ = false;
   bool sending_ = false;
   bool knows_stage_ = false;
-  std::uint64_t state_ = 0;  ///< the last sent
-  std::uint64_t frame_ = 0;  ///< the last sent
-  std::uint64_t on_the_way_ = 0;
+  std::uint64_t state_ = 0;                     ///< the last sent
+  std::uint64_t frame_ = 0;                     ///< the last sent
+  std::deque<std::uint64_t> on_the_way_;        ///< numbers of the frames
   std::shared_ptr<const std::string> refusal_;  ///< the newest that is not yet sent
 };
 

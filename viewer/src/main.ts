@@ -1,12 +1,13 @@
 // The page of `palpate view`: joins the connection, the view, the panel and the keys.
 import * as three from "three";
 import { BodySet } from "./bodies";
-import { amountGradient, short } from "./colours";
+import { short } from "./colours";
 import { bindKeys, showKeys } from "./keyboard";
 import { Layers } from "./layers";
 import { Panel } from "./panel";
 import { byId } from "./parts";
 import { Connection, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
+import { pickedLines, Rate, showLegend, showTag } from "./readouts";
 import { Recorder, savePicture } from "./record";
 import { SceneView } from "./scene_view";
 import "./style.css";
@@ -28,7 +29,7 @@ class Page {
   private drawn = 0;
   private picked: number | null = null;
   private noticeTimer = 0;
-  private rate = { time: performance.now(), bytes: 0, frames: 0, text: "" };
+  private readonly rate = new Rate();
 
   constructor() {
     this.touch = new Touch(this.view, {
@@ -96,10 +97,10 @@ class Page {
     this.layers.update(frame, message.arrays);
     this.layers.setPulls(this.pullEnds(frame));
     this.panel.update(frame);
-    this.showTag(frame);
+    showTag(frame, this.stage, this.view);
     this.showPick();
-    this.showLegend();
-    this.showClock(frame);
+    showLegend(this.stage, this.bodies);
+    this.rate.show(frame, this.stage, this.connection);
     if (frame.counts.frame !== undefined) {
       const seek = byId<HTMLInputElement>("seek");
       if (document.activeElement !== seek || frame.playing) seek.value = String(frame.counts.frame);
@@ -125,76 +126,11 @@ class Page {
     return ends;
   }
 
-  private forceUnit(): string {
-    const { length, mass, time } = this.stage!.units;
-    return length === "m" && mass === "kg" && time === "s" ? "N" : `${mass} ${length}/${time}²`;
-  }
-
-  /** The force of the pull, beside its end. */
-  private showTag(frame: Frame): void {
-    const pull = frame.counts.pulls?.[0];
-    const tag = byId("tag");
-    tag.hidden = !pull;
-    if (!pull) return;
-    tag.textContent = `${short(Math.hypot(...pull.force))} ${this.forceUnit()}`;
-    const { x, y } = this.view.place(new three.Vector3(...pull.target));
-    tag.style.transform = `translate(${x + 14}px, ${y - 30}px)`;
-  }
-
   private pick(vertex: number | null): void {
     this.picked = vertex;
     this.look();
     this.showPick();
     this.view.redraw();
-  }
-
-  private showPick(): void {
-    if (!this.bodies || !this.stage || !this.panel) return;
-    const vertex = this.picked;
-    if (vertex === null) return this.panel.showPick([]);
-    const unit = this.stage.units.length;
-    const place = this.bodies.vertex(vertex).add(new three.Vector3(...this.stage.origin));
-    const body = this.stage.bodies.find((b) => b.vertices[0] <= vertex && vertex < b.vertices[1]);
-    const pull = this.frame?.counts.pulls?.find((p) => p.vertex === vertex);
-    const lines: [string, string][] = [
-      ["body", body?.name ?? ""],
-      [`position (${unit})`, place.toArray().map(short).join(", ")],
-      ["displacement", `${short(this.bodies.displacement(vertex))} ${unit}`],
-      ["depth", `${short(this.bodies.depths[vertex]!)} ${unit}`],
-    ];
-    if (pull) lines.push(["pulled with", `${short(Math.hypot(...pull.force))} ${this.forceUnit()}`]);
-    this.panel.showPick(lines);
-  }
-
-  private showLegend(): void {
-    const legend = byId("legend");
-    const bodies = this.bodies!;
-    legend.hidden = bodies.colouring === "body";
-    if (legend.hidden) return;
-    const unit = this.stage!.units.length;
-    byId("legend-title").textContent = `${bodies.colouring === "depth" ? "Depth" : "Displacement"} (${unit})`;
-    const bar = byId<HTMLCanvasElement>("legend-bar");
-    const context = bar.getContext("2d")!;
-    context.fillStyle = amountGradient(context, bar.width);
-    context.fillRect(0, 0, bar.width, bar.height);
-    const ticks = [0, 0.5, 1].map((share) => short(share * bodies.scale));
-    const element = byId("legend-ticks");
-    if (element.textContent === ticks.join("")) return;
-    element.replaceChildren(...ticks.map((tick) => Object.assign(document.createElement("span"), { textContent: tick })));
-  }
-
-  private showClock(frame: Frame): void {
-    const now = performance.now();
-    const { rate, connection } = this;
-    if (now - rate.time > 1000) {
-      const seconds = (now - rate.time) / 1000;
-      const frames = (connection.frames - rate.frames) / seconds;
-      const bytes = (connection.bytes - rate.bytes) / seconds;
-      rate.text = `, ${frames.toFixed(0)} frames/s, ${(bytes / 1e6).toFixed(1)} MB/s`;
-      Object.assign(rate, { time: now, frames: connection.frames, bytes: connection.bytes });
-    }
-    const step = frame.counts.step === undefined ? "" : `, step ${frame.counts.step}`;
-    byId("clock").textContent = `t = ${frame.time.toFixed(3)} ${this.stage!.units.time}${step}${rate.text}`;
   }
 
   private look(): void {
@@ -206,8 +142,12 @@ class Page {
     this.layers.showCells = cells;
     const contacts = arrows || colouring === "depth" || this.picked !== null;
     this.send("look", { contacts, borders, cells });
-    this.showLegend();
+    showLegend(this.stage!, this.bodies!);
     this.view.redraw();
+  }
+
+  private showPick(): void {
+    if (this.stage && this.bodies) this.panel?.showPick(pickedLines(this.picked, this.frame, this.stage, this.bodies));
   }
 
   private takeState(state: State): void {

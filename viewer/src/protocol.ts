@@ -22,7 +22,7 @@ export interface MotionInfo {
 /** What can change while a simulation runs: a block of the scene format. */
 export interface Settings {
   gravity?: Vector;
-  contact?: Record<string, number | string>;
+  contact?: Record<string, unknown>;
 }
 
 export interface Stage {

@@ -37,9 +37,9 @@ export class SettingsPanel {
     const fields: Field[] = [
       { key: "stiffness", label: "Contact stiffness", word: "auto", low: stiffness / 100, high: stiffness * 100, start: stiffness, logarithmic: true, unit: si ? "N/m" : "" },
       { key: "cells_per_primitive", label: "Cells per primitive", word: "exact", low: 1, high: 27, start: 8, logarithmic: false, whole: true },
-      { key: "budget", label: "Budget of detection", word: "none", low: 1e-5, high: 0.1, start: 1e-3, logarithmic: true, unit: units.time },
     ];
     this.addNumber("friction", "Friction", 0, 1.5);
+    if (stage.choices?.["budget"]) this.addBudget();
     for (const field of fields) if (field.key in contact) this.addField(field);
     for (const key of ["structure", "order", "sort"]) this.addChoice(key, stage.choices?.[key] ?? []);
     this.element.append(
@@ -111,6 +111,22 @@ export class SettingsPanel {
       if (numeric(settings)) control.set(Number(settings.contact![field.key]));
     });
     this.element.append(row(field.label, word), line);
+  }
+
+  /** How long all detections of a step may take. */
+  private addBudget(): void {
+    const set = (ms: number | null) => this.change({ contact: { budget: ms === null ? null : { milliseconds: ms } } });
+    const given = (settings: Settings) => (settings.contact?.["budget"] as { milliseconds?: number } | undefined)?.milliseconds;
+    const word = choose(["none", "ms"], "none", (value) => set(value === "none" ? null : 1), "budget-word");
+    const control = slider({ id: "budget", label: "Budget of contacts", low: 0.01, high: 100, value: 1, logarithmic: true, show: (ms) => `${short(ms)} ms`, change: set });
+    const line = row("", control.element);
+    this.updates.push((settings) => {
+      const ms = given(settings);
+      line.hidden = ms === undefined;
+      word.value = ms === undefined ? "none" : "ms";
+      if (ms !== undefined) control.set(ms);
+    });
+    this.element.append(row("Budget of contacts", word), line);
   }
 
   private addChoice(key: string, names: string[]): void {
