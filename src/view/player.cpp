@@ -1,6 +1,7 @@
 #include "view/player.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <type_traits>
 
 #include <palpate/error.hpp>
@@ -125,11 +126,21 @@ void Player::refuse(Client client, const std::string& why) {
 
 void Player::run() {
   while (wait()) {
-    take_commands();
-    if (runs() && Clock::now() >= next_step_) advance();
-    if (state_stale_) publish_state();
-    if (frame_is_due(Clock::now())) publish_frame();
+    try {
+      take_commands();
+      if (runs() && Clock::now() >= next_step_) advance();
+      if (state_stale_) publish_state();
+      if (frame_is_due(Clock::now())) publish_frame();
+    } catch (const std::exception& error) {  // out of memory, say: pages must hear of it
+      fail(error.what());
+    }
   }
+}
+
+void Player::fail(const std::string& why) {
+  error_ = why;
+  playing_ = false;
+  state_stale_ = true;
 }
 
 bool Player::runs() const {
@@ -219,10 +230,7 @@ void Player::advance() {
   try {
     source_->advance();
   } catch (const Error& error) {
-    error_ = error.what();
-    playing_ = false;
-    state_stale_ = true;
-    return;
+    return fail(error.what());
   }
   if (speed_) {
     const Clock::time_point now = Clock::now();

@@ -86,6 +86,7 @@ class Player {
   void take_commands();
   void execute(Client client, Command& command);
   void advance();
+  void fail(const std::string& why);
   void publish_frame();
   void publish_state();
   void refuse(Client client, const std::string& why);

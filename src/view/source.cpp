@@ -23,6 +23,16 @@ Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scen
   return list;
 }
 
+namespace {
+
+/// The views that the scene has pictures taken of, as the scene says them.
+Json views_json(const Scene& scene) {
+  const Json output = Json::parse(write_scene(scene)).value("output", Json::object());
+  return output.value("views", Json::array());
+}
+
+}  // namespace
+
 Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
   return {{"name", scene.name},
           {"units", {{"length", scene.units.length}, {"mass", scene.units.mass}, {"time", scene.units.time}}},
@@ -30,6 +40,7 @@ Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
           {"duration", scene.duration},
           {"time_step", scene.settings.time_step},
           {"settings", settings_json(scene.settings)},
+          {"views", views_json(scene)},
           {"bodies", bodies}};
 }
 

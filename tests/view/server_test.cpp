@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <palpate/error.hpp>
 
@@ -182,6 +183,17 @@ TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
     const auto frame = header_of(other.receive_kind("frame"));
     step = frame["counts"]["step"];
     other.send(shown(frame["frame"]));
+  }
+}
+
+TEST_F(ServerTest, HasRoomForSixtyFourConnections) {
+  std::vector<std::unique_ptr<test::Socket>> pages;
+  const auto open = [&] { pages.push_back(std::make_unique<test::Socket>(port(), path("socket"))); };
+  for (int i = 0; i < 64; ++i) open();
+  EXPECT_EQ(test::get(port(), path("status")).status, 0) << "closed at once";
+  for (const auto& page : pages) EXPECT_EQ(header_of(page->receive().value())["kind"], "stage");
+  pages.pop_back();
+  while (test::get(port(), path("status")).status != 200) {  // the server hears of it in its own time
   }
 }
 

@@ -118,7 +118,8 @@ export class BodySet {
   colouring: Colouring = "body";
   /** End of the scale of colours, in length units. */
   scale = 0;
-  private readonly planes: three.Plane[] = [];
+  private plane: three.Plane | null = null;
+  private isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
 
   constructor(stage: Binary<Stage>) {
@@ -204,18 +205,20 @@ export class BodySet {
 
   setOpacity(body: number, opacity: number): void {
     this.opacities[body] = opacity;
-    this.meshes[body]?.setOpacity(opacity, this.planes.length > 0);
+    this.meshes[body]?.setOpacity(opacity, this.isCut(body));
   }
 
   opacity(body: number): number {
     return this.opacities[body] ?? 1;
   }
 
-  cut(plane: three.Plane | null): void {
-    this.planes.splice(0, this.planes.length, ...(plane ? [plane] : []));
+  /** Leaves out what lies on the negative side of a plane, of the bodies of these names or, of none, of all. */
+  cut(plane: three.Plane | null, names: readonly string[] = []): void {
+    this.plane = plane;
+    this.isCut = (body) => plane !== null && (names.length === 0 || names.includes(this.meshes[body]!.info.name));
     this.meshes.forEach((mesh, i) => {
-      mesh.front.material.clippingPlanes = mesh.back.material.clippingPlanes = this.planes;
-      mesh.setOpacity(this.opacities[i]!, this.planes.length > 0);
+      mesh.front.material.clippingPlanes = mesh.back.material.clippingPlanes = this.isCut(i) ? [plane!] : [];
+      mesh.setOpacity(this.opacities[i]!, this.isCut(i));
     });
   }
 
@@ -227,8 +230,9 @@ export class BodySet {
   hit(ray: three.Raycaster): { vertex: number; body: number; point: three.Vector3 } | null {
     const seen = this.meshes.filter((m) => m.front.visible).map((m) => m.front);
     for (const mesh of seen) mesh.geometry.computeBoundingSphere();
-    const cutAway = (point: three.Vector3) => this.planes.some((plane) => plane.distanceToPoint(point) < 0);
-    const found = ray.intersectObjects(seen, false).find((hit) => !cutAway(hit.point));
+    const cutAway = (hit: three.Intersection) =>
+      this.isCut(hit.object.userData["body"] as number) && this.plane!.distanceToPoint(hit.point) < 0;
+    const found = ray.intersectObjects(seen, false).find((hit) => !cutAway(hit));
     if (!found?.face) return null;
     const body = found.object.userData["body"] as number;
     const begin = this.meshes[body]!.begin;

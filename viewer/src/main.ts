@@ -76,6 +76,7 @@ class Page {
       redraw: () => this.view.redraw(),
       look: () => this.look(),
       viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
+      lookFrom: (position, target) => this.view.lookFrom(position, target),
       moveRails: (motion, time) => this.send("move_rails", { motion, time }),
     });
     this.picked = null;

@@ -4,7 +4,7 @@ import type { BodySet, Colouring } from "./bodies";
 import { Chart } from "./chart";
 import { css, phaseColours, short } from "./colours";
 import { check, choose, make, row, section, slider } from "./parts";
-import type { Frame, Stage, State } from "./protocol";
+import type { Frame, Stage, State, Vector, ViewInfo } from "./protocol";
 import { SettingsPanel } from "./settings_panel";
 
 export interface PanelActions {
@@ -13,6 +13,8 @@ export interface PanelActions {
   look(): void;
   viewDirection(): three.Vector3;
   moveRails(motion: number, time: number): void;
+  /** Looks from a place of the scene at another. */
+  lookFrom(position: Vector, target: Vector): void;
 }
 
 /** What the layers of the view show. */
@@ -32,6 +34,7 @@ export class Panel {
   private readonly counts = make("table", { id: "counts" });
   private readonly pick = make("div", { class: "pick", id: "pick" });
   private readonly rails: ((frame: Frame) => void)[] = [];
+  private fades: ((opacity: number) => void)[] = [];
   private lastTable = 0;
 
   constructor(
@@ -125,27 +128,52 @@ export class Panel {
     this.pick.replaceChildren(make("table", {}, ...lines.map(([name, value]) => make("tr", {}, make("td", {}, name), make("td", {}, value)))));
   }
 
-  private bodyList(): HTMLElement {
-    const set = (body: number, opacity: number) => {
-      this.bodies.setOpacity(body, opacity);
+  private bodyLine(name: string, body: number): HTMLElement {
+    const info = this.stage.bodies[body]!;
+    const set = () => {
+      this.bodies.setOpacity(body, box.checked ? fade.valueAsNumber : 0);
       this.actions.redraw();
     };
-    const controls = this.stage.bodies.map((body, i) => {
-      const box = make("input", { type: "checkbox", "aria-label": `Show ${body.name}`, onchange: () => set(i, box.checked ? fade.valueAsNumber : 0) });
-      const fade = make("input", { type: "range", min: 0.05, max: 1, step: 0.05, "aria-label": `Opacity of ${body.name}`, oninput: () => set(i, box.checked ? fade.valueAsNumber : 0) });
-      box.checked = true;
-      fade.value = "1";
-      const swatch = make("span", { class: "swatch" });
-      swatch.style.background = css(this.bodies.meshes[i]!.colour);
-      const element = make("div", { class: "body" }, box, swatch, make("span", { class: "name", title: `${body.name}: ${body.points} points, ${body.tets} tets` }, body.name), fade);
-      return { element, apply: (shown: boolean, opacity: number) => {
-        box.checked = shown;
-        fade.value = String(opacity);
-        set(i, shown ? opacity : 0);
-      } };
-    });
-    const all = slider({ id: "fade-all", label: "Opacity of all bodies", low: 0.05, high: 1, value: 1, show: (o) => `${Math.round(100 * o)} %`, change: (o) => controls.forEach((c) => c.apply(true, o)) });
-    return section(`Bodies (${this.stage.bodies.length})`, this.stage.bodies.length <= 8, row("All", all.element), make("div", { class: "list" }, ...controls.map((c) => c.element)));
+    const box = make("input", { type: "checkbox", "aria-label": `Show ${name}`, onchange: set });
+    const fade = make("input", { type: "range", min: 0.05, max: 1, step: 0.05, "aria-label": `Opacity of ${name}`, oninput: set });
+    this.fades[body] = (opacity) => {
+      box.checked = opacity > 0;
+      fade.value = String(opacity || 1);
+      set();
+    };
+    const swatch = make("span", { class: "swatch" });
+    swatch.style.background = css(this.bodies.meshes[body]!.colour);
+    box.checked = true;
+    fade.value = "1";
+    return make("div", { class: "body" }, box, swatch, make("span", { class: "name", title: `${name}: ${info.points} points, ${info.tets} tets` }, name), fade);
+  }
+
+  private bodyList(): HTMLElement {
+    const lines = this.stage.bodies.map((body, i) => this.bodyLine(body.name, i));
+    const all = slider({ id: "fade-all", label: "Opacity of all bodies", low: 0.05, high: 1, value: 1, show: (o) => `${Math.round(100 * o)} %`, change: (o) => this.fades.forEach((fade) => fade(o)) });
+    const element = section(`Bodies (${lines.length})`, lines.length <= 12);
+    const { views } = this.stage;
+    if (views.length > 0) {
+      const names = ["everything", ...views.map((view) => view.name)];
+      const choice: HTMLSelectElement = choose(names, names[0]!, () => this.applyView(views[choice.selectedIndex - 1]), "scene-view");
+      element.append(row("View of the scene", choice));
+    }
+    element.append(row("All", all.element), make("div", { class: "list" }, ...lines));
+    return element;
+  }
+
+  /** Shows what a view of the scene shows; without one, everything. */
+  private applyView(view?: ViewInfo): void {
+    const shown = view?.bodies ?? [];
+    this.stage.bodies.forEach((body, i) => this.fades[i]!(shown.length === 0 || shown.includes(body.name) ? 1 : 0));
+    const { cut, camera } = view ?? {};
+    const here = (place: Vector) => new three.Vector3(...place).sub(new three.Vector3(...this.stage.origin));
+    const plane = cut ? new three.Plane().setFromNormalAndCoplanarPoint(new three.Vector3(...cut.normal).normalize().negate(), here(cut.point)) : null;
+    this.bodies.cut(plane, cut?.bodies);
+    (document.getElementById("cut") as HTMLInputElement).checked = plane !== null;
+    if (camera?.position) this.actions.lookFrom(here(camera.position).toArray(), here(camera.target ?? this.stage.origin).toArray());
+    this.setColouring(view?.displacement ? "displacement" : "body");
+    this.actions.redraw();
   }
 
   private cut(): HTMLElement {

@@ -13,6 +13,15 @@ export interface BodyInfo {
   color?: Vector;
 }
 
+/** A view that the scene asks pictures of (docs/scene.md). */
+export interface ViewInfo {
+  name: string;
+  camera?: { position?: Vector; target?: Vector };
+  bodies?: string[];
+  cut?: { point: Vector; normal: Vector; bodies?: string[] };
+  displacement?: object;
+}
+
 export interface MotionInfo {
   body: number;
   begin: number;
@@ -35,6 +44,7 @@ export interface Stage {
   origin: Vector;
   bodies: BodyInfo[];
   motions: MotionInfo[];
+  views: ViewInfo[];
   frames?: number;
   typical_stiffness?: number;
   settings: Settings;

@@ -72,6 +72,13 @@ export class SceneView {
     this.redraw();
   }
 
+  lookFrom(position: readonly [number, number, number], target: readonly [number, number, number]): void {
+    this.camera.position.set(...position);
+    this.controls.target.set(...target);
+    this.controls.update();
+    this.redraw();
+  }
+
   /** Turns the view by angles about the vertical and the horizontal, radians. */
   turn(sideways: number, upwards: number): void {
     const turn = new three.Quaternion().setFromUnitVectors(this.camera.up, new three.Vector3(0, 1, 0));
