@@ -314,7 +314,7 @@ void check(const StuffingOptions& options) {
 
 TetMesh stuff(const Distance& shape, const StuffingOptions& options) {
   check(options);
-  TetMesh mesh = largest_part(Stuffing(shape, options).take());
+  TetMesh mesh = largest_part(without_pinched_edges(Stuffing(shape, options).take()));
   if (mesh.tets.empty())
     throw Error("stuff", "shape", "nothing inside the box", "a shape as thick as a cell");
   return mesh;

@@ -23,7 +23,8 @@ struct StuffingOptions {
 /// A body-centred cubic lattice is laid over the box; lattice points that are near to the surface move onto
 /// it, tets that it still cuts are cut by stencils. Points on the surface are zeros of the shape to 1e-9 of a
 /// cell. All dihedral angles are between 10.7 and 164.8 degrees (their table 2, for the warping thresholds
-/// here), the surface is closed, whatever the shape is. Where the shape is thinner than about a cell, parts
+/// here), the surface is closed, whatever the shape is, and two of its triangles meet at each edge
+/// (tets that touch others in an edge only are dropped). Where the shape is thinner than about a cell, parts
 /// of it may be lost; of several parts only the one with the most tets is kept.
 ///
 /// Deviation: a cut is the zero that bisection finds on a lattice edge whose ends differ, not that of an
