@@ -39,52 +39,22 @@ async function playTo(page, end) {
   await page.click("#play");
 }
 
-async function middle(page) {
-  const box = await page.locator("#canvas").boundingBox();
-  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
-}
-
-/** The stack falls and is pulled at: frames of the view alone, as an animation. */
+/** The orbit, cut open: a plate is pushed up along its floor and lifts the bulb. */
 async function animation() {
-  const { child, address } = await serve("scenes/stacking.json", "--paused", "--speed", "max");
-  const page = await open(address, { width: 560, height: 420 });
-  await page.addStyleTag({ content: "" }).catch(() => {});
-  if (await page.isVisible("#panel")) await page.click("#panel-toggle");
-  await page.click("#fit");
-  await page.evaluate(() => document.querySelector("header").setAttribute("hidden", ""));
+  const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
+  const page = await open(address, { width: 960, height: 520 });
+  await page.selectOption("#scene-view", "tissues");
+  await page.click("#panel-toggle");
   const place = mkdtempSync(join(tmpdir(), "palpate-pictures-"));
   const files = [];
-  const shoot = async () => {
+  await page.click("#play");
+  for (let t = 0; t <= 4; t += 0.1) {
+    await waitFor(page, async () => (await time(page)) >= t - 1e-9);
     const file = join(place, `${String(files.length).padStart(3, "0")}.png`);
     await page.locator("#view").screenshot({ path: file });
     files.push(file);
-  };
-  const steps = async (count) => {
-    for (let i = 0; i < count; ++i) {
-      const before = await page.textContent("#clock");
-      await page.keyboard.press("n");
-      await waitFor(page, async () => (await page.textContent("#clock")).split(",")[1] !== before.split(",")[1]);
-    }
-  };
-  await page.focus("#canvas");
-  for (let i = 0; i < 14; ++i) {
-    await shoot();
-    await steps(3);
   }
-  const { x, y } = await middle(page);
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  for (let i = 1; i <= 14; ++i) {
-    await page.mouse.move(x + 7 * i, y - 6 * i);
-    await steps(2);
-    await shoot();
-  }
-  await page.mouse.up();
-  for (let i = 0; i < 10; ++i) {
-    await steps(2);
-    await shoot();
-  }
-  const made = spawnSync("img2webp", ["-loop", "0", "-d", "90", "-lossy", "-q", "70", "-m", "6", ...files, "-o", join(folder, "viewer.webp")]);
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "75", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1200", files.at(-1), "-o", join(folder, "viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
   rmSync(place, { recursive: true });
   await page.close();
@@ -109,14 +79,14 @@ const pictures = {
   stacking: () => picture("stacking", "scenes/stacking.json", async (page) => {
     await page.selectOption("#colouring", "depth");
     await page.check("#cut");
-    await page.locator("#cut-place").fill("112");
   }),
+  eye: () => picture("eye", "scenes/eye.json", (page) => page.selectOption("#scene-view", "organs"), undefined, 1),
+  skull: () => picture("skull", "scenes/skull.json", (page) => page.selectOption("#scene-view", "displacement"), undefined, 1),
   contacts: () => picture("contacts", "examples/scenes/press.json", async (page) => {
     for (const id of ["show-arrows", "show-borders"]) await page.check(`#${id}`);
     await page.selectOption("#colouring", "displacement");
-    await page.keyboard.press("t");
+    await page.click("#theme");
   }, undefined, 0.6),
-  small: () => picture("small", "scenes/stacking.json", async () => {}, { width: 380, height: 640 }),
 };
 for (const [name, make] of Object.entries(pictures)) if (wanted.length === 0 || wanted.includes(name)) await make();
 await browser.close();

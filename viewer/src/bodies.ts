@@ -5,8 +5,6 @@ import type { Arrays, Binary, BodyInfo, Stage } from "./protocol";
 
 export type Colouring = "body" | "depth" | "displacement";
 
-/** In radians: below this mean angle between neighbouring triangles a body is meant to be smooth. */
-const smoothAngle = 0.55;
 const untouched: Colour = [0.92, 0.92, 0.93];
 
 class BodyMesh {
@@ -32,7 +30,7 @@ class BodyMesh {
     dynamic("normal", new Float32Array(3 * (end - begin)));
     dynamic("color", new Float32Array(3 * (end - begin)));
     geometry.setIndex(new three.BufferAttribute(this.corners, 1));
-    this.smooth = meanCrease(this.corners, this.positions(geometry)) < smoothAngle;
+    this.smooth = isRound(this.corners, this.positions(geometry));
     this.front = new three.Mesh(
       geometry,
       new three.MeshLambertMaterial({ vertexColors: true, flatShading: !this.smooth, side: three.FrontSide }),
@@ -90,23 +88,26 @@ function sumNormals(corners: Uint32Array, p: Float32Array, normals: Float32Array
   }
 }
 
-/** Mean angle between the normal of a triangle and those of its corners: 0 where all is flat. */
-function meanCrease(corners: Uint32Array, p: Float32Array): number {
+/** Whether a body is meant to be smooth: none of it is quite flat, as boxes are, and its triangles turn little. */
+function isRound(corners: Uint32Array, p: Float32Array): boolean {
+  const flatAngle = 0.01;
+  const flatShare = 0.05;
+  const roundAngle = 0.6;
   const normals = new Float32Array(p.length);
   sumNormals(corners, p, normals);
-  const at = (i: number) => new three.Vector3(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
-  const normal = (i: number) => new three.Vector3(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
+  const at = (values: Float32Array, i: number) => new three.Vector3().fromArray(values, 3 * i);
   let sum = 0;
-  let largest = 0;
+  let flat = 0;
   for (let t = 0; t < corners.length; t += 3) {
     const [a, b, c] = [corners[t]!, corners[t + 1]!, corners[t + 2]!];
-    const face = at(b).sub(at(a)).cross(at(c).sub(at(a)));
-    const angles = [a, b, c].map((i) => face.angleTo(normal(i)));
-    sum += (angles[0]! + angles[1]! + angles[2]!) / 3;
-    largest = Math.max(largest, ...angles);
+    const face = at(p, b).sub(at(p, a)).cross(at(p, c).sub(at(p, a)));
+    for (const corner of [a, b, c]) {
+      const angle = face.angleTo(at(normals, corner));
+      sum += angle;
+      if (angle < flatAngle) ++flat;
+    }
   }
-  // A box is flat nearly everywhere, but its rims must not be smoothed away.
-  return largest > 0.9 ? Infinity : (3 * sum) / Math.max(corners.length, 1);
+  return flat < flatShare * corners.length && sum < roundAngle * corners.length;
 }
 
 export class BodySet {
