@@ -57,26 +57,31 @@ void ReplaySource::read_run(const std::filesystem::path& folder) {
 /// Cuts the first frame into bodies: points and tets of a frame lie body by body.
 void ReplaySource::make_bodies(const std::filesystem::path& folder) {
   const TetMesh all = io::read_mesh(frames_.front().file).mesh;
-  std::size_t point = 0;
-  std::size_t tet = 0;
+  std::size_t points = 0;
+  std::size_t tets = 0;
   for (const Listed& body : listed_) {
-    const std::size_t last_point = point + static_cast<std::size_t>(std::max(body.points, 0));
-    const std::size_t last_tet = tet + static_cast<std::size_t>(std::max(body.tets, 0));
-    if (last_point > all.points.size() || last_tet > all.tets.size()) break;
-    TetMesh mesh;
-    mesh.points.assign(all.points.begin() + static_cast<std::ptrdiff_t>(point),
-                       all.points.begin() + static_cast<std::ptrdiff_t>(last_point));
-    for (; tet < last_tet; ++tet) {
-      Tet corners = all.tets[tet];
-      for (Index& corner : corners) corner -= static_cast<Index>(point);
-      mesh.tets.push_back(corners);
-    }
-    point = last_point;
-    bodies_.add(body.name, std::move(mesh));
+    points += body.points;
+    tets += body.tets;
   }
-  if (bodies_.bodies().size() != listed_.size() || point != all.points.size() || tet != all.tets.size()) {
-    throw Error((folder / "run.json").string(), "bodies", "other points and tets than the first frame has",
+  if (points != all.points.size() || tets != all.tets.size()) {
+    throw Error((folder / "run.json").string(), "bodies",
+                std::to_string(points) + " points and " + std::to_string(tets) + " tets",
                 "those of " + frames_.front().file.string());
+  }
+  auto point = all.points.begin();
+  auto tet = all.tets.begin();
+  Index first = 0;
+  for (const Listed& body : listed_) {
+    TetMesh mesh;
+    mesh.points.assign(point, point + body.points);
+    mesh.tets.assign(tet, tet + body.tets);
+    for (Tet& corners : mesh.tets) {
+      for (Index& corner : corners) corner -= first;
+    }
+    point += body.points;
+    tet += body.tets;
+    first += static_cast<Index>(body.points);
+    bodies_.add(body.name, std::move(mesh));
   }
 }
 

@@ -50,8 +50,8 @@ class ReplaySource : public Source {
   /// A body as run.json lists it.
   struct Listed {
     std::string name;
-    Index points = 0;
-    Index tets = 0;
+    std::uint32_t points = 0;
+    std::uint32_t tets = 0;
     bool obstacle = false;
   };
   std::vector<io::SeriesFrame> frames_;

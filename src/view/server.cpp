@@ -17,9 +17,8 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 
 tcp::acceptor listen(asio::io_context& context, const ServerSettings& settings) {
-  boost::system::error_code failed;
-  const auto address = asio::ip::make_address(settings.host, failed);
-  if (failed) throw Error("view", "--host", "'" + settings.host + "'", "an IP address, such as 127.0.0.1");
+  if (!is_address(settings.host)) throw Error("view", "host", "'" + settings.host + "'", "an IP address");
+  const auto address = asio::ip::make_address(settings.host);
   const std::string where = settings.host + ":" + std::to_string(settings.port);
   try {
     return {context, tcp::endpoint(address, settings.port)};
@@ -40,6 +39,12 @@ std::vector<std::string> host_names(const ServerSettings& settings) {
 }
 
 }  // namespace
+
+bool is_address(const std::string& host) {
+  boost::system::error_code failed;
+  static_cast<void>(asio::ip::make_address(host, failed));
+  return !failed;
+}
 
 struct Server::State {
   State(const ServerSettings& s, std::unique_ptr<Source> source, const PlayerSettings& playing)

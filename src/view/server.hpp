@@ -17,6 +17,9 @@ struct ServerSettings {
   std::vector<std::string> names;  ///< further hosts that pages may address it by
 };
 
+/// Whether a text is an IP address, which a server can listen at.
+bool is_address(const std::string& host);
+
 /// Serves the page over HTTP and what the player tells over WebSockets, in the thread that calls run_for().
 ///
 /// For each page the newest frame wins: at most two are on their way, and the page says when it has drawn

@@ -33,6 +33,7 @@ std::string first_line(const std::filesystem::path& file, Process& process) {
 TEST_F(View, PrintsTheAddressServesAndEndsWithCtrlC) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::filesystem::path out = folder_ / "address";
+    std::filesystem::remove(out);
     Process process({"view", "scene.json", "--json", "--no-browser"}, folder_.path(), out);
     const Json line = Json::parse(first_line(out, process));
     const std::string address = line["address"];
