@@ -105,7 +105,10 @@ void add_flags(CLI::App& app, ViewOptions& options) {
   add_value(
       app, "--host", "ADDRESS",
       "address to serve at; default 127.0.0.1: this machine alone. 0.0.0.0: every machine that reaches it",
-      [&options](const std::string&, const std::string& text) { options.server.host = text; });
+      [&options](const std::string& flag, const std::string& text) {
+        if (!view::is_address(text)) throw BadInput(flag, "", "'" + text + "'", "an IP address");
+        options.server.host = text;
+      });
   add_value(
       app, "--name", "HOST", "a further name or address that the page may be opened by (with --host)",
       [&options](const std::string&, const std::string& text) { options.server.names.push_back(text); });
