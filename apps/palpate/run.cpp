@@ -19,6 +19,7 @@
 #include "numbers.hpp"
 #include "option_values.hpp"
 #include "parallel/parallel.hpp"
+#include "relax_model.hpp"
 #include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
@@ -94,30 +95,6 @@ int exit_code(const RunReport& report) {
   return exit_failed;
 }
 
-/// Removes the overlaps at the start where the scene asks for it.
-std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, const RunOptions& options) {
-  if (!scene.relax) return std::nullopt;
-  const InterruptFlag interrupt;
-  const auto progress = [&](int steps, double deepest) {
-    if (interrupt.requested()) throw std::runtime_error("interrupted while relaxing; there are no results");
-    if (steps % 10 == 0 && !options.quiet) {
-      say_progress(fmt::format("relaxing: step {} of {} at most, {} {} deep at most", steps,
-                               scene.relax->max_steps, short_text(deepest), scene.units.length));
-    }
-  };
-  RelaxReport report;
-  as_input([&] {
-    report = relax(model, scene.settings, *scene.relax, options.threads, progress);
-    return 0;
-  });
-  if (!report.relaxed) {
-    say_note(fmt::format("{}: overlaps of {} {} are left after relaxing, more than the {} {} allowed",
-                         scene.source, short_text(report.deepest_after), scene.units.length,
-                         short_text(report.allowed_depth), scene.units.length));
-  }
-  return report;
-}
-
 int run(const RunOptions& options) {
   Stopwatch watch;
   SceneInput input = read_scene_input(options.scene);
@@ -126,7 +103,7 @@ int run(const RunOptions& options) {
   scene.output.every = options.every.value_or(scene.output.every);
   const std::vector<std::uint8_t> obstacles = input.model.obstacles;
   const std::int64_t steps = most_steps(options, scene);
-  const std::optional<RelaxReport> relaxed = relax_model(scene, input.model, options);
+  const std::optional<RelaxReport> relaxed = relax_model(scene, input.model, options.threads, options.quiet);
   Simulation simulation = make_simulation(scene, std::move(input.model), options.threads);
 
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());

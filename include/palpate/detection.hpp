@@ -110,6 +110,13 @@ struct DetectionCounts : DepthCounts {
   std::optional<CuckooCounts> cuckoo_edges;
 };
 
+/// The cells of a detection (paper 4.1, eq. 2): cell (i, j, k) begins at lower + cell_size (i, j, k).
+struct CellDomain {
+  Vec3 lower{};
+  std::array<Index, 3> cells{0, 0, 0};  ///< along x, y, z
+  double cell_size = 0.0;
+};
+
 /// Seconds of the phases of one detection.
 struct DetectionTimes {
   double grid = 0.0;          ///< s, putting the points into cells
@@ -149,6 +156,7 @@ class Detector {
   [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;
   [[nodiscard]] const DetectionTimes& times() const;
+  [[nodiscard]] CellDomain cell_domain() const;
   /// How the cell size was chosen, at the first detect().
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.

@@ -83,6 +83,7 @@ struct DetectionSettings {
   /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
   /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
+  friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

@@ -55,6 +55,15 @@ class Simulation {
   /// this class tells (positions, velocities, contacts, metrics, forces) is that of the last good step.
   const StepMetrics& step();
 
+  /// Other settings from the next step on; positions, velocities, grabs and what contacts remember stay.
+  /// Other detection settings find the contacts at positions() anew. Throws Error, and changes nothing, on a
+  /// setting that the constructor would refuse and on another time step: steps are counted in it. O(1), and a
+  /// detection with its preparation where detection settings differ.
+  void change(const SimulationSettings& settings);
+  /// Another motion in place of a motion of the model: points on it are where it has them at the end of the
+  /// next step, wherever they were. Throws Error, and changes nothing, on a number out of range and on a
+  /// motion that the constructor would refuse. O(keyframes).
+  void set_motion(Index number, Motion motion);
   /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
   /// Throws Error on a point out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);

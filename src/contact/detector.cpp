@@ -325,6 +325,11 @@ const DetectionTimes& Detector::times() const {
   return state_->times;
 }
 
+CellDomain Detector::cell_domain() const {
+  const Lattice& lattice = state_->lattice;
+  return {lattice.domain().lower, lattice.size(), lattice.cell_size()};
+}
+
 const CellSizeChoice& Detector::cell_size_choice() const {
   return state_->cell_size;
 }

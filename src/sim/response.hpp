@@ -64,6 +64,11 @@ class ContactResponse {
                   std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                   std::span<const double> masses, std::span<const std::uint8_t> moves);
 
+  /// Throws Error on a setting out of range.
+  static void check_settings(const ResponseSettings& settings);
+  /// Other settings from the next compute() on; they have passed check_settings().
+  void change(const ResponseSettings& settings) { settings_ = settings; }
+
   /// Appends one coupling for each contact, in their order; friction by the velocities at the start of the
   /// step. `positions` are those that the contacts were found at, `time_step` is the time since the last call
   /// and to the next; what contacts remember is kept from call to call. O(contacts), parallel.

@@ -289,6 +289,30 @@ const StepMetrics& Simulation::step() {
   return s.metrics;
 }
 
+void Simulation::change(const SimulationSettings& settings) {
+  State& s = *state_;
+  checked(settings);
+  ContactResponse::check_settings(settings.response);
+  if (settings.time_step != s.settings.time_step) {
+    throw Error("simulation settings", "time_step", number_text(settings.time_step),
+                number_text(s.settings.time_step) + ", as it is: steps are counted in it");
+  }
+  if (settings.detection != s.settings.detection) {
+    Detector detector(s.bodies, settings.detection, s.obstacles, s.threads.count());
+    detector.detect(s.dynamics.positions());
+    s.detector = std::move(detector);
+  }
+  s.response.change(settings.response);
+  s.settings = settings;
+  s.max_speed = speed_limit(s.bodies, settings);
+  s.slow_steps = 0;
+}
+
+void Simulation::set_motion(Index number, Motion motion) {
+  state_->rails.replace(number, std::move(motion));
+  state_->slow_steps = 0;
+}
+
 void Simulation::set_force(Index point, const Vec3& force) {
   State& s = *state_;
   const std::size_t count = s.bodies.points_rest().size();
