@@ -4,6 +4,7 @@
 
 #include <palpate/error.hpp>
 
+#include "checkpoint.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -62,19 +63,26 @@ void CuckooRun::add(const CuckooCounts& counts) {
 }
 
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
-                    const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
-                    Progress& progress) {
-  RunOutcome outcome;
-  count(outcome, simulation.metrics());
-  metrics.add(simulation.metrics(), 0.0);
-  frames.add(simulation, true);
+                    const InterruptFlag& interrupt, const RunOutputs& outputs,
+                    const std::optional<RunOutcome>& before) {
+  const auto& [frames, metrics, checkpoints, progress] = outputs;
+  RunOutcome outcome = before.value_or(RunOutcome{});
+  if (!before) {
+    count(outcome, simulation.metrics());
+    metrics.add(simulation.metrics(), 0.0);
+    frames.add(simulation, true);
+  }
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
     if (interrupt.requested() || !step(simulation, outcome, metrics)) break;
     frames.add(simulation);
+    checkpoints.add(simulation, outcome, frames, metrics);
     progress.update(simulation.metrics());
   }
-  metrics.flush();
   outcome.interrupted = interrupt.requested();
+  // Before the last frame, which a run that goes on does not have. At the end it lets the run be made longer.
+  const bool ends_well = outcome.failure.empty() && checkpoints.regular();
+  checkpoints.add(simulation, outcome, frames, metrics, outcome.interrupted || ends_well);
+  metrics.flush();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
   frames.add(simulation, true);  // after a failure: the last good state
   if (outcome.failure.empty()) progress.finish(simulation.metrics());

@@ -118,6 +118,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["simulated_time"] = metrics.time;
   json["at_rest"] = outcome.at_rest;
   json["interrupted"] = outcome.interrupted;
+  json["resumed_from"] = report.resumed_from ? Json(*report.resumed_from) : Json();
   json["error"] = outcome.failure.empty() ? Json() : Json(utf8_text(outcome.failure));
   json["state_hash"] = report.simulation.state_hash();
   json["wall_seconds"] = report.wall_seconds;

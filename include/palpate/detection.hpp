@@ -121,6 +121,18 @@ struct DetectionTimes {
   DetectionTimes& operator+=(const DetectionTimes& other);
 };
 
+/// What a detector remembers of the frames before. The contacts found do not depend on it, but in approximate
+/// mode; counts do (movers, sort).
+struct DetectorMemory {
+  double cell_size = 0.0;             ///< as chosen at the first detection; 0 before it
+  std::vector<CellSizeTrial> trials;  ///< of that choice
+  Vec3 lower{};                       ///< corners of the domain
+  Vec3 upper{};
+  std::uint64_t detections = 0;  ///< so far
+  bool repairs = true;           ///< where the switch of Sort::adaptive stands
+  DetectionCounts counts;        ///< of the last detection
+};
+
 /// Finds the contacts among bodies, and how deep they are, frame after frame.
 ///
 /// The result is that of exact arithmetic on the given positions and has the same bits for every structure,
@@ -152,6 +164,12 @@ class Detector {
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.
   [[nodiscard]] std::size_t structure_bytes() const;
+
+  /// What a new detector of the same bodies and settings needs to go on as this one would: then recall() it
+  /// there with the positions of the last detect(). That finds their contacts again. Throws Error on a memory
+  /// that no detector has.
+  [[nodiscard]] DetectorMemory memory() const;
+  void recall(const DetectorMemory& memory, std::span<const Vec3> positions);
 
  private:
   struct State;

@@ -308,6 +308,36 @@ const DetectionTimes& Detector::times() const {
 const CellSizeChoice& Detector::cell_size_choice() const {
   return state_->cell_size;
 }
+DetectorMemory Detector::memory() const {
+  const State& s = *state_;
+  const auto* const grid = std::get_if<CompactGrid>(&s.points);
+  return {.cell_size = s.cell_size.cell_size,
+          .trials = s.cell_size.trials,
+          .lower = s.lattice.domain().lower,
+          .upper = s.lattice.domain().upper,
+          .detections = s.step,
+          .repairs = grid == nullptr || grid->adaptive_switch().repairing(),
+          .counts = s.counts};
+}
+
+void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positions) {
+  State& s = *state_;
+  const Vec3 extent = memory.upper - memory.lower;
+  const auto size = [](double x) { return x >= 0.0 && x <= 4.0 * largest_coordinate; };
+  if (!(memory.cell_size > 0.0) || !std::isfinite(memory.cell_size) || memory.detections == 0 ||
+      !is_finite(memory.lower) || !size(extent.x) || !size(extent.y) || !size(extent.z)) {
+    throw Error("detector", "memory", "a domain or cell size that no detection leaves", "that of a detector");
+  }
+  s.cell_size.cell_size = memory.cell_size;
+  s.cell_size.trials = memory.trials;
+  s.lattice = Lattice({memory.lower, memory.upper}, memory.cell_size);
+  s.step = memory.detections - 1;
+  detect(positions);
+  if (auto* const grid = std::get_if<CompactGrid>(&s.points))
+    grid->adaptive_switch().set_repairing(memory.repairs);
+  s.counts = memory.counts;
+}
+
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
   const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0);

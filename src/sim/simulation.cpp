@@ -17,6 +17,7 @@
 #include "sim/model_check.hpp"
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
+#include "sim/saved_state.hpp"
 #include "sim/state_hash.hpp"
 #include "stopwatch.hpp"
 
@@ -42,6 +43,8 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.limits.inverted_steps > 0, "limits.inverted_steps", s.limits.inverted_steps, "at least 1");
   return s;
 }
+
+constexpr Seal state_seal{.kind = "PALPSTAT", .version = 1};
 
 /// The speed that LimitSettings says, or the one that stands for none.
 double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
@@ -75,7 +78,8 @@ std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
 
 struct Simulation::State {
   State(Model model, const SimulationSettings& s, int n)
-      : obstacles(rigid_bodies(model)),
+      : fingerprint(fingerprint_of(model, s)),
+        obstacles(rigid_bodies(model)),
         unfree(unfree_points(model)),
         bodies(std::move(model.bodies)),
         settings(checked(s)),
@@ -110,7 +114,10 @@ struct Simulation::State {
   void find_way();
   void advance();
   void sum_contact_forces();
+  [[nodiscard]] SavedState saved_state() const;
+  void take_state(const SavedState& saved);
 
+  Fingerprint fingerprint;              ///< of the model while it is whole
   std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
   std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
   Bodies bodies;
@@ -131,7 +138,7 @@ struct Simulation::State {
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
   StepMetrics metrics;
-  int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
+  std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
 void Simulation::State::detect(std::span<const Vec3> positions) {
@@ -339,6 +346,59 @@ std::span<const double> Simulation::masses() const {
 
 std::span<const Material> Simulation::contact_materials() const {
   return state_->contact_materials;
+}
+
+SavedState Simulation::State::saved_state() const {
+  return {.fingerprint = fingerprint,
+          .metrics = metrics,
+          .slow_steps = slow_steps,
+          .forces = forces,
+          .grabs = grabs.all(),
+          .dynamics = dynamics.state(),
+          .contacts = response.remembered(),
+          .detector = detector.memory(),
+          .contact_forces = contact_forces};
+}
+
+void Simulation::State::take_state(const SavedState& saved) {
+  dynamics.set_state(saved.dynamics);
+  detector.recall(saved.detector, dynamics.positions());
+  forces = saved.forces;
+  grabs.set_all(saved.grabs);
+  response.set_remembered(saved.contacts);
+  contact_forces = saved.contact_forces;
+  metrics = saved.metrics;
+  metrics.time = static_cast<double>(metrics.step) * settings.time_step;
+  slow_steps = saved.slow_steps;
+}
+
+std::vector<std::byte> Simulation::save() const {
+  SavedState saved = state_->saved_state();
+  ArchiveWriter writer;
+  writer(saved);
+  return sealed(state_seal, writer.take());
+}
+
+void Simulation::restore(std::span<const std::byte> bytes) {
+  State& s = *state_;
+  SavedState saved;
+  ArchiveReader reader(unsealed(state_seal, bytes, "saved state"), "saved state");
+  reader(saved);
+  reader.finish();
+  for (std::size_t i = 0; i < Fingerprint::names.size(); ++i) {
+    if (saved.fingerprint.hashes[i] != s.fingerprint.hashes[i]) {
+      throw Error("saved state", std::string(Fingerprint::names[i]), "those of another simulation",
+                  "the same as when it was saved");
+    }
+  }
+  check_saved(saved, s.bodies);
+  const SavedState before = s.saved_state();
+  try {
+    s.take_state(saved);
+  } catch (...) {
+    s.take_state(before);
+    throw;
+  }
 }
 
 std::string Simulation::state_hash() const {
