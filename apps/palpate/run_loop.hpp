@@ -55,6 +55,9 @@ struct RunOutcome {
   Tally regions_without_border;
   Tally border_edges_without_crossing;
   Tally folded_pairs;
+  std::int64_t late_steps = 0;  ///< in which a budget did not suffice for all clusters
+  double least_completeness = 1.0;
+  std::int64_t steps_without_foresight = 0;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_at_solver_cap = 0;
 };

@@ -97,6 +97,20 @@ void add_build_and_machine(Json& json, const RunReport& report) {
   json["threads"] = report.threads;
 }
 
+/// What a budget left undone; null without one.
+Json budget_json(const RunReport& report) {
+  if (!report.simulation.settings().detection.budget) return {};
+  Json late = Json::array();
+  const auto bodies = report.simulation.detector().late_bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b] != 0) late.push_back(report.simulation.bodies().bodies()[b].name);
+  }
+  return {{"late_steps", report.outcome.late_steps},
+          {"least_completeness", report.outcome.least_completeness},
+          {"steps_without_foresight", report.outcome.steps_without_foresight},
+          {"late_bodies", late}};
+}
+
 Json relaxed_json(const std::optional<RelaxReport>& report) {
   if (!report) return {};
   return {{"done", report->relaxed},
@@ -133,6 +147,7 @@ void add_outcome(Json& json, const RunReport& report) {
                        ? Json()
                        : Json{{"points", cuckoo_json(outcome.cuckoo_points)},
                               {"edges", cuckoo_json(outcome.cuckoo_edges)}};
+  json["budget"] = budget_json(report);
   json["raised_depths"] = tally_json(outcome.raised_depths);
   json["cancelled_directions"] = tally_json(outcome.cancelled_directions);
   json["regions_without_border"] = tally_json(outcome.regions_without_border);

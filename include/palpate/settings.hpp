@@ -70,6 +70,21 @@ inline constexpr std::array<std::string_view, 5> sort_names{"radix", "counting",
                                                             "adaptive"};
 inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "mean-edge", "max-edge"};
 
+/// A ball in space.
+struct InterestRegion {
+  Vec3 center{};
+  double radius = 0.0;  ///< > 0
+};
+/// What a detection may cost; where it does not suffice, contacts are missed, and the counts say so
+/// (docs/budget.md). Only for Structure::compact without cells_per_primitive.
+struct Budget {
+  /// So many tests of pairs in a detection (give or take the last few hundred), the same ones on every run.
+  std::optional<int> tests{};
+  /// So many milliseconds in all detections of a time step; which contacts are found depends on the machine.
+  std::optional<double> milliseconds{};
+  std::optional<InterestRegion> region{};  ///< looked at before others that are as near
+};
+
 /// How contacts are found.
 struct DetectionSettings {
   Structure structure = Structure::compact;
@@ -80,6 +95,7 @@ struct DetectionSettings {
   std::optional<int> cells_per_primitive;
   /// Per body: 1 where a body that can move also touches itself. Empty: none does.
   std::vector<std::uint8_t> self_collision;
+  std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

@@ -28,8 +28,19 @@ void describe(Archive& archive, Motion& motion) {
 }
 
 template <class Archive>
+void describe(Archive& archive, InterestRegion& region) {
+  archive(region.center, region.radius);
+}
+
+template <class Archive>
+void describe(Archive& archive, Budget& budget) {
+  archive(budget.tests, budget.milliseconds, budget.region);
+}
+
+template <class Archive>
 void describe(Archive& archive, SimulationSettings& s) {
-  archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision);
+  archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
+          s.detection.budget);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);

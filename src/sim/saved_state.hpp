@@ -51,8 +51,8 @@ template <class Archive>
 void describe(Archive& archive, DetectionCounts& c) {
   archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
           c.border_edges_without_crossing, c.contacts, c.border_edges, c.crossings, c.candidates,
-          c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.cells, c.cell_size,
-          c.cell_doublings, c.cuckoo_points, c.cuckoo_edges);
+          c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.late_clusters,
+          c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points, c.cuckoo_edges);
   bool sorts = c.sort.has_value();
   archive(sorts);
   if (!sorts) return c.sort.reset();
@@ -63,8 +63,8 @@ void describe(Archive& archive, DetectionCounts& c) {
 
 template <class Archive>
 void describe(Archive& archive, StepMetrics& m) {
-  archive(m.step, m.time, m.detection, m.solves, m.detections, m.solver_iterations, m.solver_converged,
-          m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest);
+  archive(m.step, m.time, m.detection, m.solves, m.detections, m.looks_ahead, m.solver_iterations,
+          m.solver_converged, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest);
 }
 
 template <class Archive>
@@ -95,7 +95,8 @@ void describe(Archive& archive, CellSizeTrial& trial) {
 
 template <class Archive>
 void describe(Archive& archive, DetectorMemory& m) {
-  archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts);
+  archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_notes,
+          m.triangle_notes, m.share);
 }
 
 template <class Archive>

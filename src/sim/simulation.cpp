@@ -46,6 +46,10 @@ const SimulationSettings& checked(const SimulationSettings& s) {
 
 constexpr Seal state_seal{.kind = "PALPSTAT", .version = 1};
 
+double total(const DetectionTimes& t) {
+  return t.grid + t.contacts + t.border_edges + t.crossings + t.depth;
+}
+
 /// The speed that LimitSettings says, or the one that stands for none.
 double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   constexpr double diagonals = 100.0;
@@ -108,6 +112,8 @@ struct Simulation::State {
   }
 
   void detect(std::span<const Vec3> positions);
+  [[nodiscard]] double budget_left() const;
+  [[nodiscard]] bool can_look_ahead() const;
   void measure();
   void begin_step();
   bool solve();
@@ -141,8 +147,24 @@ struct Simulation::State {
   std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
+/// Share of a budget in time that the detections of this step have left; else 1.
+double Simulation::State::budget_left() const {
+  const auto& budget = settings.detection.budget;
+  if (!budget || !budget->milliseconds) return 1.0;
+  constexpr double least = 0.01;  // a detection always begins
+  return std::max(1.0 - total(metrics.detection_seconds) / (1e-3 * *budget->milliseconds), least);
+}
+
+/// Whether time is left for a detection where the step leads to, and for that at its end.
+bool Simulation::State::can_look_ahead() const {
+  const auto& budget = settings.detection.budget;
+  if (!budget || !budget->milliseconds) return true;
+  return metrics.detection.completeness == 1.0 &&
+         2.0 * detector.expected_seconds() < budget_left() * 1e-3 * *budget->milliseconds;
+}
+
 void Simulation::State::detect(std::span<const Vec3> positions) {
-  detector.detect(positions);
+  detector.detect(positions, budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
 }
@@ -176,6 +198,7 @@ void Simulation::State::begin_step() {
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
   metrics.detections = 0;
+  metrics.looks_ahead = true;
   metrics.detection_seconds = {};
 }
 
@@ -215,12 +238,15 @@ void Simulation::State::find_way() {
   bool meets = true;
   while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
-    agrees = solve();
+    metrics.looks_ahead = can_look_ahead();
+    do agrees = solve();
+    while (!metrics.looks_ahead && !agrees && metrics.solves < settings.solver.max_solves);
     const std::span<const Vec3> positions_end = dynamics.end_positions();
     metrics.solver_seconds += watch.lap();
     detect(positions_end);
     ++metrics.detections;
     watch.lap();
+    if (!metrics.looks_ahead) return;
     meets = metrics.solves < settings.solver.max_solves &&
             response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.end_velocities(),
                              couplings);

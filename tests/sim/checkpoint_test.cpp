@@ -115,6 +115,35 @@ TEST(CheckpointOf, ApproximateModeLeavesOutTheSameCells) {
   EXPECT_EQ(resumed.save(), whole.save());
 }
 
+TEST(CheckpointOf, WhatABudgetHadNoTimeForWaitsOn) {
+  Scene scene = example("everything");
+  scene.settings.detection.budget = Budget{.tests = 4000};
+  Simulation whole = simulate(scene);
+  steps(whole, 20);
+  EXPECT_LT(whole.metrics().detection.completeness, 1.0);
+  const Bytes saved = whole.save();
+  Simulation resumed = simulate(scene, 3);
+  resumed.restore(saved);
+  EXPECT_EQ(resumed.save(), saved);
+  steps(whole, 20);
+  steps(resumed, 20);
+  EXPECT_EQ(resumed.save(), whole.save());
+}
+
+TEST(CheckpointOf, ABudgetWithoutPressureChangesNoBit) {
+  const Scene scene = example("everything");
+  Scene limited = scene;
+  Simulation exact = simulate(scene);
+  steps(exact, 60);
+  for (const Budget& budget :
+       {Budget{.tests = std::numeric_limits<int>::max()}, Budget{.milliseconds = 1e6}}) {
+    limited.settings.detection.budget = budget;
+    Simulation simulation = simulate(limited);
+    steps(simulation, 60);
+    EXPECT_EQ(simulation.state_hash(), exact.state_hash());
+  }
+}
+
 TEST(CheckpointOf, AStepThatFailedLeavesAStateThatGoesOn) {
   Scene scene = example("tower");
   Simulation whole = simulate(scene);
