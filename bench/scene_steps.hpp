@@ -9,8 +9,9 @@
 
 namespace palpate::bench {
 
-/// The simulation of a scene file, with another budget than it names. Throws as `palpate run` would.
-Simulation simulation_of(const std::filesystem::path& scene, const std::optional<Budget>& budget,
+/// The simulation of a scene file, with another budget than it names. Overlaps are removed first where the
+/// scene asks for it. Throws Error as readers do.
+Simulation simulation_of(const std::filesystem::path& scene_file, const std::optional<Budget>& budget,
                          int threads);
 
 /// (n_bodies) 1 for each body of a scene that is rigid.

@@ -5,11 +5,12 @@
 
 namespace palpate {
 
-/// A cluster is small: its first point stands for it.
 bool ClusterQueue::in(const InterestRegion& region, const Clusters& all, const Cluster& cluster,
                       std::span<const Vec3> positions) {
-  const Vec3& point = at(positions, all.points_of(cluster).front());
-  return squared_length(point - region.center) <= region.radius * region.radius;
+  const std::span<const Index> points = all.points_of(cluster);
+  return std::ranges::any_of(points, [&](Index point) {
+    return squared_length(at(positions, point) - region.center) <= region.radius * region.radius;
+  });
 }
 
 void ClusterQueue::resize(std::size_t size) {

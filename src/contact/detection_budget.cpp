@@ -17,11 +17,11 @@ namespace {
 constexpr double points_share = 0.75;
 /// Of the time, what is planned with: forecasts are not always right.
 constexpr double planned_share = 0.9;
-/// Contacts below which the cost of each says nothing.
-constexpr double few_contacts = 64.0;
+/// What follows from the contacts costs about as much for none as for so many.
+constexpr double contacts_for_none = 256.0;
 
 double for_each(double seconds, std::size_t contacts) {
-  return seconds / std::max(static_cast<double>(contacts), few_contacts);
+  return seconds / (static_cast<double>(contacts) + contacts_for_none);
 }
 
 void check(const DetectionSettings& settings) {
@@ -69,7 +69,7 @@ void DetectionBudget::begin(double share) {
     constexpr double no_limit = std::numeric_limits<double>::infinity();
     const double seconds = planned_share * share * 1e-3 * *budget_.milliseconds;
     allowance_ = Allowance::of_seconds(after_.known() ? seconds : no_limit);
-    allowance_->keep_back(0.0, after_.high());
+    allowance_->keep_back(after_.high() * contacts_for_none, after_.high());
   }
 }
 
@@ -79,7 +79,7 @@ void DetectionBudget::begin_crossings(std::size_t contacts) {
     const double tests = (1.0 - points_share) * static_cast<double>(*budget_.tests);
     allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
   } else {
-    allowance_->keep_back(depths_.high() * static_cast<double>(contacts), 0.0);
+    allowance_->keep_back(depths_.high() * (static_cast<double>(contacts) + contacts_for_none), 0.0);
   }
 }
 

@@ -6,19 +6,20 @@
 
 namespace palpate {
 
-/// What something has cost lately, as a forecast that is seldom too low: the second highest of the last 32.
+/// What something has cost lately, as a forecast: the third quartile of the last 32, so that those during
+/// which the system put the thread aside do not count.
 class RecentCost {
  public:
   void add(double cost) { last_[next_++ % last_.size()] = cost; }
   [[nodiscard]] bool known() const { return next_ > 0; }
   [[nodiscard]] double high() const {
-    double highest = 0.0;
-    double second = 0.0;
-    for (std::size_t i = 0; i < std::min(next_, last_.size()); ++i) {
-      second = std::max(second, std::min(highest, last_[i]));
-      highest = std::max(highest, last_[i]);
-    }
-    return next_ > 1 ? second : highest;
+    std::array<double, 32> sorted = last_;
+    const std::size_t count = std::min(next_, sorted.size());
+    if (count == 0) return 0.0;
+    const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(count);
+    const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(3 * (count - 1) / 4);
+    std::nth_element(sorted.begin(), place, end);
+    return *place;
   }
 
  private:
