@@ -16,10 +16,11 @@
 #include "detection_options.hpp"
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
-#include "io/picture.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "parallel/parallel.hpp"
+#include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
 #include "stopwatch.hpp"
@@ -79,43 +80,14 @@ std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
   return static_cast<std::int64_t>(steps);
 }
 
-std::string caption(const Scene& scene, const Simulation& simulation, const RunOutcome& outcome) {
-  const StepMetrics& m = simulation.metrics();
-  return fmt::format("{}: step {}, t = {} {}, {}{}", scene.name, m.step, short_text(m.time), scene.units.time,
-                     counted(m.detection.contacts, "contact"), outcome.at_rest ? ", at rest" : "");
-}
-
-std::vector<io::Colour> colours(const Scene& scene) {
-  std::vector<io::Colour> list;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    list.push_back(io::default_colour(static_cast<Index>(b)));
-    const auto& color = scene.bodies[b].color;
-    if (color)
-      std::ranges::transform(*color, list.back().begin(), [](double c) { return static_cast<float>(c); });
-  }
-  return list;
-}
-
-void take_picture(const fs::path& path, const Scene& scene, const Simulation& simulation,
-                  const RunOutcome& outcome, int threads) {
-  const Picture& picture = scene.output.picture;
-  io::render_picture(path, simulation.bodies(), simulation.positions(),
-                     simulation.detector().contacts().point, colours(scene),
-                     {.width = picture.size[0],
-                      .height = picture.size[1],
-                      .camera = picture.camera.position,
-                      .target = picture.camera.target,
-                      .caption = caption(scene, simulation, outcome)},
-                     parallel::Threads(threads));
-}
-
 /// What an earlier run left must not be taken for a result of this one.
-void remove_old_results(const fs::path& folder) {
-  for (const char* name : {"run.json", "picture.png"}) {
+void remove_old_results(const fs::path& folder, const Scene& scene) {
+  std::vector<fs::path> paths = picture_paths(folder, scene);
+  paths.push_back(folder / "run.json");
+  for (const fs::path& path : paths) {
     std::error_code failed;
-    fs::remove(folder / name, failed);
-    if (failed)
-      throw Error((folder / name).string(), "removing", "'" + failed.message() + "'", "a file or none");
+    fs::remove(path, failed);
+    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
   }
 }
 
@@ -199,20 +171,14 @@ Begin begin_again(const RunOptions& options) {
           .checkpoint = std::move(found)};
 }
 
-/// The simulation as the run begins, or as the checkpoint has it.
-Simulation begin_simulation(const Begin& begin, Model model, int threads) {
-  Simulation simulation = make_simulation(begin.input.scene, std::move(model), threads);
-  if (begin.checkpoint) {
-    as_input([&] {
-      try {
-        simulation.restore(begin.checkpoint->checkpoint.simulation);
-      } catch (const Error& error) {  // name the file, and not only what is in it
-        throw Error(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
-      }
-      return 0;
-    });
+/// Puts the simulation where the checkpoint has it, if there is one.
+void take_up(const Begin& begin, Simulation& simulation) {
+  if (!begin.checkpoint) return;
+  try {
+    simulation.restore(begin.checkpoint->checkpoint.simulation);
+  } catch (const Error& error) {  // name the file, and not only what is in it
+    throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
-  return simulation;
 }
 
 /// Where the results of a run are written.
@@ -222,7 +188,7 @@ struct Outputs {
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
         checkpoints(begin.folder, begin.plan,
                     begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
-    remove_old_results(begin.folder);
+    remove_old_results(begin.folder, begin.input.scene);
     const fs::path path = begin.folder / "metrics.csv";
     if (begin.checkpoint) {
       metrics.emplace(path, begin.checkpoint->checkpoint.metrics_bytes);
@@ -258,7 +224,9 @@ int run(const RunOptions& options) {
   const Scene& scene = begin.input.scene;
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
   const std::optional<RelaxReport> relaxed = relax_model(scene, begin.input.model, options);
-  Simulation simulation = begin_simulation(begin, std::move(begin.input.model), options.threads);
+  Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
+  const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
+  take_up(begin, simulation);
   const std::optional<std::int64_t> first =
       begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
   if (first && !options.quiet)
@@ -268,7 +236,7 @@ int run(const RunOptions& options) {
   Outputs outputs(begin);
   RunOutcome outcome = step_through(begin, simulation, outputs, options.quiet);
   const double wall_seconds = watch.lap();
-  const auto report_with = [&](const std::optional<fs::path>& picture) {
+  const auto report_with = [&](const std::vector<fs::path>& pictures) {
     return RunReport{.scene_file = begin.plan.scene_file,
                      .scene = scene,
                      .simulation = simulation,
@@ -279,7 +247,7 @@ int run(const RunOptions& options) {
                      .resumed_from = first,
                      .folder = folder,
                      .frames = outputs.frames.count(),
-                     .picture = picture,
+                     .pictures = pictures,
                      .most_steps = begin.plan.most_steps,
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
@@ -289,18 +257,17 @@ int run(const RunOptions& options) {
     io::write_atomically(folder / "run.json", json);
     return json;
   };
-  write_report(report_with(std::nullopt));
-  std::optional<fs::path> picture;
+  write_report(report_with({}));
+  std::vector<fs::path> pictures;
   if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
-    picture = folder / "picture.png";
     try {
-      take_picture(*picture, scene, simulation, outcome, options.threads);
+      take_pictures({folder, scene, simulation, start, outcome, options.threads});
+      pictures = picture_paths(folder, scene);
     } catch (const Error& error) {  // the run itself is done
       outcome.failure = error.what();
-      picture.reset();
     }
   }
-  const RunReport report = report_with(picture);
+  const RunReport report = report_with(pictures);
   const std::string json = write_report(report);
   if (options.json) print_out(json);
   if (!options.json && !options.quiet) print_out(report_text(report));

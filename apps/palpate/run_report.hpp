@@ -27,7 +27,7 @@ struct RunReport {
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::filesystem::path folder;
   std::size_t frames = 0;
-  std::optional<std::filesystem::path> picture;
+  std::vector<std::filesystem::path> pictures;  ///< picture.png and the views; empty where none was taken
   std::int64_t most_steps = 0;
   int threads = 0;
   double wall_seconds = 0.0;

@@ -19,7 +19,7 @@ namespace palpate {
 /// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in
 /// two other bodies is two contacts.
 struct Contacts {
-  std::vector<Index> point;  ///< (n)
+  std::vector<Index> point;  ///< (n) the point that is inside
   std::vector<Index> body;   ///< (n) the penetrated body
   std::vector<Index> tet;    ///< (n) the penetrated tet
   std::vector<std::array<double, 4>>
@@ -91,16 +91,15 @@ struct DepthCounts {
 
 /// What one detection did; counts, not times, are the same on every machine.
 struct DetectionCounts : DepthCounts {
-  std::size_t contacts = 0;
-  std::size_t border_edges = 0;
-  std::size_t crossings = 0;
+  std::size_t contacts = 0;      ///< points in tets of other bodies, or of their own
+  std::size_t border_edges = 0;  ///< with one end in contact and the other not
+  std::size_t crossings = 0;     ///< of border edges with the surface
   std::size_t candidates = 0;    ///< pairs proposed and tested, both queries; of clusters: docs/query.md
   std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
-  /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
-  /// the cells that were left out.
+  /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots.
   std::size_t approximated_primitives = 0;
-  std::size_t dropped_cells = 0;
+  std::size_t dropped_cells = 0;  ///< approximate mode: cells that were left out
   /// With a budget: clusters of tets, and of triangles of penetrated bodies, that it did not suffice for, and
   /// the share of those that it did.
   std::size_t late_clusters = 0;
@@ -117,11 +116,11 @@ struct DetectionCounts : DepthCounts {
 
 /// Seconds of the phases of one detection.
 struct DetectionTimes {
-  double grid = 0.0;
-  double contacts = 0.0;
-  double border_edges = 0.0;
-  double crossings = 0.0;
-  double depth = 0.0;
+  double grid = 0.0;          ///< s, putting the points into cells
+  double contacts = 0.0;      ///< s, points in tets
+  double border_edges = 0.0;  ///< s
+  double crossings = 0.0;     ///< s, border edges with the surface
+  double depth = 0.0;         ///< s, depths and directions
   DetectionTimes& operator+=(const DetectionTimes& other);
 };
 
@@ -165,6 +164,8 @@ class Detector {
 
   /// Results of the last detect(); valid until the next.
   [[nodiscard]] const Contacts& contacts() const;
+  /// The same, without a copy: the memory goes to the caller, contacts() is empty until the next detect().
+  [[nodiscard]] Contacts take_contacts();
   [[nodiscard]] std::span<const BorderEdge> border_edges() const;  ///< sorted by (contact, edge)
   [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;

@@ -95,6 +95,9 @@ struct DetectionSettings {
   std::optional<int> cells_per_primitive;
   /// Per body: 1 where a body that can move also touches itself. Empty: none does.
   std::vector<std::uint8_t> self_collision;
+  /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
+  /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
+  std::vector<std::array<Index, 2>> ignored_pairs{};
   std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
 };
 

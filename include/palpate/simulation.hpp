@@ -19,7 +19,7 @@ namespace palpate {
 struct StepMetrics {
   std::int64_t step = 0;  ///< steps done; 0 is the start
   double time = 0.0;      ///< s, of the simulation
-  DetectionCounts detection;
+  DetectionCounts detection;  ///< at the end of the step
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
   int detections = 0;                ///< more than one where bodies met within the step
@@ -72,7 +72,7 @@ class Simulation {
   /// Force of a grab on its point over the last step, N. Throws Error on a number that is no grab's.
   [[nodiscard]] Vec3 grab_force(Index number) const;
 
-  [[nodiscard]] const Bodies& bodies() const;
+  [[nodiscard]] const Bodies& bodies() const;  ///< with the rest positions
   [[nodiscard]] const SimulationSettings& settings() const;
   [[nodiscard]] std::span<const Vec3> positions() const;   ///< (n_points x 3)
   [[nodiscard]] std::span<const Vec3> velocities() const;  ///< (n_points x 3)

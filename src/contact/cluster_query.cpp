@@ -125,6 +125,7 @@ class ClusterQuery::Work {
     const Cluster& cluster = *block_.cluster[hit.cluster];
     const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
     const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
+    if (!own && may_touch_.ignores(at(bodies_.body_of_point(), point), cluster.body)) return;
     const std::span<const Index> tets = query_.clusters_.primitives_of(cluster);
     const std::uint32_t corners = own ? query_.clusters_.primitives_at(cluster, point) : 0;
     for (std::uint32_t left = hit.primitives & 0xFFFFU & ~corners; left != 0; left &= left - 1) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -62,6 +63,21 @@ Box padded(const Box& bounds, double cell_size) {
   return {bounds.lower - pad, bounds.upper + pad};
 }
 
+/// The pairs of two of `bodies` bodies that a setting lists, ascending, the lower body first in each.
+std::vector<std::array<Index, 2>> sorted_pairs(std::vector<std::array<Index, 2>> pairs, Index bodies) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    auto& [a, b] = pairs[i];
+    if (a > b) std::swap(a, b);
+    if (a < 0 || b >= bodies || a == b) {
+      throw Error("detection settings", "ignored_pairs[" + std::to_string(i) + "]",
+                  "bodies " + std::to_string(a) + " and " + std::to_string(b),
+                  "two different bodies in [0, " + std::to_string(bodies - 1) + "]");
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
 /// Whether a domain has become so much larger than the bounds that its cells are wasted.
 bool too_large(const Box& domain, const Box& needed) {
   const Vec3 d = domain.upper - domain.lower;
@@ -86,6 +102,7 @@ struct Detector::State {
       throw Error("detection settings", "self_collision", std::to_string(self.size()) + " flags",
                   std::to_string(bodies.bodies().size()) + ", one for each body");
     }
+    settings.ignored_pairs = sorted_pairs(std::move(settings.ignored_pairs), bodies.body_count());
     if (settings.cells_per_primitive &&
         (*settings.cells_per_primitive < 1 || *settings.cells_per_primitive > CellSlots::most)) {
       throw Error("detection settings", "cells_per_primitive", std::to_string(*settings.cells_per_primitive),
@@ -231,7 +248,7 @@ DetectionTimes& DetectionTimes::operator+=(const DetectionTimes& other) {
 }
 
 void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots) {
-  const PairFilter may_touch{immovable, settings.self_collision};
+  const PairFilter may_touch{immovable, settings.self_collision, settings.ignored_pairs};
   if (clustered()) {
     const Stopwatch watch;
     if (Allowance* const allowance = limit()) {
@@ -342,6 +359,9 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
 
 const Contacts& Detector::contacts() const {
   return state_->contacts.contacts();
+}
+Contacts Detector::take_contacts() {
+  return std::exchange(state_->contacts.contacts(), Contacts{});
 }
 std::span<const BorderEdge> Detector::border_edges() const {
   return state_->border_edges;

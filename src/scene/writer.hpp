@@ -59,8 +59,10 @@ class Writer {
     auto json = encode_any(key_path(path_, key), value);
     if (!json.empty()) put(key, std::move(json));
   }
+  /// An empty list says what an absent one says.
   template <class T>
   void list(std::string_view key, std::vector<T>& values) {
+    if (values.empty()) return;
     T element;
     const auto defaults = encode_any({}, element);
     auto array = nlohmann::ordered_json::array();

@@ -28,6 +28,11 @@ void describe(Archive& archive, Motion& motion) {
 }
 
 template <class Archive>
+void describe(Archive& archive, Tie& tie) {
+  archive(tie.point, tie.tet, tie.stiffness);
+}
+
+template <class Archive>
 void describe(Archive& archive, InterestRegion& region) {
   archive(region.center, region.radius);
 }
@@ -40,7 +45,7 @@ void describe(Archive& archive, Budget& budget) {
 template <class Archive>
 void describe(Archive& archive, SimulationSettings& s) {
   archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
-          s.detection.budget);
+          s.detection.budget, s.detection.ignored_pairs);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);
@@ -102,8 +107,8 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
   for (const Body& body : bodies.bodies()) ends.push_back(body.points.end);
   return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
                    model.obstacles),
-           hash_of(model.materials, model.material_of_tet), hash_of(model.motions, model.motion_of_point),
-           hash_of(settings)}};
+           hash_of(model.materials, model.material_of_tet),
+           hash_of(model.motions, model.motion_of_point, model.ties), hash_of(settings)}};
 }
 
 void check_saved(const SavedState& saved, const Bodies& bodies) {

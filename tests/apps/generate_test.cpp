@@ -57,6 +57,19 @@ TEST_F(Generate, OnlyANamedFileIsReplaced) {
   EXPECT_EQ(json_of({"info", "box.vtu", "--json"})["tets"], 40);
 }
 
+TEST_F(Generate, WritesTheOrgansOfTheMedicalScenes) {
+  const std::string said = output_of({"generate", "skull"});
+  for (const char* name :
+       {"skull/skull.vtu", "skull/upper-jaw.vtu", "skull/lower-jaw.vtu", "skull/soft-tissue.vtu"}) {
+    EXPECT_NE(said.find(name), std::string::npos);
+    EXPECT_GT(json_of({"info", name, "--json"})["tets"], 1000);
+  }
+  expect_error(2, {"generate", "skull"}, {"skull", "already", "--out"});
+  output_of({"generate", "skull", "--out", "skull"});
+  write("file", "");
+  expect_error(2, {"generate", "eye", "--out", "file"}, {"file", "folder"});
+}
+
 TEST_F(Generate, RefusesWhatItCannotWrite) {
   expect_error(2, {"generate", "box", "--out", "box.msh"}, {"--out", "'box.msh'", ".vtu"});
   expect_error(2, {"generate", "stacking", "--out", "s.vtu"}, {"--out", ".json"});

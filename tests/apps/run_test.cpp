@@ -346,5 +346,27 @@ TEST_F(Run, MeshPathsCountFromTheScene) {
   EXPECT_NE(report["bodies"][0]["file"].get<std::string>().find("meshes/box.vtu"), std::string::npos);
 }
 
+TEST_F(Run, TakesTheViewsOfAScene) {
+  std::string scene = falling_box();
+  const std::string picture = R"("picture": {"size": [160, 120]})";
+  scene.replace(scene.find(picture), picture.size(), picture + R"(, "views": [
+      {"name": "cut", "size": [100, 80], "cut": {"point": [0, 0, 0], "normal": [1, 0, 0]}},
+      {"name": "before-after", "size": [101, 60], "when": "both", "displacement": {"most": 0.001}, "contacts": true}])");
+  write("views.json", scene);
+  const std::string summary = output_of({"run", "views.json", "--out", "out"});
+  EXPECT_NE(summary.find("out/before-after.png"), std::string::npos) << summary;
+  EXPECT_EQ(read("out/cut.png").substr(16, 8), std::string("\0\0\0\x64\0\0\0\x50", 8));
+  EXPECT_EQ(read("out/before-after.png").substr(16, 8), std::string("\0\0\0\x65\0\0\0\x3c", 8));
+  const Json report = Json::parse(read("out/run.json"));
+  EXPECT_EQ(report["results"]["views"], Json::parse(R"(["cut.png", "before-after.png"])"));
+  EXPECT_EQ(report["touching"][0]["bodies"], Json::parse(R"(["plate", "box"])"));
+  const Json& box = report["bodies"][1];
+  EXPECT_EQ(box["inverted_tets"], 0);
+  EXPECT_LT(box["displacement"]["mean"][2], 0.0) << "it fell";
+  EXPECT_LE(box["displacement"]["mean_length"], box["displacement"]["largest"]);
+  output_of({"run", "views.json", "--out", "out", "--no-picture"});
+  EXPECT_FALSE(exists("out/cut.png")) << "what an earlier run left is not a result of this one";
+}
+
 }  // namespace
 }  // namespace palpate::test

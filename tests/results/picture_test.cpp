@@ -1,6 +1,7 @@
 #include "io/picture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -10,6 +11,8 @@
 
 #include <palpate/error.hpp>
 
+#include "geometry/vector.hpp"
+#include "io/picture_cut.hpp"
 #include "results/support.hpp"
 
 namespace palpate::test {
@@ -327,6 +330,89 @@ TEST_F(PictureTest, RefusesWhatDoesNotFit) {
   EXPECT_EQ(message_of(), "picture: body_of_point: found 35 values, expected 27");
   positions_.assign(bodies_.points_rest().begin(), bodies_.points_rest().end());
   EXPECT_EQ(message_of(), "picture: body_colours: found 1 colours, expected 2");
+}
+
+TEST_F(PictureTest, ValuesHaveTheColoursOfTheScale) {
+  settings_.scale = io::ColourScale{2.0, "depth, m"};
+  const auto dominant = [&](double value) {
+    const std::vector<double> values(positions_.size(), value);
+    const Image image = io::take_picture({.positions = positions_,
+                                          .triangles = bodies_.triangles(),
+                                          .body_of_point = bodies_.body_of_point(),
+                                          .contact_points = {},
+                                          .body_colours = colours_,
+                                          .values = values},
+                                         settings_, Threads(1));
+    const std::uint8_t* pixel = image.pixel(80, 60);
+    return std::array<double, 3>{double(pixel[0]), double(pixel[1]), double(pixel[2])};
+  };
+  const auto low = dominant(0.0);   // dark violet
+  const auto high = dominant(2.0);  // yellow
+  EXPECT_GT(low[2], 2.0 * low[1]);
+  EXPECT_GT(high[0], 2.0 * high[2]);
+  EXPECT_GT(high[1], 2.0 * high[2]);
+  EXPECT_EQ(dominant(9.0), high) << "beyond the end of the scale";
+  const auto body = dominant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_GT(body[2], 2.0 * body[0]) << "no number: the body's own blue";
+}
+
+TEST_F(PictureTest, TheScaleIsDrawnOnTheRight) {
+  const Image without = take();
+  settings_.scale = io::ColourScale{3.0, "displacement, mm"};
+  const Image with = take();
+  int changed_left = 0;
+  int changed_right = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      const bool changed = !std::equal(with.pixel(x, y), with.pixel(x, y) + 3, without.pixel(x, y));
+      (x < with.width / 2 ? changed_left : changed_right) += changed ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(changed_left, 0);
+  EXPECT_GT(changed_right, 100);
+}
+
+TEST(ColourScale, GrowsBrighterFromEndToEnd) {
+  double last = -1.0;
+  for (int i = 0; i <= 20; ++i) {
+    const Colour c = io::scale_colour(0.05 * i, {1.0, ""});
+    const double brightness = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    EXPECT_GT(brightness, last);
+    last = brightness;
+  }
+  EXPECT_EQ(io::scale_colour(-1.0, {1.0, ""}), io::scale_colour(0.0, {1.0, ""}));
+}
+
+/// Volume inside triangles, by Gauss: right only if they close.
+double enclosed(const io::CutSurface& surface) {
+  double six = 0.0;
+  for (const Triangle& t : surface.triangles) {
+    six += dot(at(surface.points, t[0]), cross(at(surface.points, t[1]), at(surface.points, t[2])));
+  }
+  return six / 6.0;
+}
+
+TEST_F(PictureTest, ACutLeavesAClosedSurfaceOfTheRightVolume) {
+  const std::vector<double> values(positions_.size(), 1.0);
+  for (const double height : {-0.7, -0.25, 0.0, 0.3}) {
+    for (const Vec3& normal : {Vec3{0, 0, 1}, Vec3{0, -2, 0}}) {
+      const Vec3 point = height * normalized(normal);
+      const auto cut = io::cut_open(bodies_, positions_, values, {{1}, {1}, point, normal});
+      EXPECT_NEAR(enclosed(cut), 4.0 * (1.0 + height), 1e-9) << height;
+      Vec3 sum;  // of the areas: zero for a closed surface
+      for (const Triangle& t : cut.triangles) {
+        const Vec3& a = at(cut.points, t[0]);
+        sum += cross(at(cut.points, t[1]) - a, at(cut.points, t[2]) - a);
+        for (const Index p : t) EXPECT_LE(dot(at(cut.points, p) - point, normal), 1e-9);
+      }
+      EXPECT_LT(length(sum), 1e-9);
+      EXPECT_EQ(cut.values.size(), cut.points.size());
+      EXPECT_TRUE(std::ranges::all_of(cut.values, [](double v) { return std::abs(v - 1.0) < 1e-12; }));
+    }
+  }
+  const auto whole = io::cut_open(bodies_, positions_, values, {{1}, {0}, {}, {0, 0, 1}});
+  EXPECT_EQ(whole.triangles.size(), bodies_.triangles().size());
+  EXPECT_TRUE(io::cut_open(bodies_, positions_, values, {{0}, {1}, {}, {0, 0, 1}}).triangles.empty());
 }
 
 TEST_F(PictureTest, UnwritablePathIsAnError) {

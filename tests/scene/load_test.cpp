@@ -218,7 +218,7 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
     });
   };
   EXPECT_EQ(attached(R"([{"to": "jav", "points": [0]}])"),
-            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', with a motion");
+            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', another body");
   EXPECT_EQ(
       attached(R"([{"to": "jaw", "points": [0]}, {"to": "skull", "points": [1, 0]}])"),
       "s.json: bodies[2].attached[1]: found point 0, which is attached to another body too, expected points "
@@ -232,6 +232,75 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
       "expected a body whose motion starts where the body is placed");
   EXPECT_EQ(attached(R"([{"to": "jaw", "points": [8]}])"),
             "s.json: bodies[2].attached[0].points[0]: found 8, expected a point index in [0, 7]");
+}
+
+/// A block of 2 x 2 x 2 that hangs 0.5 above another, wider one.
+std::string above(const std::string& lower, const std::string& upper) {
+  return R"({"bodies": [{"name": "lower", "box": {"cells": [4, 4, 1], "size": [4, 4, 1]}, )" + lower +
+         R"(}, {"name": "upper", "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, "translate": [0, 0, 2],
+            "material": {}, )" +
+         upper + "}]}";
+}
+
+TEST(LoadModel, SelectsPointsNearAnotherBody) {
+  const std::string soft = R"("material": {})";
+  const auto fixed_of = [&](const std::string& near) {
+    const Model model =
+        load_model(read_scene_text(above(soft, R"("fixed": [{"near": )" + near + "}]"), "s.json"), {});
+    std::vector<Vec3> fixed;
+    for (std::size_t p = 0; p < model.fixed_points.size(); ++p) {
+      if (model.fixed_points[p] != 0) fixed.push_back(model.bodies.points_rest()[p]);
+    }
+    return fixed;
+  };
+  const auto lowest = fixed_of(R"({"body": "lower", "distance": 0.51})");
+  EXPECT_EQ(lowest.size(), 9U);
+  for (const Vec3& p : lowest) EXPECT_EQ(p.z, 1.0);
+  EXPECT_EQ(fixed_of(R"({"body": "lower", "distance": 1.51})").size(), 18U);
+  const auto some =
+      fixed_of(R"({"body": "lower", "distance": 1.51, "box": {"lower": [0.5, -9, -9], "upper": [9, 9, 9]}})");
+  EXPECT_EQ(some.size(), 6U);
+  for (const Vec3& p : some) EXPECT_EQ(p.x, 1.0);
+  const auto message = [&](const std::string& near) { return message_of([&] { fixed_of(near); }); };
+  EXPECT_EQ(message(R"({"body": "lover", "distance": 1})"),
+            "s.json: bodies[1].fixed[0].near.body: found 'lover', expected 'lower', another body");
+  EXPECT_EQ(message(R"({"body": "lower", "distance": 0.49})"),
+            "s.json: bodies[1].fixed[0]: found no point of 'upper', expected one or more points selected");
+  EXPECT_EQ(message(R"({"body": "lower"})"),
+            "s.json: bodies[1].fixed[0].near.distance: found nothing, expected a value");
+}
+
+TEST(LoadModel, AttachesToWhatDeformsByTies) {
+  const std::string near = R"("near": {"body": "lower", "distance": 0.51})";
+  const auto model_of = [&](const std::string& lower, const std::string& attached) {
+    return load_model(
+        read_scene_text(above(lower, R"("attached": [{"to": "lower", )" + attached + "}]"), "s.json"), {});
+  };
+  const Model tied = model_of(R"("material": {})", near + R"(, "stiffness": 7)");
+  ASSERT_EQ(tied.ties.size(), 9U);
+  for (const Tie& tie : tied.ties) {
+    EXPECT_EQ(tie.stiffness, 7.0);
+    // The tet has the point straight above its top side, 0.5 high.
+    const Vec3& p = at(tied.bodies.points_rest(), tie.point);
+    double low_x = 9, high_x = -9, low_y = 9, high_y = -9, high_z = -9;
+    for (const Index corner : at(tied.bodies.tets(), tie.tet)) {
+      const Vec3& c = at(tied.bodies.points_rest(), corner);
+      low_x = std::min(low_x, c.x), high_x = std::max(high_x, c.x);
+      low_y = std::min(low_y, c.y), high_y = std::max(high_y, c.y);
+      high_z = std::max(high_z, c.z);
+    }
+    EXPECT_TRUE(low_x <= p.x && p.x <= high_x && low_y <= p.y && p.y <= high_y);
+    EXPECT_EQ(high_z, 0.5);
+  }
+  EXPECT_FALSE(model_of(R"("material": {})", near).ties.front().stiffness);
+  const Model fixed = model_of(R"("obstacle": true)", near);
+  EXPECT_TRUE(fixed.ties.empty());
+  for (std::size_t p = 50; p < fixed.fixed_points.size(); ++p)
+    EXPECT_EQ(fixed.fixed_points[p], fixed.bodies.points_rest()[p].z == 1.0 ? 1 : 0);
+  EXPECT_EQ(message_of([&] { model_of(R"("obstacle": true)", near + R"(, "stiffness": 7)"); }),
+            "s.json: bodies[1].attached[0].stiffness: found it for a rigid body, expected nothing: the "
+            "points are glued "
+            "to it");
 }
 
 }  // namespace

@@ -242,7 +242,15 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   body.material->plastic_creep = 1.0 / 3.0;
   body.regions = {{BoxSelection{{0, 0, 0}, {1, 1, 1}}, {.young_modulus = 7}},
                   {TetSelection{{3, 1}}, {.plastic_maximum = 0.5}}};
-  body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}}};
+  body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}},
+                NearSelection{"membrane 0", 0.1, BoxSelection{{-1, -2, -3}, {1, 2, 3}}}};
+  body.attached = {{"membrane 0", PointSelection{{1}}, 1.0 / 3.0}};
+  scene.output.views = {{.name = "cut",
+                         .when = ViewTime::both,
+                         .bodies = {{"membrane 1"}},
+                         .cut = Cut{{1, 2, 3}, {0, 0, 1}, {}}}};
+  scene.output.views.push_back(
+      {.name = "map", .displacement = DisplacementMap{1.0 / 7.0, {{"membrane 1"}}}, .contacts = true});
   const std::string text = write_scene(scene);
   const Scene again = read(text);
   EXPECT_EQ(write_scene(again), text);
@@ -264,10 +272,43 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   EXPECT_EQ(again.bodies[1].regions[0].material.young_modulus, 7.0);
   EXPECT_EQ(std::get<TetSelection>(again.bodies[1].regions[1].tets).indices, (std::vector<Index>{3, 1}));
   EXPECT_EQ(again.bodies[1].regions[1].material.plastic_maximum, 0.5);
-  ASSERT_EQ(again.bodies[1].fixed.size(), 3U);
+  ASSERT_EQ(again.bodies[1].fixed.size(), 4U);
+  const auto& near = std::get<NearSelection>(again.bodies[1].fixed[3]);
+  EXPECT_EQ(near.body, "membrane 0");
+  EXPECT_EQ(near.distance, 0.1);
+  EXPECT_EQ(near.box->upper, (Vec3{1, 2, 3}));
+  EXPECT_EQ(again.bodies[1].attached.at(0).stiffness, 1.0 / 3.0);
+  ASSERT_EQ(again.output.views.size(), 2U);
+  EXPECT_EQ(again.output.views[0].when, ViewTime::both);
+  EXPECT_EQ(again.output.views[0].cut->normal, (Vec3{0, 0, 1}));
+  EXPECT_EQ(again.output.views[0].bodies.names, std::vector<std::string>{"membrane 1"});
+  EXPECT_FALSE(again.output.views[0].displacement);
+  EXPECT_EQ(again.output.views[1].displacement->most, 1.0 / 7.0);
+  EXPECT_TRUE(again.output.views[1].contacts);
   EXPECT_EQ(std::get<BoxSelection>(again.bodies[1].fixed[0]).upper, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<PointSelection>(again.bodies[1].fixed[2]).indices, (std::vector<Index>{4, 2}));
   EXPECT_TRUE(again.bodies[0].obstacle);
+}
+
+TEST(ReadScene, RefusesViewsThatCannotBe) {
+  const auto message = [](const std::string& views) {
+    return message_of([&] {
+      read(R"({"output": {"views": )" + views +
+           R"(}, "bodies": [{"name": "a", "material": {}, "ball": {"radius": 1, "resolution": 1}}]})");
+    });
+  };
+  EXPECT_NE(message(R"([{"name": "a/b"}])").find("output.views[0].name: found 'a/b'"), std::string::npos);
+  EXPECT_NE(message(R"([{"name": "picture"}])").find("found 'picture'"), std::string::npos);
+  EXPECT_NE(message(R"([{"name": "a"}, {"name": "a"}])").find("output.views[1].name: found 'a' again"),
+            std::string::npos);
+  EXPECT_NE(message(R"([{"name": "a", "bodies": ["a", "b"]}])")
+                .find("output.views[0].bodies[1]: found 'b', expected 'a'"),
+            std::string::npos);
+  EXPECT_NE(message(R"([{"name": "a", "cut": {"point": [0, 0, 0], "normal": [0, 0, 0]}}])")
+                .find("views[0].cut.normal"),
+            std::string::npos);
+  EXPECT_NE(message(R"([{"name": "a", "displacement": {"most": 0}}])").find("views[0].displacement.most"),
+            std::string::npos);
 }
 
 TEST(WriteScene, RefusesNumbersThatJsonCannotHold) {

@@ -1,0 +1,141 @@
+// Points of one body tied to tets of another. Oracles: Newton, and the force of a spring.
+#include "sim/ties.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "support/mean.hpp"
+#include "support/meshes.hpp"
+#include "support/random.hpp"
+
+namespace palpate {
+namespace {
+
+/// A block below another, 2 mm apart; the upper one's lowest points are tied to the tets below.
+Model tied_blocks(double young_modulus, std::optional<double> stiffness) {
+  Model model;
+  model.bodies.add("lower", test::box_mesh({2, 2, 1}, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.0}));
+  model.bodies.add("upper", test::box_mesh({2, 2, 1}, {-0.1, -0.1, 0.002}, {0.1, 0.1, 0.102}));
+  const Material material{.young_modulus = young_modulus, .poisson_ratio = 0.3, .mass_damping = 0.0};
+  model.materials = {material, material};
+  const Range points = model.bodies.bodies()[1].points;
+  for (Index p = points.begin; p < points.end; ++p) {
+    const Vec3& place = at(model.bodies.points_rest(), p);
+    if (place.z > 0.01) continue;
+    // A tet below with the point above its top face: any that has the nearest top point as a corner.
+    Index tet = -1;
+    for (Index t = 0; t < model.bodies.bodies()[0].tets.end && tet < 0; ++t) {
+      for (const Index corner : at(model.bodies.tets(), t)) {
+        const Vec3 way = place - at(model.bodies.points_rest(), corner);
+        if (std::hypot(way.x, way.y) < 1e-9 && way.z < 0.01) tet = t;
+      }
+    }
+    model.ties.push_back({p, tet, stiffness});
+  }
+  return model;
+}
+
+TEST(Ties, CarryAWeightLikeSprings) {
+  constexpr double k = 2000.0;
+  Model model = tied_blocks(1e9, k);
+  model.obstacles = {1, 0};
+  model.fixed_points.assign(model.bodies.points_rest().size(), 0);
+  for (Index p = 0; p < model.bodies.bodies()[0].points.end; ++p) at(model.fixed_points, p) = 1;
+  const auto ties = static_cast<double>(model.ties.size());
+  ASSERT_EQ(ties, 9.0);
+  SimulationSettings settings;
+  settings.gravity = {0.0, 0.0, 9.81};  // away from the other block: no contact helps
+  Simulation simulation(std::move(model), settings, 1);
+  for (int i = 0; i < 400; ++i) simulation.step();
+  const Vec3 rise = test::mean_of_body(simulation.bodies(), 1, simulation.positions()) -
+                    test::mean_of_body(simulation.bodies(), 1, simulation.bodies().points_rest());
+  const double expected = at(simulation.masses(), 1) * 9.81 / (ties * k);
+  EXPECT_NEAR(rise.z, expected, 0.01 * expected);
+  EXPECT_LT(std::hypot(rise.x, rise.y), 1e-3 * expected);
+}
+
+TEST(Ties, PullBothBodiesAlike) {
+  Model model = tied_blocks(1e5, std::nullopt);
+  model.velocities.assign(model.bodies.points_rest().size(), {});
+  const Range points = model.bodies.bodies()[1].points;
+  for (Index p = points.begin; p < points.end; ++p) at(model.velocities, p) = {0.1, 0.0, 0.3};
+  SimulationSettings settings;
+  settings.gravity = {};
+  settings.solver.tolerance = 1e-10;
+  Simulation simulation(std::move(model), settings, 1);
+  // Masses of the points differ: the momentum is the sum over them, not that of the mean velocity.
+  const Bodies& bodies = simulation.bodies();
+  std::vector<double> masses(bodies.points_rest().size(), 0.0);
+  for (const Tet& t : bodies.tets()) {
+    const auto corner = [&](std::size_t i) { return at(bodies.points_rest(), t[i]); };
+    const double six = dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0));
+    for (const Index p : t) at(masses, p) += 1000.0 * six / 24.0;
+  }
+  const auto total = [&](Index body) {
+    Vec3 sum;
+    const Range range = at(bodies.bodies(), body).points;
+    for (Index p = range.begin; p < range.end; ++p) sum += at(masses, p) * at(simulation.velocities(), p);
+    return sum;
+  };
+  const Vec3 before = total(0) + total(1);
+  for (int i = 0; i < 20; ++i) simulation.step();
+  EXPECT_GT(length(total(0)), 0.2 * length(before)) << "the lower block is taken along";
+  EXPECT_LT(length(total(0) + total(1) - before), 1e-7 * length(before));
+}
+
+TEST(Ties, HaveNoForceAtTheStartAndNoTorqueEver) {
+  const Model model = tied_blocks(1e5, std::nullopt);
+  const auto count = model.bodies.points_rest().size();
+  const std::vector<double> masses(count, 0.01);
+  const std::vector<std::uint8_t> moves(count, 1);
+  const ContactResponse response(model.bodies, model.materials, std::vector<std::uint8_t>{0, 0}, {}, masses,
+                                 moves);
+  std::vector<Vec3> positions(model.bodies.points_rest().begin(), model.bodies.points_rest().end());
+  const Ties ties(model.ties, model.bodies, positions, masses, moves, response);
+  std::vector<fem::Coupling> couplings;
+  ties.append(positions, couplings);
+  ASSERT_EQ(couplings.size(), 9U);
+  for (const fem::Coupling& c : couplings) EXPECT_LT(length(c.force), 1e-9 * c.stiffness.xx);
+  test::Random random(5);
+  for (Vec3& p : positions) p += random.point(-0.03, 0.03);
+  couplings.clear();
+  ties.append(positions, couplings);
+  for (const fem::Coupling& c : couplings) {
+    Vec3 force;
+    Vec3 torque;
+    for (std::size_t i = 0; i < 5; ++i) {
+      force += c.coefficients[i] * c.force;
+      torque += cross(at(positions, c.points[i]), c.coefficients[i] * c.force);
+    }
+    EXPECT_GT(length(c.force), 1.0);
+    EXPECT_LT(length(force), 1e-12 * length(c.force));
+    EXPECT_LT(length(torque), 1e-12 * length(c.force));
+    EXPECT_EQ(c.stiffness.xx, response.stiffness(0, 1));
+  }
+}
+
+TEST(Ties, RefusesWhatCannotBeTied) {
+  const auto message = [](Tie tie) -> std::string {
+    Model model = tied_blocks(1e5, std::nullopt);
+    model.ties = {tie};
+    try {
+      Simulation(std::move(model), {}, 1);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({-1, 0, {}}), "ties: [0].point: found -1, expected an index below 36");
+  EXPECT_EQ(message({20, 999, {}}), "ties: [0].tet: found 999, expected an index below 48");
+  EXPECT_EQ(message({0, 0, {}}),
+            "ties: [0]: found a tet of the point's own body, expected a tet of another body");
+  EXPECT_EQ(message({20, 0, 0.0}), "ties: [0].stiffness: found 0, expected a finite number > 0");
+}
+
+}  // namespace
+}  // namespace palpate
