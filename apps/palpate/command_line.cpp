@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <span>
@@ -118,6 +119,8 @@ int work(int argc, const char* const* argv) {
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
+  // A file beyond a size limit is to be an error of the write, and not the end of the process.
+  static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
   try {
     return work(argc, argv);
   } catch (const BadInput& error) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -18,10 +19,11 @@ namespace palpate {
 struct StepMetrics {
   std::int64_t step = 0;  ///< steps done; 0 is the start
   double time = 0.0;      ///< s, of the simulation
-  DetectionCounts detection;
+  DetectionCounts detection;  ///< at the end of the step
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
   int detections = 0;                ///< more than one where bodies met within the step
+  bool looks_ahead = true;           ///< false: the budget left no time to foresee contacts
   int solver_iterations = 0;         ///< of all solves
   bool solver_converged = true;      ///< each solve
   double kinetic_energy = 0.0;       ///< J
@@ -79,7 +81,7 @@ class Simulation {
   /// Force of a grab on its point over the last step, N. Throws Error on a number that is no grab's.
   [[nodiscard]] Vec3 grab_force(Index number) const;
 
-  [[nodiscard]] const Bodies& bodies() const;
+  [[nodiscard]] const Bodies& bodies() const;  ///< with the rest positions
   [[nodiscard]] const SimulationSettings& settings() const;
   [[nodiscard]] std::span<const Vec3> positions() const;   ///< (n_points x 3)
   [[nodiscard]] std::span<const Vec3> velocities() const;  ///< (n_points x 3)
@@ -98,6 +100,15 @@ class Simulation {
   /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
   /// bytes).
   [[nodiscard]] std::string state_hash() const;
+
+  /// The state as bytes: all that later steps depend on, and what this class tells of the last step but for
+  /// times. Checksummed; of one version of the library. O(points + tets + contacts).
+  [[nodiscard]] std::vector<std::byte> save() const;
+  /// Goes on from what save() gave: steps from there on have the bits that they would have had, for every
+  /// structure, order, sort and thread count. Loads and grabs come from the saved state. Throws Error, and
+  /// changes nothing, on bytes that are cut off, changed or of another version, and on the state of another
+  /// simulation: one with other bodies, materials, motions or settings that steps depend on.
+  void restore(std::span<const std::byte> saved);
 
  private:
   struct State;

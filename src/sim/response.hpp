@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -93,6 +94,10 @@ class ContactResponse {
 
   /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
   void undo() { memory_.undo(); }
+
+  /// What contacts remember between steps: part of the state that a resumed run needs.
+  [[nodiscard]] const std::vector<RememberedContact>& remembered() const { return memory_.all(); }
+  void set_remembered(std::vector<RememberedContact> contacts) { memory_.set_all(std::move(contacts)); }
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
