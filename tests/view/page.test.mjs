@@ -128,7 +128,7 @@ test("loads, plays, pauses, steps, resets", async () => {
   let stopped;
   await until("it stands still", async () => {
     stopped = await time(page);
-    await page.waitForTimeout(700);
+    await page.waitForTimeout(1500);
     return (await time(page)) === stopped;
   });
   await page.keyboard.press("n");
