@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <fmt/format.h>
 #include <string>
 #include <system_error>
 #include <unistd.h>
@@ -18,7 +19,7 @@ int run_mesh_program(std::span<const char* const> arguments) {
       std::filesystem::read_symlink("/proc/self/exe").replace_filename("palpate-mesh").string();
   std::error_code ignored;
   if (!std::filesystem::exists(program, ignored)) {
-    throw BadInput("mesh", "", "no '" + program + "'",
+    throw BadInput("mesh", "", fmt::format("no '{}'", program),
                    "a build where CGAL and ITK are installed (libcgal-dev, libinsighttoolkit5-dev)");
   }
   std::vector<std::string> words{"palpate mesh"};
@@ -27,7 +28,7 @@ int run_mesh_program(std::span<const char* const> arguments) {
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   ::execv(program.c_str(), pointers.data());
-  throw Error(program, "", "'" + std::system_category().message(errno) + "'",
+  throw Error(program, "", fmt::format("'{}'", std::system_category().message(errno)),
               "a program that can be started");
 }
 

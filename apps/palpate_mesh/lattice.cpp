@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <tuple>
 
 namespace palpate::app {
 namespace {
@@ -42,16 +41,66 @@ double inside(const std::array<double, 8>& v, double x, double y, double z) {
   return mixed(low, high, z);
 }
 
-constexpr int samples = 4;  // of a cell along each axis
+constexpr int samples = 2;  // of a cell along each axis
 
-/// Calls f(value) for each sample of a cell.
+/// Calls f(value, range) for each part of a cell: the value in its middle, and how far values spread about
+/// that.
 template <class Function>
 void for_samples(const std::array<double, 8>& cell, Function&& f) {
   for_points({samples, samples, samples}, [&](int i, int j, int k) {
-    const auto middle = [](int n) { return (n + 0.5) / samples; };
-    f(inside(cell, middle(i), middle(j), middle(k)));
+    const auto at = [&](double x, double y, double z) {
+      return inside(cell, (i + x) / samples, (j + y) / samples, (k + z) / samples);
+    };
+    const double range = std::abs(at(1, 0.5, 0.5) - at(0, 0.5, 0.5)) +
+                         std::abs(at(0.5, 1, 0.5) - at(0.5, 0, 0.5)) +
+                         std::abs(at(0.5, 0.5, 1) - at(0.5, 0.5, 0));
+    f(at(0.5, 0.5, 0.5), range);
   });
 }
+
+/// Counts of values in bins of equal width. A value with a range is spread evenly over it, so that flat
+/// surfaces between two samples count by their place.
+class Histogram {
+ public:
+  Histogram(double low, double high) : low_(low), width_((high - low) / bins), starts_(bins + 2) {}
+
+  void add(double value, double range, double times) {
+    if (range < width_) {
+      const double bin = std::clamp(std::floor((value - low_) / width_), 0.0, bins - 1.0);
+      starts_[static_cast<std::size_t>(bin)] += times;
+      starts_[static_cast<std::size_t>(bin) + 1] -= times;
+    } else {
+      step(value - 0.5 * range, times * width_ / range);
+      step(value + 0.5 * range, -times * width_ / range);
+    }
+  }
+  /// The value above which there are so many.
+  [[nodiscard]] double level(double count) const {
+    std::vector<double> counts;
+    double here = 0.0;
+    for (const double start : starts_) counts.push_back(here += start);
+    for (int bin = bins; bin >= 0; --bin) {
+      const double in_bin = counts[static_cast<std::size_t>(bin)];
+      if (in_bin >= count && in_bin > 0.0) return low_ + width_ * (bin + 1 - count / in_bin);
+      count -= in_bin;
+    }
+    return low_;
+  }
+
+ private:
+  static constexpr int bins = 4096;
+  /// All values from here on count `share` a bin more.
+  void step(double from, double share) {
+    const double place = std::clamp((from - low_) / width_, 0.0, static_cast<double>(bins));
+    const auto bin = static_cast<std::size_t>(place);
+    const double over = place - static_cast<double>(bin);
+    starts_[bin] += share * (1.0 - over);
+    starts_[bin + 1] += share * over;
+  }
+  double low_;
+  double width_;
+  std::vector<double> starts_;
+};
 
 std::array<int, 3> cells_of(const Lattice& lattice) {
   return {lattice.size[0] - 1, lattice.size[1] - 1, lattice.size[2] - 1};
@@ -128,45 +177,36 @@ double Lattice::operator()(const Vec3& p) const {
 }
 
 double level_of_volume(const Lattice& lattice, double volume) {
-  constexpr int bins = 4096;
-  const auto [low, high] = std::ranges::minmax(lattice.values);
-  const double width = (static_cast<double>(high) - static_cast<double>(low)) / bins;
-  if (!(width > 0.0)) return static_cast<double>(low);
-  std::vector<std::int64_t> counts(bins);
-  const auto count = [&](double value, std::int64_t times) {
-    const auto bin = static_cast<int>((value - static_cast<double>(low)) / width);
-    counts[static_cast<std::size_t>(std::clamp(bin, 0, bins - 1))] += times;
-  };
+  const auto [least, most] = std::ranges::minmax(lattice.values);
+  if (!(least < most)) return static_cast<double>(least);
+  Histogram values(static_cast<double>(least), static_cast<double>(most));
   for_points(cells_of(lattice), [&](int i, int j, int k) {
     const std::array<double, 8> cell = corners(lattice, i, j, k);
-    const auto [least, most] = std::ranges::minmax(cell);
-    if (most - least < width) {
-      count(least, samples * samples * samples);
+    const auto [low, high] = std::ranges::minmax(cell);
+    if (low == high) {
+      values.add(low, 0.0, samples * samples * samples);
     } else {
-      for_samples(cell, [&](double value) { count(value, 1); });
+      for_samples(cell, [&](double value, double range) { values.add(value, range, 1.0); });
     }
   });
-  double missing = volume / sample_volume(lattice);
-  for (int bin = bins - 1; bin > 0; --bin) {
-    const auto here = static_cast<double>(counts[static_cast<std::size_t>(bin)]);
-    if (here >= missing && here > 0.0) return static_cast<double>(low) + width * (bin + 1 - missing / here);
-    missing -= here;
-  }
-  return static_cast<double>(low) + width;
+  return values.level(volume / sample_volume(lattice));
 }
 
 double positive_volume(const Lattice& lattice) {
-  std::int64_t count = 0;
+  double count = 0.0;
   for_points(cells_of(lattice), [&](int i, int j, int k) {
     const std::array<double, 8> cell = corners(lattice, i, j, k);
     const auto [least, most] = std::ranges::minmax(cell);
     if (least > 0.0) {
       count += samples * samples * samples;
     } else if (most > 0.0) {
-      for_samples(cell, [&](double value) { count += value > 0.0 ? 1 : 0; });
+      for_samples(cell, [&](double value, double range) {
+        const double tiny = 1e-12 * most;
+        count += std::clamp(value / std::max(range, tiny) + 0.5, 0.0, 1.0);
+      });
     }
   });
-  return static_cast<double>(count) * sample_volume(lattice);
+  return count * sample_volume(lattice);
 }
 
 SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {

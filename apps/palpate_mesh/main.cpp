@@ -86,9 +86,10 @@ void report(const MeshOptions& options, const fs::path& folder, const std::vecto
   } else {
     Index tets = 0;
     for (const OrganReport& organ : reports) tets += organ.statistics.tets;
-    print_out(report_text(reports) + fmt::format("{}: {}, {}, {} s\n", scene, counted(reports.size(), "body"),
-                                                 counted(static_cast<std::size_t>(tets), "tet"),
-                                                 short_text(seconds)));
+    print_out(report_text(reports) +
+              fmt::format("{}: {}, {}, {} s\n", scene,
+                          reports.size() == 1 ? "1 body" : fmt::format("{} bodies", reports.size()),
+                          counted(static_cast<std::size_t>(tets), "tet"), short_text(seconds)));
   }
   for (const std::string& warning : warnings) say_note("warning: " + warning);
   for (const OrganReport& organ : reports) {

@@ -37,9 +37,8 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
                                    report.meshed.mesh_components, report.meshed.shape_components));
   }
   if (share < 1.0 - lost || share > 1.0 + lost) {
-    warnings.push_back(
-        fmt::format("the mesh has {:.1f} % of the volume: parts are thinner than the size of {} mm",
-                    100.0 * share, short_text(report.meshed.size)));
+    warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume: use a smaller size than {} mm",
+                                   100.0 * share, short_text(report.meshed.size)));
   }
   if (report.statistics.dihedral_angle.min < thin) {
     warnings.push_back(fmt::format("flat tets, {:.1f} degrees", report.statistics.dihedral_angle.min));
@@ -56,7 +55,9 @@ constexpr Material tissue{.young_modulus = 20e3,
 
 SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions& options) {
   constexpr double metres = 1e-3;
-  SceneBody body{.name = organ.name, .source = MeshFile{file}};
+  SceneBody body;
+  body.name = organ.name;
+  body.source = MeshFile{file};
   body.transform.scale = {metres, metres, metres};
   body.color = organ.color;
   body.obstacle = std::ranges::count(options.rigid, organ.name) > 0;
@@ -69,7 +70,8 @@ SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions
 std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions& options,
                                       const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed) {
   io::create_folder(folder);
-  Scene scene{.name = options.inputs.front().stem().string()};
+  Scene scene;
+  scene.name = options.inputs.front().stem().string();
   scene.settings.gravity = {};
   scene.duration = 2.0;
   scene.relax = RelaxSettings{};

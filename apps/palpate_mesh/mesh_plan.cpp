@@ -87,7 +87,7 @@ class Mesher {
     return std::move(meshed_);
   }
 
- private:
+  /// Meshes one organ, in place of what was there. Returns its tets.
   double mesh(std::size_t index, double size) {
     (*starts_)(index, size);
     Stopwatch watch;
@@ -113,6 +113,7 @@ class Mesher {
     return static_cast<double>(meshed.mesh.tets.size());
   }
 
+ private:
   [[nodiscard]] std::vector<MeshedOrgan> meshes_of(const std::vector<std::size_t>& group) const {
     std::vector<MeshedOrgan> meshes;
     for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
@@ -169,13 +170,13 @@ std::vector<MeshedOrgan> mesh_organs(const std::vector<Organ>& organs, const Fin
   std::vector<std::size_t> together;
   for (std::size_t o = 0; o < organs.size(); ++o) {
     if (const auto size = named(fineness.sizes, organs[o].name)) {
-      mesher.mesh({o}, *size);
+      mesher.mesh(o, *size);
     } else if (const auto tets = named(fineness.named_tets, organs[o].name)) {
-      mesher.search({o}, *tets);
+      mesher.search(std::vector{o}, *tets);
     } else if (fineness.size > 0.0) {
-      mesher.mesh({o}, fineness.size);
+      mesher.mesh(o, fineness.size);
     } else if (fineness.tets_each > 0.0) {
-      mesher.search({o}, fineness.tets_each);
+      mesher.search(std::vector{o}, fineness.tets_each);
     } else {
       together.push_back(o);
     }
