@@ -10,6 +10,7 @@
 #include <palpate/error.hpp>
 
 #include "exit_codes.hpp"
+#include "generate_anatomy.hpp"
 #include "io/atomic_file.hpp"
 #include "io/vtu_writer.hpp"
 #include "messages.hpp"
@@ -26,7 +27,8 @@ namespace fs = std::filesystem;
 constexpr const char* examples = R"(Examples:
   palpate generate stacking --count 5 --out five.json
   palpate generate box --cells 20 4 4 --size 0.2 0.04 0.04 --out beam.vtu
-  palpate generate ball --radius 0.05 --resolution 8)";
+  palpate generate ball --radius 0.05 --resolution 8
+  palpate generate eye --out eye)";
 
 constexpr const char* stacking_examples = R"(Examples:
   palpate generate stacking                                the paper's scene
@@ -156,7 +158,9 @@ std::vector<Subcommand> add_generate(CLI::App& command) {
   CLI::App* generate = command.add_subcommand("generate", "write a scene or mesh to start from");
   generate->footer(examples);
   generate->require_subcommand(1);
-  return {add_stacking(*generate), add_box(*generate), add_ball(*generate)};
+  std::vector<Subcommand> all = add_generate_anatomy(*generate);
+  all.insert(all.begin(), {add_stacking(*generate), add_box(*generate), add_ball(*generate)});
+  return all;
 }
 
 }  // namespace palpate::app

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,14 @@ struct Grab {
   double stiffness = 0.0;  ///< N/m, > 0
 };
 
+/// A spring that holds a point to the place of a tet of another body where it is at the start: tissue that
+/// has grown together.
+struct Tie {
+  Index point = -1;
+  Index tet = -1;                     ///< best the nearest one; the place may lie a little outside of it
+  std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
+};
+
 /// What a simulation is made of, apart from its settings. Arrays that are allowed to be empty then mean
 /// "none".
 struct Model {
@@ -54,6 +63,7 @@ struct Model {
   std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
   std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
   std::vector<Grab> grabs{};
+  std::vector<Tie> ties{};
 };
 
 }  // namespace palpate

@@ -76,8 +76,15 @@ void describe(Visitor& v, SphereSelection& sphere) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, NearSelection& near) {
+  v.required("body", near.body);
+  v.required("distance", near.distance, at_least(0));
+  v.optional("box", near.box);
+}
+
+template <class Visitor>
 void describe(Visitor& v, Selection& selection) {
-  v.one_of(selection, {"box", "sphere", "points"});
+  v.one_of(selection, {"box", "sphere", "points", "near"});
 }
 
 template <class Visitor>
@@ -107,13 +114,14 @@ void describe(Visitor& v, SceneMotion& motion) {
 template <class Visitor>
 void describe(Visitor& v, Attachment& attachment) {
   v.required("to", attachment.to);
-  v.one_of(attachment.points, {"box", "sphere", "points"});
+  v.one_of(attachment.points, {"box", "sphere", "points", "near"});
+  v.word_or_number("stiffness", attachment.stiffness, "auto", above(0));
 }
 
 template <class Visitor>
 void describe(Visitor& v, Load& load) {
   v.required("force", load.force);
-  v.one_of(load.points, {"box", "sphere", "points"});
+  v.one_of(load.points, {"box", "sphere", "points", "near"});
 }
 
 template <class Visitor>

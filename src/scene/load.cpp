@@ -11,6 +11,7 @@
 #include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
 #include "scene/generators.hpp"
+#include "scene/near.hpp"
 #include "scene/suggest.hpp"
 
 namespace palpate {
@@ -49,43 +50,76 @@ bool contains(const SphereSelection& sphere, const Vec3& p) {
   return length(p - sphere.center) <= sphere.radius;
 }
 
-/// Indices of the points that a selection selects; List is the alternative that lists them.
-template <class List>
-std::vector<Index> selected(const std::variant<BoxSelection, SphereSelection, List>& selection,
-                            std::span<const Vec3> points) {
-  if (const auto* list = std::get_if<List>(&selection)) return list->indices;
-  const auto* box = std::get_if<BoxSelection>(&selection);
-  const auto* sphere = std::get_if<SphereSelection>(&selection);
+/// The body of a scene with that name. Throws Error naming `where`; `self` is none that it can be.
+Index body_named(const Scene& scene, const std::string& name, const std::string& where, Index self) {
+  std::vector<std::string_view> known;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (static_cast<Index>(b) == self) continue;
+    if (scene.bodies[b].name == name) return static_cast<Index>(b);
+    known.push_back(scene.bodies[b].name);
+  }
+  throw Error(scene.source, where, "'" + name + "'",
+              known.empty() ? "another body (there is none)" : expected_name(name, known) + ", another body");
+}
+
+/// Indices of the points that `holds(point)` is true for.
+template <class Holds>
+std::vector<Index> selected(std::span<const Vec3> points, Holds&& holds) {
   std::vector<Index> indices;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (box != nullptr ? contains(*box, points[i]) : contains(*sphere, points[i])) {
-      indices.push_back(static_cast<Index>(i));
-    }
+    if (holds(points[i])) indices.push_back(static_cast<Index>(i));
   }
   return indices;
 }
 
-/// The points of a body that a selection selects: at least one. `path` is its key path, for errors; `what`
-/// they are: points, or tets by their centres.
-template <class List>
-std::vector<Index> checked_selection(const Scene& scene, const std::string& path, const SceneBody& body,
-                                     const std::variant<BoxSelection, SphereSelection, List>& selection,
-                                     std::span<const Vec3> points, const std::string& what = "point") {
-  if (const auto* list = std::get_if<List>(&selection)) {
-    for (std::size_t i = 0; i < list->indices.size(); ++i) {
-      if (list->indices[i] >= 0 && static_cast<std::size_t>(list->indices[i]) < points.size()) continue;
+/// Finds the points of a body that a selection selects, or its tets by their centres.
+struct Selector {
+  const Scene& scene;
+  const Bodies& bodies;
+  Index body;
+  std::span<const Vec3> points;  ///< that are selected from
+  std::string what;              ///< they are: "point" or "tet"
+
+  /// At least one, or an Error that names `path`, the selection's key path.
+  template <class... Kinds>
+  std::vector<Index> operator()(const std::variant<Kinds...>& selection, const std::string& path) const {
+    std::vector<Index> indices = std::visit([&](const auto& kind) { return select(kind, path); }, selection);
+    if (indices.empty()) {
+      throw Error(scene.source, path, "no " + what + " of '" + at(scene.bodies, body).name + "'",
+                  "one or more " + what + "s selected");
+    }
+    return indices;
+  }
+
+ private:
+  [[nodiscard]] std::vector<Index> select(const BoxSelection& box, const std::string&) const {
+    return selected(points, [&](const Vec3& p) { return contains(box, p); });
+  }
+  [[nodiscard]] std::vector<Index> select(const SphereSelection& sphere, const std::string&) const {
+    return selected(points, [&](const Vec3& p) { return contains(sphere, p); });
+  }
+  [[nodiscard]] std::vector<Index> select(const PointSelection& list, const std::string& path) const {
+    return checked(list.indices, path);
+  }
+  [[nodiscard]] std::vector<Index> select(const TetSelection& list, const std::string& path) const {
+    return checked(list.indices, path);
+  }
+  [[nodiscard]] std::vector<Index> select(const NearSelection& near, const std::string& path) const {
+    const Index other = body_named(scene, near.body, path + ".near.body", body);
+    return selected(points, [&](const Vec3& p) {
+      return (!near.box || contains(*near.box, p)) && is_near(bodies, other, p, near.distance);
+    });
+  }
+  [[nodiscard]] std::vector<Index> checked(const std::vector<Index>& indices, const std::string& path) const {
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (indices[i] >= 0 && static_cast<std::size_t>(indices[i]) < points.size()) continue;
       throw Error(scene.source, path + "." + what + "s[" + std::to_string(i) + "]",
-                  std::to_string(list->indices[i]),
+                  std::to_string(indices[i]),
                   "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
     }
+    return indices;
   }
-  std::vector<Index> indices = selected(selection, points);
-  if (indices.empty()) {
-    throw Error(scene.source, path, "no " + what + " of '" + body.name + "'",
-                "one or more " + what + "s selected");
-  }
-  return indices;
-}
+};
 
 /// Gives the tets of a body's regions their materials.
 void add_regions(const Scene& scene, Index body, Model& model) {
@@ -97,10 +131,11 @@ void add_regions(const Scene& scene, Index body, Model& model) {
     const Tet& t = at(model.bodies.tets(), tet);
     centers.push_back(0.25 * ((at(rest, t[0]) + at(rest, t[1])) + (at(rest, t[2]) + at(rest, t[3]))));
   }
+  const Selector select{scene, model.bodies, body, centers, "tet"};
   for (std::size_t r = 0; r < scene_body.regions.size(); ++r) {
     const Region& region = scene_body.regions[r];
     const std::string path = "bodies[" + std::to_string(body) + "].regions[" + std::to_string(r) + "]";
-    for (const Index tet : checked_selection(scene, path, scene_body, region.tets, centers, "tet"))
+    for (const Index tet : select(region.tets, path))
       at(model.material_of_tet, tets.begin + tet) = static_cast<Index>(model.materials.size());
     model.materials.push_back(region.material);
   }
@@ -138,6 +173,7 @@ class BodyPoints {
         range_(model.bodies.bodies()[body].points),
         points_(model.bodies.points_rest().subspan(static_cast<std::size_t>(range_.begin),
                                                    static_cast<std::size_t>(range_.size()))),
+        select_{scene, model.bodies, static_cast<Index>(body), points_, "point"},
         model_(model) {
     fill_rigid(at(motions, body));
     fill_fixed();
@@ -159,29 +195,53 @@ class BodyPoints {
   }
   void fill_fixed() {
     for (std::size_t s = 0; s < body_.fixed.size(); ++s) {
-      for (const Index i : checked_selection(scene_, path("fixed", s), body_, body_.fixed[s], points_)) {
+      for (const Index i : select_(body_.fixed[s], path("fixed", s))) {
         at(model_.fixed_points, range_.begin + i) = 1;
       }
     }
   }
   void fill_attached() {
     for (std::size_t a = 0; a < body_.attached.size(); ++a) {
-      const auto& [to, selection] = body_.attached[a];
-      const Index motion = motion_of_body(to, path("attached", a));
-      check_start(to, at(model_.motions, motion), path("attached", a));
-      for (const Index i : checked_selection(scene_, path("attached", a), body_, selection, points_)) {
-        Index& there = at(model_.motion_of_point, range_.begin + i);
-        if (there >= 0 && there != motion) {
-          throw Error(scene_.source, path("attached", a),
-                      "point " + std::to_string(i) + ", which is attached to another body too",
-                      "points that follow one body");
-        }
-        if (at(model_.fixed_points, range_.begin + i) != 0) {
-          throw Error(scene_.source, path("attached", a), "point " + std::to_string(i) + ", which is fixed",
-                      "points that are not in 'fixed' too");
-        }
-        there = motion;
+      const Attachment& attachment = body_.attached[a];
+      const std::string where = path("attached", a);
+      const Index other = body_named(scene_, attachment.to, where + ".to", select_.body);
+      const std::vector<Index> indices = select_(attachment.points, where);
+      if (is_rigid(at(scene_.bodies, other))) {
+        glue(attachment, other, indices, where);
+      } else {
+        tie(attachment, other, indices);
       }
+    }
+  }
+  /// To a rigid body: the points follow its motion, or stay.
+  void glue(const Attachment& attachment, Index other, const std::vector<Index>& indices,
+            const std::string& where) {
+    const Index motion = at(motions_, other);
+    if (attachment.stiffness) {
+      throw Error(scene_.source, where + ".stiffness", "it for a rigid body",
+                  "nothing: the points are glued to it");
+    }
+    if (motion >= 0) check_start(attachment.to, at(model_.motions, motion), where);
+    for (const Index i : indices) {
+      Index& there = at(model_.motion_of_point, range_.begin + i);
+      std::uint8_t& fixed = at(model_.fixed_points, range_.begin + i);
+      if (there >= 0 && there != motion) {
+        throw Error(scene_.source, where,
+                    "point " + std::to_string(i) + ", which is attached to another body too",
+                    "points that follow one body");
+      }
+      if (fixed != 0 && motion >= 0) {
+        throw Error(scene_.source, where, "point " + std::to_string(i) + ", which is fixed",
+                    "points that are not in 'fixed' too");
+      }
+      if (motion < 0) fixed = 1;
+      there = motion;
+    }
+  }
+  void tie(const Attachment& attachment, Index other, const std::vector<Index>& indices) {
+    for (const Index i : indices) {
+      const Index tet = nearest_tet(model_.bodies, other, at(points_, i));
+      model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
     }
   }
   /// What is attached must start where it is: a bone that starts elsewhere would tear the tissue.
@@ -192,17 +252,6 @@ class BodyPoints {
     throw Error(scene_.source, where + ".to", "'" + to + "', whose first keyframe is away from its placement",
                 "a body whose motion starts where the body is placed");
   }
-  [[nodiscard]] Index motion_of_body(const std::string& name, const std::string& where) const {
-    std::vector<std::string_view> known;
-    for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
-      if (at(motions_, b) < 0) continue;
-      if (scene_.bodies[b].name == name) return at(motions_, b);
-      known.push_back(scene_.bodies[b].name);
-    }
-    const std::string expected = known.empty() ? "a body with a motion (there is none)"
-                                               : expected_name(name, known) + ", with a motion";
-    throw Error(scene_.source, where + ".to", "'" + name + "'", expected);
-  }
   void fill_velocity() {
     if (body_.velocity == Vec3{}) return;
     model_.velocities.resize(model_.bodies.points_rest().size());
@@ -211,7 +260,7 @@ class BodyPoints {
   void fill_loads() {
     for (std::size_t l = 0; l < body_.loads.size(); ++l) {
       const auto& [force, selection] = body_.loads[l];
-      const auto indices = checked_selection(scene_, path("loads", l), body_, selection, points_);
+      const auto indices = select_(selection, path("loads", l));
       model_.forces.resize(model_.bodies.points_rest().size());
       for (const Index i : indices) {
         at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * force;
@@ -235,6 +284,7 @@ class BodyPoints {
   std::string path_;
   Range range_;
   std::span<const Vec3> points_;
+  Selector select_;
   Model& model_;
 };
 

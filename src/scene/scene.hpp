@@ -71,7 +71,14 @@ struct SphereSelection {
 struct PointSelection {
   std::vector<Index> indices;
 };
-using Selection = std::variant<BoxSelection, SphereSelection, PointSelection>;
+/// Selects the points that are as near to the surface of another body as `distance`, in the placement of both
+/// at the start; with a box only those in it.
+struct NearSelection {
+  std::string body;
+  double distance = 0.0;
+  std::optional<BoxSelection> box{};
+};
+using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
 
 /// Selects tets by their 0-based index in the body's own mesh.
 struct TetSelection {
@@ -97,10 +104,12 @@ struct SceneMotion {
   Interpolation interpolation = Interpolation::linear;
   std::vector<SceneKeyframe> keyframes;
 };
-/// Points that follow the motion of another body, as if glued to it.
+/// Points that are held by another body: they follow its motion, as if glued to it, or are tied to it by
+/// springs if it deforms; see Tie.
 struct Attachment {
-  std::string to;  ///< name of a body with a motion
+  std::string to;  ///< name of a body with a motion, or of one that deforms
   Selection points;
+  std::optional<double> stiffness{};  ///< of each spring; only where `to` deforms
 };
 /// A force, shared equally by the selected points.
 struct Load {

@@ -18,6 +18,7 @@
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
 #include "sim/state_hash.hpp"
+#include "sim/ties.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate {
@@ -98,6 +99,8 @@ struct Simulation::State {
     }
     for (const Grab& grab : model.grabs) grabs.add(grab);
     dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
+    ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
+                response);
     if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
     detect(dynamics.positions());
     measure();
@@ -124,8 +127,10 @@ struct Simulation::State {
   Detector detector;
   std::vector<Material> contact_materials;
   ContactResponse response;
-  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the contacts
+  Ties ties;
+  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the ties, then of the contacts
   std::size_t grab_couplings = 0;
+  std::size_t first_contact = 0;  ///< in the couplings
   double max_speed;
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
@@ -191,7 +196,7 @@ bool Simulation::State::solve() {
     metrics.solver_converged = metrics.solver_converged && report.converged;
     agrees =
         metrics.solves < settings.solver.max_solves &&
-        !response.refine(threads, dynamics.end_velocities(), std::span(couplings).subspan(grab_couplings));
+        !response.refine(threads, dynamics.end_velocities(), std::span(couplings).subspan(first_contact));
   } while (!agrees && rounds < a_few && metrics.solves < settings.solver.max_solves);
   // What falls freely is no blow-up, however small it is.
   const double fall =
@@ -223,7 +228,7 @@ void Simulation::State::find_way() {
 
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
-  for (const fem::Coupling& coupling : std::span(couplings).subspan(grab_couplings)) {
+  for (const fem::Coupling& coupling : std::span(couplings).subspan(first_contact)) {
     const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
     at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
     at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
@@ -242,6 +247,8 @@ void Simulation::State::advance() {
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   grab_couplings = couplings.size();
+  ties.append(dynamics.positions(), couplings);
+  first_contact = couplings.size();
   response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
                    settings.time_step, couplings);
   metrics.forces_seconds = watch.lap();

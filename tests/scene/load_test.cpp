@@ -218,7 +218,7 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
     });
   };
   EXPECT_EQ(attached(R"([{"to": "jav", "points": [0]}])"),
-            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', with a motion");
+            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', another body");
   EXPECT_EQ(
       attached(R"([{"to": "jaw", "points": [0]}, {"to": "skull", "points": [1, 0]}])"),
       "s.json: bodies[2].attached[1]: found point 0, which is attached to another body too, expected points "

@@ -1,0 +1,99 @@
+#include "anatomy/fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <vector>
+
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+
+namespace palpate::anatomy {
+namespace {
+
+/// Tets at each point.
+std::vector<std::vector<Index>> tets_at_points(const TetMesh& mesh) {
+  std::vector<std::vector<Index>> tets(mesh.points.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (const Index p : mesh.tets[t]) at(tets, p).push_back(static_cast<Index>(t));
+  }
+  return tets;
+}
+
+/// 1 for each point of a face that one tet alone has.
+std::vector<bool> surface_points(const TetMesh& mesh) {
+  std::map<std::array<Index, 3>, int> uses;
+  for (const Tet& tet : mesh.tets) {
+    for (const auto& [i, j, k] : outward_face) {
+      std::array<Index, 3> face{tet[i], tet[j], tet[k]};
+      std::ranges::sort(face);
+      ++uses[face];
+    }
+  }
+  std::vector<bool> on_surface(mesh.points.size(), false);
+  for (const auto& [face, count] : uses) {
+    for (const Index p : face) {
+      if (count == 1) on_surface[static_cast<std::size_t>(p)] = true;
+    }
+  }
+  return on_surface;
+}
+
+/// The least dihedral angle of a tet in degrees; negative where the tet is flat or inside out.
+double least_dihedral(const TetMesh& mesh, const Tet& tet) {
+  const auto corner = [&](std::size_t i) { return at(mesh.points, tet[i]); };
+  if (!(dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0)) > 0.0)) return -1.0;
+  std::array<Vec3, 4> normals;
+  for (std::size_t f = 0; f < 4; ++f) {
+    const auto& [i, j, k] = outward_face[f];
+    normals[f] = normalized(cross(corner(j) - corner(i), corner(k) - corner(i)));
+  }
+  double largest_cosine = -1.0;
+  for (std::size_t f = 0; f < 4; ++f) {
+    for (std::size_t g = 0; g < f; ++g)
+      largest_cosine = std::max(largest_cosine, -dot(normals[f], normals[g]));
+  }
+  return std::acos(std::min(largest_cosine, 1.0)) * 180.0 / std::numbers::pi;
+}
+
+/// The step to the surface that value and gradient foresee.
+Vec3 step_to_surface(const Distance& shape, const Vec3& p) {
+  constexpr double small = 1e-5;
+  const auto slope = [&](const Vec3& way) { return (shape(p + way) - shape(p - way)) / (2.0 * small); };
+  const Vec3 gradient{slope({small, 0.0, 0.0}), slope({0.0, small, 0.0}), slope({0.0, 0.0, small})};
+  const double square = squared_length(gradient);
+  constexpr double least_square = 0.01;  // at creases the gradient may vanish
+  return square > least_square ? (-shape(p) / square) * gradient : Vec3{};
+}
+
+}  // namespace
+
+void fit(TetMesh& mesh, const Distance& shape, double least_angle) {
+  constexpr int sweeps = 4;
+  constexpr int halvings = 3;
+  const std::vector<std::vector<Index>> tets = tets_at_points(mesh);
+  const std::vector<bool> on_surface = surface_points(mesh);
+  const auto worst_at = [&](std::size_t p) {
+    double worst = 180.0;
+    for (const Index t : tets[p]) worst = std::min(worst, least_dihedral(mesh, at(mesh.tets, t)));
+    return worst;
+  };
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
+      if (!on_surface[p]) continue;
+      const Vec3 from = mesh.points[p];
+      const Vec3 step = step_to_surface(shape, from);
+      const double allowed = std::min(least_angle, worst_at(p));
+      double share = 1.0;
+      for (int i = 0; i <= halvings; ++i, share *= 0.5) {
+        mesh.points[p] = from + share * step;
+        if (worst_at(p) >= allowed) break;
+        mesh.points[p] = from;
+      }
+    }
+  }
+}
+
+}  // namespace palpate::anatomy

@@ -1,0 +1,74 @@
+#include "scene/near.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "contact/nearest_surface.hpp"
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+
+namespace palpate {
+namespace {
+
+std::array<Vec3, 3> corners_of(const Bodies& bodies, const Triangle& triangle) {
+  return {at(bodies.points_rest(), triangle[0]), at(bodies.points_rest(), triangle[1]),
+          at(bodies.points_rest(), triangle[2])};
+}
+
+/// Whether a point is out of reach of a triangle by one coordinate alone, which is quick to see.
+bool is_far(const Vec3& p, const std::array<Vec3, 3>& t, double reach) {
+  const auto apart = [&](double Vec3::*axis) {
+    const auto [low, high] = std::minmax({t[0].*axis, t[1].*axis, t[2].*axis});
+    return p.*axis < low - reach || p.*axis > high + reach;
+  };
+  return apart(&Vec3::x) || apart(&Vec3::y) || apart(&Vec3::z);
+}
+
+bool holds(const Bodies& bodies, const Tet& tet, const Vec3& p) {
+  for (const auto& [i, j, k] : outward_face) {
+    const Vec3& a = at(bodies.points_rest(), tet[i]);
+    const Vec3 normal = cross(at(bodies.points_rest(), tet[j]) - a, at(bodies.points_rest(), tet[k]) - a);
+    if (dot(p - a, normal) > 0.0) return false;
+  }
+  return true;
+}
+
+/// The tet that a surface triangle is a face of.
+Index tet_behind(const Bodies& bodies, const Triangle& triangle) {
+  const auto tets = bodies.point_tets()[triangle[0]];
+  return *std::ranges::find_if(tets, [&](Index t) {
+    const Tet& tet = at(bodies.tets(), t);
+    return std::ranges::all_of(triangle, [&](Index corner) { return std::ranges::count(tet, corner) > 0; });
+  });
+}
+
+}  // namespace
+
+bool is_near(const Bodies& bodies, Index body, const Vec3& point, double distance) {
+  const Range range = at(bodies.bodies(), body).triangles;
+  for (Index t = range.begin; t < range.end; ++t) {
+    const std::array<Vec3, 3> corners = corners_of(bodies, at(bodies.triangles(), t));
+    if (is_far(point, corners, distance)) continue;
+    if (length(nearest_on_triangle(point, corners) - point) <= distance) return true;
+  }
+  return false;
+}
+
+Index nearest_tet(const Bodies& bodies, Index body, const Vec3& point) {
+  const Body& range = at(bodies.bodies(), body);
+  for (Index t = range.tets.begin; t < range.tets.end; ++t) {
+    if (holds(bodies, at(bodies.tets(), t), point)) return t;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  Index nearest = range.triangles.begin;
+  for (Index t = range.triangles.begin; t < range.triangles.end; ++t) {
+    const Vec3 foot = nearest_on_triangle(point, corners_of(bodies, at(bodies.triangles(), t)));
+    if (squared_length(foot - point) >= least) continue;
+    least = squared_length(foot - point);
+    nearest = t;
+  }
+  return tet_behind(bodies, at(bodies.triangles(), nearest));
+}
+
+}  // namespace palpate
