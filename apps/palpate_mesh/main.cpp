@@ -31,7 +31,7 @@ constexpr const char* examples = R"(Examples:
   palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
   palpate mesh skull.stl skin.stl --size 4 --out head && palpate run head/scene.json
 
-Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene scales them to metres.)";
+Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene is in mm, g and s.)";
 
 /// The folder for the results; one that was not named must not be there yet.
 fs::path output_folder(const MeshOptions& options) {

@@ -46,23 +46,33 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   return warnings;
 }
 
-/// Soft tissue between fat and muscle; the user knows better.
+/// Soft tissue between fat and muscle, in Pa and g/mm^3; the user knows better.
 constexpr Material tissue{.young_modulus = 20e3,
                           .poisson_ratio = 0.45,
-                          .density = 1000.0,
-                          .mass_damping = 2.0,
-                          .stiffness_damping = 0.005};
+                          .density = 1e-3,
+                          .mass_damping = 5.0,
+                          .stiffness_damping = 0.02};
 
 SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions& options) {
-  constexpr double metres = 1e-3;
   SceneBody body;
   body.name = organ.name;
   body.source = MeshFile{file};
-  body.transform.scale = {metres, metres, metres};
   body.color = organ.color;
   body.obstacle = std::ranges::count(options.rigid, organ.name) > 0;
   if (!body.obstacle) body.material = tissue;
   return body;
+}
+
+/// In mm, g and s, so that stresses are in Pa; at rest, about to be given motions and loads.
+Scene empty_scene(const std::string& name) {
+  Scene scene;
+  scene.name = name;
+  scene.units = {"mm", "g", "s"};
+  scene.settings.gravity = {};
+  scene.settings.rest = {.speed = 0.1, .time = 0.1};
+  scene.duration = 2.0;
+  scene.relax = RelaxSettings{};
+  return scene;
 }
 
 }  // namespace
@@ -70,11 +80,7 @@ SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions
 std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions& options,
                                       const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed) {
   io::create_folder(folder);
-  Scene scene;
-  scene.name = options.inputs.front().stem().string();
-  scene.settings.gravity = {};
-  scene.duration = 2.0;
-  scene.relax = RelaxSettings{};
+  Scene scene = empty_scene(options.inputs.front().stem().string());
   std::vector<OrganReport> reports;
   std::set<std::string> used;
   for (std::size_t o = 0; o < organs.size(); ++o) {

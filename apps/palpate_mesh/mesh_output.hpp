@@ -20,7 +20,7 @@ struct OrganReport {
   std::vector<std::string> warnings;
 };
 
-/// Writes a .vtu for each organ (mm) and then scene.json (m) to a folder, each whole or not at all.
+/// Writes a .vtu for each organ and then scene.json to a folder, each whole or not at all.
 std::vector<OrganReport> write_bodies(const std::filesystem::path& folder, const MeshOptions& options,
                                       const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed);
 

@@ -1,6 +1,7 @@
 #include "mesh_plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -93,10 +94,8 @@ class Mesher {
     Stopwatch watch;
     const Organ& organ = (*organs_)[index];
     const Lattice& field = organ.field;
-    constexpr double seeds_apart = 2.0;  // sizes
-    const SurfaceSeeds seeds = surface_seeds(field, seeds_apart * size);
     ImplicitOrgan shape{
-        {}, field.origin, field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1), seeds.points};
+        {}, field.origin, field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1), {}};
     int calls = 0;
     shape.field = [&](const Vec3& p) {
       constexpr int calls_between = 1024;
@@ -104,10 +103,18 @@ class Mesher {
       return field(p);
     };
     MeshedOrgan& meshed = meshed_[index];
-    meshed.mesh = mesh_organ(
-        shape, {size, fineness_->distance_share * size, fineness_->cell_share * size, fineness_->max_points});
+    meshed.mesh = {};
+    // A slender organ may need more seeds than its size asks for, or CGAL finds no triangle to begin with.
+    constexpr std::array<double, 4> seeds_apart{2.0, 1.0, 0.5, 0.25};  // sizes
+    for (const double apart : seeds_apart) {
+      SurfaceSeeds seeds = surface_seeds(field, apart * size);
+      meshed.shape_components = seeds.components;
+      shape.seeds = std::move(seeds.points);
+      meshed.mesh = mesh_organ(shape, {size, fineness_->distance_share * size, fineness_->cell_share * size,
+                                       fineness_->max_points});
+      if (!meshed.mesh.tets.empty()) break;
+    }
     meshed.size = size;
-    meshed.shape_components = seeds.components;
     ++meshed.meshings;
     meshed.seconds += watch.lap();
     return static_cast<double>(meshed.mesh.tets.size());

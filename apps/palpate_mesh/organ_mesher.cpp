@@ -92,6 +92,7 @@ TetMesh sorted_mesh(const Complex& complex) {
 
 TetMesh mesh_organ(const ImplicitOrgan& organ, const MeshingCriteria& criteria) {
   if (organ.seeds.empty()) return {};
+  CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {});  // it prints
   CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it
   const OrganDomain domain = make_domain(organ);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = criteria.facet_size,
