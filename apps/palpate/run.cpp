@@ -15,10 +15,11 @@
 #include "detection_options.hpp"
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
-#include "io/picture.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "parallel/parallel.hpp"
+#include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
 #include "stopwatch.hpp"
@@ -73,43 +74,14 @@ std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
   return static_cast<std::int64_t>(steps);
 }
 
-std::string caption(const Scene& scene, const Simulation& simulation, const RunOutcome& outcome) {
-  const StepMetrics& m = simulation.metrics();
-  return fmt::format("{}: step {}, t = {} {}, {}{}", scene.name, m.step, short_text(m.time), scene.units.time,
-                     counted(m.detection.contacts, "contact"), outcome.at_rest ? ", at rest" : "");
-}
-
-std::vector<io::Colour> colours(const Scene& scene) {
-  std::vector<io::Colour> list;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    list.push_back(io::default_colour(static_cast<Index>(b)));
-    const auto& color = scene.bodies[b].color;
-    if (color)
-      std::ranges::transform(*color, list.back().begin(), [](double c) { return static_cast<float>(c); });
-  }
-  return list;
-}
-
-void take_picture(const fs::path& path, const Scene& scene, const Simulation& simulation,
-                  const RunOutcome& outcome, int threads) {
-  const Picture& picture = scene.output.picture;
-  io::render_picture(path, simulation.bodies(), simulation.positions(),
-                     simulation.detector().contacts().point, colours(scene),
-                     {.width = picture.size[0],
-                      .height = picture.size[1],
-                      .camera = picture.camera.position,
-                      .target = picture.camera.target,
-                      .caption = caption(scene, simulation, outcome)},
-                     parallel::Threads(threads));
-}
-
 /// What an earlier run left must not be taken for a result of this one.
-void remove_old_results(const fs::path& folder) {
-  for (const char* name : {"run.json", "picture.png"}) {
+void remove_old_results(const fs::path& folder, const Scene& scene) {
+  std::vector<fs::path> paths = picture_paths(folder, scene);
+  paths.push_back(folder / "run.json");
+  for (const fs::path& path : paths) {
     std::error_code failed;
-    fs::remove(folder / name, failed);
-    if (failed)
-      throw Error((folder / name).string(), "removing", "'" + failed.message() + "'", "a file or none");
+    fs::remove(path, failed);
+    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
   }
 }
 
@@ -157,9 +129,11 @@ int run(const RunOptions& options) {
   const std::optional<RelaxReport> relaxed = relax_model(scene, input.model, options);
   Simulation simulation = make_simulation(scene, std::move(input.model), options.threads);
 
+  const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
+
   const fs::path folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
   FrameWriter frames(folder, scene.output.every);
-  remove_old_results(folder);
+  remove_old_results(folder, scene);
   MetricsFile metrics(folder / "metrics.csv", scene.units);
   RunOutcome outcome;
   {
@@ -170,7 +144,7 @@ int run(const RunOptions& options) {
     outcome = run_loop(simulation, steps, options.until_rest, interrupt, frames, metrics, progress);
   }
   const double wall_seconds = watch.lap();
-  const auto report_with = [&](const std::optional<fs::path>& picture) {
+  const auto report_with = [&](const std::vector<fs::path>& pictures) {
     return RunReport{.scene_file = options.scene,
                      .scene = scene,
                      .simulation = simulation,
@@ -180,7 +154,7 @@ int run(const RunOptions& options) {
                      .outcome = outcome,
                      .folder = folder,
                      .frames = frames.count(),
-                     .picture = picture,
+                     .pictures = pictures,
                      .most_steps = steps,
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
@@ -190,18 +164,17 @@ int run(const RunOptions& options) {
     io::write_atomically(folder / "run.json", json);
     return json;
   };
-  write_report(report_with(std::nullopt));
-  std::optional<fs::path> picture;
+  write_report(report_with({}));
+  std::vector<fs::path> pictures;
   if (!options.no_picture && !outcome.interrupted && outcome.failure.empty()) {
-    picture = folder / "picture.png";
     try {
-      take_picture(*picture, scene, simulation, outcome, options.threads);
+      take_pictures({folder, scene, simulation, start, outcome, options.threads});
+      pictures = picture_paths(folder, scene);
     } catch (const Error& error) {  // the run itself is done
       outcome.failure = error.what();
-      picture.reset();
     }
   }
-  const RunReport report = report_with(picture);
+  const RunReport report = report_with(pictures);
   const std::string json = write_report(report);
   if (options.json) print_out(json);
   if (!options.json && !options.quiet) print_out(report_text(report));

@@ -7,9 +7,11 @@
 #include <palpate/version.hpp>
 
 #include "body_report.hpp"
+#include "displacement.hpp"
 #include "geometry/vector.hpp"
 #include "io/machine.hpp"
 #include "numbers.hpp"
+#include "overlaps.hpp"
 #include "scene/json_text.hpp"
 #include "sim/response.hpp"
 
@@ -59,7 +61,9 @@ Json bodies_json(const RunReport& report) {
     Json json{{"name", body.name},
               {"obstacle", at(report.obstacles, b) != 0},
               {"mass", at(sim.masses(), b)},
-              {"contact_force", to_json(at(sim.contact_forces(), b))}};
+              {"contact_force", to_json(at(sim.contact_forces(), b))},
+              {"displacement", displacement_json(displacement_of(sim, b))},
+              {"inverted_tets", inverted_tets(sim, b)}};
     json.update(statistics_json(mesh_statistics(sim.bodies(), sim.bodies().points_rest(), b)));
     json.update(notes_json(file ? &*file : nullptr, at(sim.bodies().notes(), b)));
     list.push_back(std::move(json));
@@ -68,11 +72,15 @@ Json bodies_json(const RunReport& report) {
 }
 
 Json results_json(const RunReport& report) {
+  Json views = Json::array();
+  for (std::size_t i = 1; i < report.pictures.size(); ++i)
+    views.push_back(report.pictures[i].filename().string());
   return {{"folder", utf8_text(report.folder.string())},
           {"series", "frames.pvd"},
           {"frames", report.frames},
           {"metrics", "metrics.csv"},
-          {"picture", report.picture ? Json(report.picture->filename().string()) : Json()}};
+          {"picture", report.pictures.empty() ? Json() : Json(report.pictures.front().filename().string())},
+          {"views", views}};
 }
 
 Json cuckoo_json(const CuckooRun& run) {
@@ -174,6 +182,9 @@ Json report_json(const RunReport& report) {
                       {"structure_bytes", report.simulation.detector().structure_bytes()},
                       {"stiffness", stiffness_json(report)}};
   json["results"] = results_json(report);
+  json["touching"] =
+      overlaps_json(report.simulation.bodies(),
+                    overlaps(report.simulation.bodies(), report.simulation.detector().contacts()));
   json["bodies"] = bodies_json(report);
   json["scene"] = Json::parse(write_scene(report.scene));
   return json;

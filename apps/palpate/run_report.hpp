@@ -26,7 +26,7 @@ struct RunReport {
   const RunOutcome& outcome;
   std::filesystem::path folder;
   std::size_t frames = 0;
-  std::optional<std::filesystem::path> picture;
+  std::vector<std::filesystem::path> pictures;  ///< picture.png and the views; empty where none was taken
   std::int64_t most_steps = 0;
   int threads = 0;
   double wall_seconds = 0.0;

@@ -44,7 +44,7 @@ std::string places_text(const RunReport& report) {
       fmt::format("results       {}/frames.pvd ({})\n", folder, counted(report.frames, "frame"));
   text += fmt::format("metrics       {}/metrics.csv\n", folder);
   text += fmt::format("report        {}/run.json\n", folder);
-  if (report.picture) text += fmt::format("picture       {}\n", report.picture->string());
+  for (const auto& picture : report.pictures) text += fmt::format("picture       {}\n", picture.string());
   return text;
 }
 

@@ -43,9 +43,9 @@ Distance face_shape() {
 
 Distance bone_shape() {
   const Distance cavity = cavity_shape();
-  const Distance wall = common({layer(cavity, -8.0, 8.5), face_shape()});
-  const Distance rim = smoothly_common(layer(face_shape(), -8.5, 0.0), ball({0.0, -4.0, 0.0}, 31.0), 6.0);
-  return smoothly_without(united({wall, rim}), cavity, 3.0);
+  const Distance wall = common({layer(cavity, -8.0, 7.0), face_shape()});
+  const Distance rim = smoothly_common(layer(face_shape(), -7.0, 0.0), ball({0.0, -4.0, 0.0}, 31.0), 6.0);
+  return smoothly_without(united({wall, rim}), cavity, 5.0);
 }
 
 /// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is where it lies around the axis of
@@ -70,7 +70,7 @@ Distance rectus_shape(double angle) {
                         4.0, 1.8 + share * (depth - 1.8)});
   }
   stations.push_back({apex_reach * outward + Vec3{0.0, apex_y, 0.0}, across, 2.4, 2.4});
-  return without(common({tube(std::move(stations)), grown(cavity_shape(), -3.0 * gap)}), bulb_shape(), gap);
+  return without(common({tube(std::move(stations)), grown(cavity_shape(), -2.0 * gap)}), bulb_shape(), gap);
 }
 
 Distance nerve_shape() {
@@ -86,9 +86,9 @@ Distance under_skin_shape() {
 }
 
 Distance skin_shape() {
-  const Distance opening = ellipsoid({0.0, -16.0, 0.0}, {13.0, 12.0, 5.5});
+  const Distance opening = ellipsoid({0.0, -16.0, 0.0}, {14.0, 12.0, 6.5});
   const Distance patch =
-      smoothly_common(layer(under_skin_shape(), gap, gap + 5.2), ball({0.0, -8.0, 0.0}, 28.0), 5.0);
+      smoothly_common(layer(under_skin_shape(), gap, gap + 4.8), ball({0.0, -8.0, 0.0}, 29.0), 5.0);
   return smoothly_without(patch, opening, 3.0);
 }
 
@@ -118,17 +118,19 @@ double plate_bottom(const Distance& cavity, double x, double y) {
   return 0.5 * (low + high);
 }
 
-TetMesh meshed(const Distance& shape, double cell) {
+/// A mesh of a shape; of slender or thin ones that of a shape wider by `widening`, fitted to it.
+TetMesh meshed(const Distance& shape, double cell, double widening = 0.0) {
   constexpr double reach = 45.0;
-  return stuff(shape, {{-reach, -reach, -reach}, {reach, reach, reach}, cell});
+  const StuffingOptions options{{-reach, -reach, -reach}, {reach, reach, reach}, cell};
+  return widening > 0.0 ? stuff_fitted(shape, grown(shape, widening), options) : stuff(shape, options);
 }
 
-/// A mesh of `shape` with the tets of one of `wider`, which the lattice sees better.
-TetMesh fitted(const Distance& shape, const Distance& wider, double cell) {
-  constexpr double least_angle = 14.0;
-  TetMesh mesh = meshed(wider, cell);
-  fit(mesh, shape, least_angle);
-  return mesh;
+/// The fat, first with wider channels for slender organs.
+TetMesh meshed_fat(const std::vector<Distance>& slender, double cell) {
+  constexpr double widening = 0.7;
+  constexpr double reach = 30.0;
+  return stuff_fitted(fat_shape(slender, 0.0), fat_shape(slender, widening),
+                      {{-reach, -reach, -reach}, {reach, 1.5 * reach, reach}, cell});
 }
 
 }  // namespace
@@ -138,15 +140,15 @@ std::vector<Organ> make_eye() {
                                                           {"rectus-superior", 90.0},
                                                           {"rectus-medial", 180.0},
                                                           {"rectus-inferior", 270.0}};
-  std::vector<Organ> organs{{"bone", meshed(bone_shape(), 7.0)}, {"bulb", meshed(bulb_shape(), 5.0)}};
+  std::vector<Organ> organs{{"bone", meshed(bone_shape(), 7.4, 1.2)}, {"bulb", meshed(bulb_shape(), 5.0)}};
   std::vector<Distance> slender{nerve_shape()};
   for (const auto& [name, angle] : recti) {
     slender.push_back(rectus_shape(angle));
-    organs.push_back({name, fitted(slender.back(), grown(slender.back(), 0.3), 3.2)});
+    organs.push_back({name, meshed(slender.back(), 3.2, 0.3)});
   }
   organs.push_back({"nerve", meshed(nerve_shape(), 3.0)});
-  organs.push_back({"fat", fitted(fat_shape(slender, 0.0), fat_shape(slender, 0.7), 4.2)});
-  organs.push_back({"skin", meshed(skin_shape(), 4.8)});
+  organs.push_back({"fat", meshed_fat(slender, 4.2)});
+  organs.push_back({"skin", meshed(skin_shape(), 5.4, 1.0)});
   const Distance cavity = cavity_shape();
   organs.push_back(
       {"plate", make_plate({.cells = plate_cells,

@@ -96,4 +96,11 @@ void fit(TetMesh& mesh, const Distance& shape, double least_angle) {
   }
 }
 
+TetMesh stuff_fitted(const Distance& shape, const Distance& wider, const StuffingOptions& options) {
+  constexpr double least_angle = 10.0;
+  TetMesh mesh = stuff(wider, options);
+  fit(mesh, shape, least_angle);
+  return mesh;
+}
+
 }  // namespace palpate::anatomy

@@ -12,4 +12,7 @@ namespace palpate::anatomy {
 /// (degrees). O(points x tets at a point).
 void fit(TetMesh& mesh, const Distance& shape, double least_angle);
 
+/// A mesh of `shape`: stuff() of `wider`, which the lattice sees better, then fit() with 10 degrees.
+TetMesh stuff_fitted(const Distance& shape, const Distance& wider, const StuffingOptions& options);
+
 }  // namespace palpate::anatomy

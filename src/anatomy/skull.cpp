@@ -2,6 +2,7 @@
 #include <utility>
 #include <vector>
 
+#include "anatomy/fit.hpp"
 #include "anatomy/organs.hpp"
 #include "anatomy/round_points.hpp"
 #include "anatomy/shapes.hpp"
@@ -10,8 +11,8 @@
 namespace palpate::anatomy {
 namespace {
 
-constexpr double gap = 0.15;
-constexpr double tissue = 11.2;  ///< thickness of the soft tissue
+constexpr double gap = 0.25;
+constexpr double tissue = 10.0;  ///< thickness of the soft tissue
 constexpr double tissue_back = 22.0;
 
 /// Head without its nose.
@@ -28,29 +29,31 @@ Distance part(double thickness, double bottom, double top, double front, double 
 }
 
 Distance skull_shape() {
-  Distance skull = part(10.2, -20.0, 58.0, -100.0, 18.0);
+  Distance skull = part(8.8, -20.0, 55.0, -100.0, 18.0);
   for (const double side : {-1.0, 1.0})
     skull = without(std::move(skull), ball({side * 30.0, -72.0, 8.0}, 17.0));
   return without(std::move(skull), ellipsoid({0.0, -76.0, -20.0}, {11.0, 30.0, 15.0}));
 }
 
 Distance upper_jaw_shape() {
-  return part(9.4, -50.0, -24.0, -100.0, -22.0);
+  return part(8.2, -50.0, -24.0, -100.0, -22.0);
 }
 
 Distance lower_jaw_shape() {
-  return united({part(9.3, -91.0, -55.0, -100.0, 20.0), part(9.3, -91.0, -26.0, -6.0, 20.0)});
+  return united({part(8.2, -91.0, -55.0, -100.0, 20.0), part(8.2, -91.0, -26.0, -6.0, 20.0)});
 }
 
 Distance soft_tissue_shape() {
   const Distance nose = ellipsoid({0.0, -90.0, -18.0}, {13.0, 20.0, 24.0});
   const Distance outer = smoothly_united(head_shape(), nose, 14.0);
   const Distance inner = grown(head_shape(), gap - tissue);
-  return without(common({outer, box({-100.0, -140.0, -100.0}, {100.0, tissue_back, 62.0})}), inner);
+  return without(common({outer, box({-100.0, -140.0, -100.0}, {100.0, tissue_back, 60.0})}), inner);
 }
 
-Organ meshed(std::string name, const Distance& shape, double cell) {
-  Organ organ{std::move(name), stuff(shape, {{-90.0, -130.0, -120.0}, {90.0, 60.0, 100.0}, cell})};
+/// First stuffed wider by `widening`, so that thin parts and edges stay whole.
+Organ meshed(std::string name, const Distance& shape, double cell, double widening) {
+  Organ organ{std::move(name), stuff_fitted(shape, grown(shape, widening),
+                                            {{-90.0, -130.0, -120.0}, {90.0, 60.0, 100.0}, cell})};
   round_points(organ.mesh);
   return organ;
 }
@@ -58,8 +61,9 @@ Organ meshed(std::string name, const Distance& shape, double cell) {
 }  // namespace
 
 std::vector<Organ> make_skull() {
-  return {meshed("skull", skull_shape(), 8.15), meshed("upper-jaw", upper_jaw_shape(), 7.0),
-          meshed("lower-jaw", lower_jaw_shape(), 7.15), meshed("soft-tissue", soft_tissue_shape(), 8.4)};
+  return {meshed("skull", skull_shape(), 8.6, 1.2), meshed("upper-jaw", upper_jaw_shape(), 7.4, 1.0),
+          meshed("lower-jaw", lower_jaw_shape(), 7.5, 1.0),
+          meshed("soft-tissue", soft_tissue_shape(), 8.7, 0.8)};
 }
 
 }  // namespace palpate::anatomy

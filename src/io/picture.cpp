@@ -39,6 +39,10 @@ void check(const PictureSubject& subject, const PictureSettings& settings) {
       subject.body_of_point.empty() ? 0 : 1 + *std::ranges::max_element(subject.body_of_point);
   expect(subject.body_colours.empty() || std::cmp_greater_equal(subject.body_colours.size(), bodies),
          "body_colours", std::to_string(subject.body_colours.size()) + " colours", std::to_string(bodies));
+  if (!subject.values.empty()) check_length("values", subject.values.size(), subject.positions.size());
+  if (!subject.edges.empty()) check_length("edges", subject.edges.size(), subject.triangles.size());
+  expect(!settings.scale || settings.scale->most > 0.0, "scale", "a largest value that is not above 0",
+         "a number > 0");
   for (const Index point : subject.contact_points) {
     expect(point >= 0 && std::cmp_less(point, subject.positions.size()), "contact_points",
            "point " + std::to_string(point), "an index below " + std::to_string(subject.positions.size()));
@@ -59,15 +63,27 @@ struct Frame {
   [[nodiscard]] Vec3 operator()(const Vec3& point) const { return (1.0 / radius) * (point - centre); }
 };
 
-std::vector<Triangle> visible_triangles(const PictureSubject& subject) {
-  std::vector<Triangle> visible;
-  for (const Triangle& t : subject.triangles) {
-    if (std::ranges::all_of(t, [&](Index corner) { return is_finite(at(subject.positions, corner)); })) {
-      visible.push_back(t);
-    }
+/// The light of a corner: that of its value where it has one, else that of its body.
+Light corner_light(const PictureSubject& subject, const PictureSettings& settings, Index point) {
+  if (settings.scale && !subject.values.empty() && std::isfinite(at(subject.values, point)))
+    return to_light(scale_colour(at(subject.values, point), *settings.scale));
+  const Index body = at(subject.body_of_point, point);
+  return to_light(subject.body_colours.empty() ? default_colour(body) : at(subject.body_colours, body));
+}
+
+void add_visible_triangles(const PictureSubject& subject, const PictureSettings& settings,
+                           Painter::Input& input) {
+  for (std::size_t i = 0; i < subject.triangles.size(); ++i) {
+    const Triangle& t = subject.triangles[i];
+    if (!std::ranges::all_of(t, [&](Index corner) { return is_finite(at(subject.positions, corner)); }))
+      continue;
+    input.triangles.push_back(t);
+    input.corner_colours.push_back({corner_light(subject, settings, t[0]),
+                                    corner_light(subject, settings, t[1]),
+                                    corner_light(subject, settings, t[2])});
+    if (!subject.edges.empty()) input.drawn_sides.push_back(subject.edges[i]);
   }
-  expect(!visible.empty(), "triangles", "none with finite positions", "at least one");
-  return visible;
+  expect(!input.triangles.empty(), "triangles", "none with finite positions", "at least one");
 }
 
 Frame frame_of(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
@@ -104,14 +120,9 @@ Camera camera_of(const PictureSettings& settings, const Frame& frame, std::span<
 
 Painter painter_of(const PictureSubject& subject, const PictureSettings& settings, int height) {
   Painter::Input input;
-  input.triangles = visible_triangles(subject);
+  add_visible_triangles(subject, settings, input);
   const Frame frame = frame_of(subject.positions, input.triangles);
   for (const Vec3& p : subject.positions) input.points.push_back(is_finite(p) ? frame(p) : Vec3{});
-  for (const Triangle& t : input.triangles) {
-    const Index body = at(subject.body_of_point, t[0]);
-    input.triangle_colours.push_back(
-        to_light(subject.body_colours.empty() ? default_colour(body) : at(subject.body_colours, body)));
-  }
   std::vector<Index> dots(subject.contact_points.begin(), subject.contact_points.end());
   std::ranges::sort(dots);
   const auto repeated = std::ranges::unique(dots);
@@ -164,6 +175,7 @@ Image take_picture(const PictureSubject& subject, const PictureSettings& setting
     const int index = static_cast<int>(i);
     paint_tile(painter, index % columns * tile, index / columns * tile, height, image);
   });
+  if (settings.scale) draw_scale(image, *settings.scale, settings.height - height);
   draw_caption(image, settings.caption);
   return image;
 }

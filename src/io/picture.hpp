@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -9,6 +10,7 @@
 #include <palpate/mesh.hpp>
 #include <palpate/types.hpp>
 
+#include "io/colour_scale.hpp"
 #include "io/picture_image.hpp"
 #include "parallel/parallel.hpp"
 
@@ -31,7 +33,8 @@ struct PictureSettings {
   std::optional<Vec3> camera;  ///< none: a three-quarter view from above (z is up) that just holds all bodies
   std::optional<Vec3> target;  ///< what the given camera looks at; none: the centre of all bodies
   bool edges = true;           ///< draw the edges of the surface triangles
-  std::string caption;         ///< one line at the bottom, ASCII; smaller where it is too wide
+  std::optional<ColourScale> scale{};  ///< of the subject's values; none: bodies have their own colours
+  std::string caption;               ///< one line at the bottom, ASCII; smaller where it is too wide
 };
 
 /// What is on a picture. Borrows everything.
@@ -41,6 +44,9 @@ struct PictureSubject {
   std::span<const Index> body_of_point;   ///< (n_points)
   std::span<const Index> contact_points;  ///< points drawn as dots; repeated ones are drawn once
   std::span<const Colour> body_colours;   ///< (n_bodies), or empty for default_colour()
+  std::span<const double> values{};  ///< (n_points) shown by PictureSettings::scale where they are numbers
+  std::span<const std::uint8_t>
+      edges{};  ///< (n_triangles) sides that are edges, as in CutSurface; empty: all
 };
 
 /// Takes a picture by casting rays: needs no display and no graphics card.

@@ -167,7 +167,8 @@ Light Painter::surface(const RayHit& hit, const Ray& ray, const Pattern& pattern
   const double facing = std::max(0.0, dot(smooth, to_light_));
   const double direct = facing > 0.0 ? facing * lit(place, pattern) : 0.0;
   const double ambient = (bounce + (sky - bounce) * (0.5 + 0.5 * smooth.z)) * openness(place, flat, pattern);
-  const Light& colour = at(in_.triangle_colours, hit.primitive);
+  const auto& corners = at(in_.corner_colours, hit.primitive);
+  const Light colour = (1.0 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2];
   const Light light = (sun * direct + ambient) * colour;
   if (!in_.edges) return light;
   return mix(light, (0.18 * (sun * direct + ambient)) * colour,
@@ -185,8 +186,11 @@ double Painter::edge_strength(Index triangle, double x, double y) const {
   const double longest = std::max(
       {std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - b.x, c.y - b.y), std::hypot(a.x - c.x, a.y - c.y)});
   const double height = longest > 0.0 ? area / longest : 0.0;
-  const double distance =
-      std::min({line_distance(a, b, x, y), line_distance(b, c, x, y), line_distance(c, a, x, y)});
+  const unsigned sides = in_.drawn_sides.empty() ? 7U : at(in_.drawn_sides, triangle);
+  double distance = std::numeric_limits<double>::infinity();
+  if ((sides & 1U) != 0) distance = std::min(distance, line_distance(a, b, x, y));
+  if ((sides & 2U) != 0) distance = std::min(distance, line_distance(b, c, x, y));
+  if ((sides & 4U) != 0) distance = std::min(distance, line_distance(c, a, x, y));
   return (1.0 - smooth_step(line_width_ - 0.25, line_width_ + 0.25, distance)) *
          smooth_step(2.0 * line_width_, 12.0 * line_width_, height);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,10 +27,12 @@ inline constexpr int samples_per_side = 3;
 class Painter {
  public:
   struct Input {
-    std::vector<Vec3> points;             ///< (n_points x 3); only those that triangles use matter
-    std::vector<Triangle> triangles;      ///< (n_triangles x 3), at least one
-    std::vector<Light> triangle_colours;  ///< (n_triangles)
-    std::vector<Vec3> dots;               ///< (n_dots x 3)
+    std::vector<Vec3> points;         ///< (n_points x 3); only those that triangles use matter
+    std::vector<Triangle> triangles;  ///< (n_triangles x 3), at least one
+    std::vector<std::array<Light, 3>> corner_colours;  ///< (n_triangles x 3)
+    std::vector<std::uint8_t>
+        drawn_sides;         ///< (n_triangles) bit i: corner i to the next is an edge; or empty: all are
+    std::vector<Vec3> dots;  ///< (n_dots x 3)
     Camera camera;
     int height = 0;  ///< of the image without its caption, pixels
     bool edges = true;

@@ -16,6 +16,9 @@ add_library(palpate_results STATIC
   picture.cpp
   picture_caption.cpp
   picture_camera.cpp
+  colour_scale.cpp
+  picture_cut.cpp
+  picture_text.cpp
   picture_image.cpp
   picture_normals.cpp
   picture_scene.cpp

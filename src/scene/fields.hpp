@@ -225,9 +225,41 @@ void describe(Visitor& v, Picture& picture) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, Cut& cut) {
+  v.required("point", cut.point);
+  v.required("normal", cut.normal);
+  v.field("bodies", cut.bodies);
+  v.rule(cut.normal != Vec3{}, "normal", "a zero vector", "a direction");
+}
+
+template <class Visitor>
+void describe(Visitor& v, DisplacementMap& map) {
+  v.required("most", map.most, above(0));
+  v.field("bodies", map.bodies);
+}
+
+template <class Visitor>
+void describe(Visitor& v, View& view) {
+  v.required("name", view.name);
+  v.field("size", view.size, within(16, 16384));
+  v.object("camera", view.camera);
+  v.choice("when", view.when, view_time_names);
+  v.field("bodies", view.bodies);
+  v.optional("cut", view.cut);
+  v.optional("displacement", view.displacement);
+  v.field("contacts", view.contacts);
+  const auto plain = [](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '-' || c == '_';
+  };
+  v.rule(std::ranges::all_of(view.name, plain) && view.name != "picture", "name", "'" + view.name + "'",
+         "letters, digits, '-' and '_', and not 'picture'");
+}
+
+template <class Visitor>
 void describe(Visitor& v, OutputSettings& output) {
   v.field("every", output.every, at_least(1));
   v.object("picture", output.picture);
+  v.list("views", output.views);
 }
 
 template <class Visitor>

@@ -1,5 +1,6 @@
 #include "scene/scene.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -52,6 +53,30 @@ void name_bodies(Scene& scene) {
   }
 }
 
+void check_known(const Scene& scene, const BodyNames& bodies, const std::string& path) {
+  std::vector<std::string_view> known;
+  for (const SceneBody& body : scene.bodies) known.emplace_back(body.name);
+  for (std::size_t i = 0; i < bodies.names.size(); ++i) {
+    if (std::ranges::count(known, bodies.names[i]) > 0) continue;
+    throw Error(scene.source, element_path(path, i), "'" + bodies.names[i] + "'",
+                expected_name(bodies.names[i], known));
+  }
+}
+
+/// Views have names of their own and show bodies that there are.
+void check_views(const Scene& scene) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.output.views.size(); ++i) {
+    const View& view = scene.output.views[i];
+    const std::string path = element_path("output.views", i);
+    if (!names.insert(view.name).second)
+      throw Error(scene.source, path + ".name", "'" + view.name + "' again", "a name of its own");
+    check_known(scene, view.bodies, path + ".bodies");
+    if (view.cut) check_known(scene, view.cut->bodies, path + ".cut.bodies");
+    if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");
+  }
+}
+
 /// What detection needs to know of each body.
 void mark_self_collision(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
@@ -71,6 +96,7 @@ Scene read_scene_text(std::string_view text, std::string source_name, std::files
   describe(reader, scene);
   reader.finish();
   name_bodies(scene);
+  check_views(scene);
   mark_self_collision(scene);
   return scene;
 }

@@ -150,10 +150,44 @@ struct Picture {
   std::array<int, 2> size{1280, 720};  ///< width and height in pixels
   Camera camera;
 };
+/// Bodies by their names.
+struct BodyNames {
+  std::vector<std::string> names;
+};
+/// A plane that opens bodies for a view: what lies on the side of `normal` is left out.
+struct Cut {
+  Vec3 point{};
+  Vec3 normal{0.0, -1.0, 0.0};
+  BodyNames bodies;  ///< that are cut; empty: all
+};
+/// Colours bodies by how far their points are from rest.
+struct DisplacementMap {
+  double most = 1.0;  ///< end of the scale, > 0
+  BodyNames bodies;   ///< that are coloured; empty: those that deform
+};
+/// When a view is taken.
+enum class ViewTime {
+  end,    ///< of the run
+  start,  ///< of the run, after overlaps were removed
+  both    ///< side by side
+};
+inline constexpr std::array<std::string_view, 3> view_time_names{"end", "start", "both"};
+/// A picture besides picture.png: NAME.png.
+struct View {
+  std::string name;
+  std::array<int, 2> size{1280, 720};  ///< width and height in pixels
+  Camera camera;
+  ViewTime when = ViewTime::end;
+  BodyNames bodies;  ///< that are shown; empty: all
+  std::optional<Cut> cut;
+  std::optional<DisplacementMap> displacement;
+  bool contacts = false;  ///< shows points in contact
+};
 /// What a run writes.
 struct OutputSettings {
   int every = 10;  ///< steps from one frame file to the next
   Picture picture;
+  std::vector<View> views;
 };
 
 /// Whether a body is rigid.

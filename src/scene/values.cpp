@@ -73,6 +73,15 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   decode(context, path, json, value.path, limits);
 }
 
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, BodyNames& value,
+            const Limits& limits) {
+  if (!json.is_array()) fail(context, path, describe_json(json), "an array of names of bodies");
+  value.names.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    decode(context, element_path(path, i), json[i], value.names[i], limits);
+  }
+}
+
 namespace {
 
 void decode_indices(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -125,6 +134,9 @@ ordered_json encode(const std::string& path, const Vec3& value) {
 }
 ordered_json encode(const std::string&, const MeshFile& value) {
   return value.path;
+}
+ordered_json encode(const std::string&, const BodyNames& value) {
+  return value.names;
 }
 ordered_json encode(const std::string&, const PointSelection& value) {
   return value.indices;

@@ -37,6 +37,9 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, MeshFile& value,
             const Limits& limits);
+/// An array of names; whether bodies have them is checked once all are known.
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, BodyNames& value,
+            const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
             PointSelection& value, const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
@@ -61,6 +64,7 @@ nlohmann::ordered_json encode(const std::string& path, bool value);
 nlohmann::ordered_json encode(const std::string& path, const std::string& value);
 nlohmann::ordered_json encode(const std::string& path, const Vec3& value);
 nlohmann::ordered_json encode(const std::string& path, const MeshFile& value);
+nlohmann::ordered_json encode(const std::string& path, const BodyNames& value);
 nlohmann::ordered_json encode(const std::string& path, const PointSelection& value);
 nlohmann::ordered_json encode(const std::string& path, const TetSelection& value);
 

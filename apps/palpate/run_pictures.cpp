@@ -1,0 +1,133 @@
+#include "run_pictures.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <fmt/format.h>
+#include <limits>
+#include <string>
+
+#include "geometry/vector.hpp"
+#include "io/picture.hpp"
+#include "io/picture_cut.hpp"
+#include "numbers.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string caption(const RunImages& run) {
+  const StepMetrics& m = run.simulation.metrics();
+  return fmt::format("{}: step {}, t = {} {}, {}{}", run.scene.name, m.step, short_text(m.time),
+                     run.scene.units.time, counted(m.detection.contacts, "contact"),
+                     run.outcome.at_rest ? ", at rest" : "");
+}
+
+std::vector<io::Colour> colours(const Scene& scene) {
+  std::vector<io::Colour> list;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    list.push_back(io::default_colour(static_cast<Index>(b)));
+    const auto& color = scene.bodies[b].color;
+    if (color)
+      std::ranges::transform(*color, list.back().begin(), [](double c) { return static_cast<float>(c); });
+  }
+  return list;
+}
+
+/// 1 for each body that is named; without names for each that `otherwise(body)` holds for.
+template <class Otherwise>
+std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Otherwise&& otherwise) {
+  std::vector<std::uint8_t> list;
+  for (const SceneBody& body : scene.bodies) {
+    const bool named = std::ranges::count(bodies.names, body.name) > 0;
+    list.push_back(named || (bodies.names.empty() && otherwise(body)) ? 1 : 0);
+  }
+  return list;
+}
+
+/// How far points are from rest, NaN where the view does not show it.
+std::vector<double> displacements(const RunImages& run, const View& view, std::span<const Vec3> positions) {
+  std::vector<double> values(positions.size(), std::numeric_limits<double>::quiet_NaN());
+  if (!view.displacement) return values;
+  const Bodies& bodies = run.simulation.bodies();
+  const auto coloured =
+      flags(run.scene, view.displacement->bodies, [](const SceneBody& body) { return !is_rigid(body); });
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    if (at(coloured, bodies.body_of_point()[p]) != 0)
+      values[p] = length(positions[p] - bodies.points_rest()[p]);
+  }
+  return values;
+}
+
+io::Image take_view(const RunImages& run, const View& view, bool at_start, int width) {
+  const auto all = [](const SceneBody&) { return true; };
+  const std::span<const Vec3> positions = at_start ? run.start : run.simulation.positions();
+  const std::vector<double> values = displacements(run, view, positions);
+  io::CutSettings cut{.shown = flags(run.scene, view.bodies, all), .cut = {}, .point = {}, .normal = {}};
+  cut.cut.resize(cut.shown.size(), 0);
+  if (view.cut) {
+    cut.cut = flags(run.scene, view.cut->bodies, all);
+    cut.point = view.cut->point;
+    cut.normal = view.cut->normal;
+  }
+  const io::CutSurface surface = io::cut_open(run.simulation.bodies(), positions, values, cut);
+  std::vector<Index> dots;
+  if (view.contacts && !at_start) dots = run.simulation.detector().contacts().point;
+  io::PictureSettings settings{.width = width,
+                               .height = view.size[1],
+                               .camera = view.camera.position,
+                               .target = view.camera.target,
+                               .caption = {}};
+  const double time = at_start ? 0.0 : run.simulation.metrics().time;
+  settings.caption = fmt::format("{}, t = {} {}", run.scene.name, short_text(time), run.scene.units.time);
+  if (view.displacement)
+    settings.scale = io::ColourScale{view.displacement->most, "displacement, " + run.scene.units.length};
+  return io::take_picture({.positions = surface.points,
+                           .triangles = surface.triangles,
+                           .body_of_point = surface.body_of_point,
+                           .contact_points = dots,
+                           .body_colours = colours(run.scene),
+                           .values = surface.values,
+                           .edges = surface.edges},
+                          settings, parallel::Threads(run.threads));
+}
+
+io::Image side_by_side(const io::Image& left, const io::Image& right) {
+  io::Image both(left.width + right.width, left.height);
+  for (int y = 0; y < both.height; ++y) {
+    std::copy_n(left.pixel(0, y), 3 * left.width, both.pixel(0, y));
+    std::copy_n(right.pixel(0, y), 3 * right.width, both.pixel(left.width, y));
+  }
+  return both;
+}
+
+io::Image take_view(const RunImages& run, const View& view) {
+  const int width = view.size[0];
+  if (view.when != ViewTime::both) return take_view(run, view, view.when == ViewTime::start, width);
+  return side_by_side(take_view(run, view, true, width / 2), take_view(run, view, false, width - width / 2));
+}
+
+}  // namespace
+
+std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) {
+  std::vector<fs::path> paths{folder / "picture.png"};
+  for (const View& view : scene.output.views) paths.push_back(folder / (view.name + ".png"));
+  return paths;
+}
+
+void take_pictures(const RunImages& run) {
+  const std::vector<fs::path> paths = picture_paths(run.folder, run.scene);
+  const Picture& picture = run.scene.output.picture;
+  io::render_picture(paths.front(), run.simulation.bodies(), run.simulation.positions(),
+                     run.simulation.detector().contacts().point, colours(run.scene),
+                     {.width = picture.size[0],
+                      .height = picture.size[1],
+                      .camera = picture.camera.position,
+                      .target = picture.camera.target,
+                      .caption = caption(run)},
+                     parallel::Threads(run.threads));
+  for (std::size_t i = 0; i < run.scene.output.views.size(); ++i)
+    io::write_png(paths[i + 1], take_view(run, run.scene.output.views[i]));
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "io/picture_image.hpp"
+
+namespace palpate::io {
+
+/// What colours of values stand for: from 0 (dark) to `most` (bright).
+struct ColourScale {
+  double most = 1.0;  ///< > 0; larger values have its colour
+  std::string label;  ///< of the legend, ASCII: "displacement, mm"
+};
+
+/// The colour of a value: viridis (van der Walt & Smith 2015), whose brightness grows evenly, so that people
+/// with any colour blindness read it as others do, and so do prints in grey. Interpolated between eleven of
+/// its colours.
+std::array<float, 3> scale_colour(double value, const ColourScale& scale);
+
+/// Draws the scale into the right side of an image, with numbers at 0, a half and all of `most`. `bottom`
+/// rows of the image are left free. Throws Error if the font cannot be drawn.
+void draw_scale(Image& image, const ColourScale& scale, int bottom);
+
+}  // namespace palpate::io
