@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
-  palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs.seg-bodies/scene.json
+  palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs-bodies/scene.json
   palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
   palpate mesh skull.stl skin.stl --size 4 --out head && palpate run head/scene.json
 
@@ -36,10 +36,7 @@ Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scen
 /// The folder for the results; one that was not named must not be there yet.
 fs::path output_folder(const MeshOptions& options) {
   if (options.out) return *options.out;
-  fs::path input = options.inputs.front();
-  if (!input.has_filename()) input = input.parent_path();  // "folder/"
-  if (input.extension() == ".gz") input = input.stem();
-  const fs::path folder = input.stem().string() + "-bodies";
+  const fs::path folder = input_name(options) + "-bodies";
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "a folder of that name already",

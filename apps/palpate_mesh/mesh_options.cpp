@@ -131,4 +131,13 @@ void check_mesh_options(const MeshOptions& options) {
   }
 }
 
+std::string input_name(const MeshOptions& options) {
+  std::filesystem::path input = options.inputs.front();
+  if (!input.has_filename()) input = input.parent_path();  // "folder/"
+  for (const char* extension : {".gz", ".nii", ".nrrd", ".seg"}) {
+    if (input.extension() == extension) input = input.stem();
+  }
+  return is_label_map(input) || is_surface(input) ? input.stem().string() : input.filename().string();
+}
+
 }  // namespace palpate::app

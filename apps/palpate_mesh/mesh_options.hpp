@@ -32,4 +32,8 @@ void add_mesh_options(CLI::App& app, MeshOptions& options);
 /// Throws BadInput where the flags do not fit each other.
 void check_mesh_options(const MeshOptions& options);
 
+/// What the input is called: the file name of the first without folder and extensions (".seg.nrrd",
+/// ".nii.gz").
+std::string input_name(const MeshOptions& options);
+
 }  // namespace palpate::app

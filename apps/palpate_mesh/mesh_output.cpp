@@ -80,7 +80,7 @@ Scene empty_scene(const std::string& name) {
 std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions& options,
                                       const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed) {
   io::create_folder(folder);
-  Scene scene = empty_scene(options.inputs.front().stem().string());
+  Scene scene = empty_scene(input_name(options));
   std::vector<OrganReport> reports;
   std::set<std::string> used;
   for (std::size_t o = 0; o < organs.size(); ++o) {

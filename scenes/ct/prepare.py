@@ -35,7 +35,7 @@ def prepare(scene, source, folder, palpate):
     import skull
 
     make = {"eye": eye.make, "skull": skull.make_cranium, "jaw": skull.make_headsq}[scene]
-    work = folder.with_name(folder.name + f".{os.getpid()}")
+    work = folder.with_name(f"{folder.name}.{os.getpid()}")
     work.mkdir(parents=True)
     try:
         flags = make(source, work, write_medit)
@@ -57,6 +57,9 @@ def main(scene, source, folder, palpate):
         prepare(scene, source, folder, palpate)
     except subprocess.CalledProcessError:
         return 1  # it has said why
+    except KeyboardInterrupt:
+        print("scenes/ct: interrupted; nothing was written", file=sys.stderr)
+        return 1
     except (OSError, ValueError, KeyError, AssertionError, RuntimeError) as error:
         print(f"scenes/ct: {source}: {error}".replace("\n", " "), file=sys.stderr)
         return 1

@@ -116,7 +116,9 @@ TEST_F(MeshProgram, NamesAndColoursComeFromATable) {
   EXPECT_FALSE(scene["bodies"][1].contains("obstacle"));
   EXPECT_NEAR(scene["bodies"][1]["color"][1].get<double>(), 0.4, 1e-12);
 
-  write("snap.txt", "    0     0    0    0        0  0  0    \"Clear Label\"\n    5   255    0    0        1  1  1    \"eye fat\"\n");
+  write("snap.txt",
+        "    0     0    0    0        0  0  0    \"Clear Label\"\n    5   255    0    0        1  1  1    "
+        "\"eye fat\"\n");
   const Json snap = meshed("map.nrrd", {"--size", "2", "--labels", "snap.txt", "--only", "5"});
   ASSERT_EQ(snap["organs"].size(), 1U);
   EXPECT_EQ(snap["organs"][0]["name"], "eye fat");
