@@ -64,8 +64,14 @@ struct SceneFacts {
     for (Index p = points.begin; p < points.end; ++p) count += at(fixed, p) != 0 ? 1 : 0;
     return count;
   }
+  /// Of all pairs: rigid bodies that overlap do nothing to each other in a run, but what lies between them
+  /// has no room.
   [[nodiscard]] std::vector<Overlap> overlaps() const {
-    return app::overlaps(simulation.bodies(), simulation.detector().contacts());
+    const Bodies& bodies = simulation.bodies();
+    Detector detector(bodies, simulation.settings().detection,
+                      std::vector<std::uint8_t>(bodies.bodies().size(), 0));
+    detector.detect(simulation.positions());
+    return app::overlaps(bodies, detector.contacts());
   }
   [[nodiscard]] const MeshRecord* file(Index body) const {
     const auto& record = input.files[static_cast<std::size_t>(body)];

@@ -1,6 +1,7 @@
 #include "run_loop.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include <palpate/error.hpp>
 
@@ -9,7 +10,15 @@
 namespace palpate::app {
 namespace {
 
-void count(RunOutcome& outcome, const StepMetrics& m) {
+double shortest_edge(const Bodies& bodies) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    shortest = std::min(shortest, mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
+  }
+  return shortest;
+}
+
+void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.steps = m.step;
   outcome.contacts.add(m.detection.contacts);
   outcome.border_edges.add(m.detection.border_edges);
@@ -26,6 +35,7 @@ void count(RunOutcome& outcome, const StepMetrics& m) {
   outcome.folded_pairs.add(m.detection.folded_pairs);
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
+  outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
 }
 
 /// One step; false where the simulation failed.
@@ -39,7 +49,7 @@ bool step(Simulation& simulation, RunOutcome& outcome, MetricsFile& metrics) {
   }
   const double seconds = watch.lap();
   outcome.times.add(simulation.metrics(), seconds);
-  count(outcome, simulation.metrics());
+  count(outcome, simulation.metrics(), simulation.settings().time_step);
   metrics.add(simulation.metrics(), seconds);
   return true;
 }
@@ -65,7 +75,8 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
                     const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
                     Progress& progress) {
   RunOutcome outcome;
-  count(outcome, simulation.metrics());
+  outcome.shortest_edge = shortest_edge(simulation.bodies());
+  count(outcome, simulation.metrics(), simulation.settings().time_step);
   metrics.add(simulation.metrics(), 0.0);
   frames.add(simulation, true);
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {

@@ -56,6 +56,10 @@ struct RunOutcome {
   Tally folded_pairs;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_at_solver_cap = 0;
+  /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
+  /// between two detections, unseen.
+  std::int64_t steps_too_far = 0;
+  double shortest_edge = 0.0;  ///< smallest mean edge length of a body at rest
 };
 
 /// Steps until `most_steps`, until rest (if asked), an interrupt or a failure of the simulation. Writes a row

@@ -146,6 +146,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["border_edges_without_crossing"] = tally_json(outcome.border_edges_without_crossing);
   json["folded_pairs"] = tally_json(outcome.folded_pairs);
   json["solver"] = {{"iterations", outcome.solver_iterations}, {"steps_at_cap", outcome.steps_at_solver_cap}};
+  json["steps_too_far"] = outcome.steps_too_far;
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;
   json["largest_speed"] = metrics.largest_speed;

@@ -72,6 +72,13 @@ std::string report_text(const RunReport& report) {
   text += phases_text(outcome.times);
   text += fmt::format("solver cap    hit in {}\n",
                       counted(static_cast<std::size_t>(outcome.steps_at_solver_cap), "step"));
+  if (outcome.steps_too_far > 0) {
+    text += fmt::format(
+        "too far       in {} a point went further than {} {}, the edges of the finest body: "
+        "what is as thin may be passed through; take a smaller time_step\n",
+        counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.shortest_edge),
+        units.length);
+  }
   text += fmt::format("wall time     {} s on {}\n", short_text(report.wall_seconds),
                       counted(static_cast<std::size_t>(report.threads), "thread"));
   text += fmt::format("state hash    {}\n", report.simulation.state_hash());

@@ -21,8 +21,8 @@ struct RelaxReport {
       false;  ///< no contact is deeper than allowed; false: the cap was reached, or nothing gave way
   std::size_t contacts_before = 0;
   std::size_t contacts_after = 0;
-  double deepest_before = 0.0;  ///< m
-  double deepest_after = 0.0;   ///< m
+  double deepest_before = 0.0;  ///< m, of contacts that can give way
+  double deepest_after = 0.0;   ///< m, of those, too
   double allowed_depth = 0.0;   ///< m
   double largest_move = 0.0;    ///< m, of a point from its place before
 };
@@ -37,8 +37,9 @@ struct RelaxReport {
 /// a run stays here too. The positions reached become the rest positions of the model: overlaps are errors of
 /// the geometry, and the tissue starts without stress.
 ///
-/// No tet gets flatter than a tenth of its volume: overlaps that ask for more, and those among points that do
-/// not move, stay, and the report says so. `model` changes only when all is done. Throws Error as Simulation
+/// No tet gets flatter than a tenth of its volume: overlaps that ask for more stay, and the report says so.
+/// Contacts in which nothing can move (attached tissue inside its own bone) stay too and do not count as
+/// overlaps. `model` changes only when all is done. Throws Error as Simulation
 /// does. `progress`
 /// is called after each step with the steps done and the deepest contact; it may throw to stop. O(steps x
 /// step of a simulation).

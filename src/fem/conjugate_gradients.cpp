@@ -114,7 +114,6 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     turned = sums.preconditioned / before;
     ++report.iterations;
   }
-  report.converged = report.converged || (fixed && report.iterations == most);
   return report;
 }
 

@@ -38,7 +38,7 @@ struct SolveReport {
   /// exceeds.
   double relative_error = 0.0;
   bool two_level = false;  ///< the preconditioner had two levels, at least in the end
-  bool converged = false;  ///< the goal is reached; with fixed iterations: they were made
+  bool converged = false;  ///< the goal is reached
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in

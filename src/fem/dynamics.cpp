@@ -103,7 +103,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
       coarse_(bodies, free_),
-      positions_(bodies.points_rest().begin(), bodies.points_rest().end()) {
+      positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
+      turns_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
   point_mass_damping_ = mass_dampings(bodies, materials, masses_);
@@ -118,27 +119,60 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
-  for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &end_velocities_}) {
+  for (auto* vector :
+       {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_, &turned_positions_, &loads_}) {
     vector->resize(points);
   }
-  for (auto* vector : {&solution_, &right_side_, &base_velocities_}) vector->resize(points);
+  for (auto* vector : {&solution_, &right_side_, &base_velocities_, &turn_velocities_})
+    vector->resize(points);
 }
 
-/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets.
-void Dynamics::assemble(double time_step) {
-  if (time_step != factors_time_step_) {
-    factors_time_step_ = time_step;
-    updated_ = false;
-    for (std::size_t i = 0; i < masses_.size(); ++i) {
-      diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
-    }
-    for (std::size_t e = 0; e < factors_.size(); ++e) {
-      factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
-    }
-    elements_.set_factors(factors_);
+/// The mass share and the stiffness factors of the matrix, linearise().
+void Dynamics::set_time_step(double time_step) {
+  if (time_step == time_step_) return;
+  time_step_ = time_step;
+  updated_ = false;
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
   }
-  update_elements();
+  for (std::size_t e = 0; e < factors_.size(); ++e) {
+    factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
+  }
+  elements_.set_factors(factors_);
+}
+
+/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets, and forces: about the positions at
+/// the start, or those of bodies turned on from there.
+void Dynamics::linearise() {
+  set_base_velocities();
+  if (turns_.any()) {
+    parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+      turned_positions_[i] = positions_[i] + turns_.displacement(body_of_point_[i], positions_[i]);
+    });
+    elements_.update(threads_, turned_positions_);
+    updated_ = false;
+  } else {
+    update_elements();
+  }
   matrix_.assemble(threads_, elements_, diagonal_);
+  compute_point_forces();
+  if (turns_.any()) add_turn_forces();
+}
+
+/// What turned frames add to the right side, as a force: the share of K' counts from the turned positions,
+/// + (h b + h^2) K' (x' - x) / h, and inertia.
+void Dynamics::add_turn_forces() {
+  couplings_.set({}, time_step_, free_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    turn_velocities_[i] = padded((1.0 / time_step_) * (turned_positions_[i] - positions_[i]));
+  });
+  system_.multiply(threads_, turn_velocities_, right_side_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(turn_velocities_[i]);
+    point_forces_[i] += (1.0 / time_step_) * stiff +
+                        masses_[i] * turns_.inertial_acceleration(body_of_point_[i], positions_[i]);
+  });
 }
 
 /// Where only the time step has changed since, the elements are as they should be already: from the energy of
@@ -148,36 +182,45 @@ void Dynamics::update_elements() {
   updated_ = true;
 }
 
-void Dynamics::compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces) {
+void Dynamics::compute_point_forces() {
   const auto& begin = matrix_.elements_of_point().begin;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
-    Vec3 force = masses_[i] * gravity;
-    if (!external_forces.empty()) force += external_forces[i];
+    Vec3 force = loads_[i];
     for (Index entry = begin[i]; entry < begin[i + 1]; ++entry)
       force += unpadded(elements_.forces()[at(matrix_.incidences(), entry).own]);
     point_forces_[i] = force;
   });
+}
+
+/// Gravity and external forces, and how large they are.
+void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_forces) {
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    loads_[i] = masses_[i] * gravity;
+    if (!external_forces.empty()) loads_[i] += external_forces[i];
+  });
   // What gravity and loads push in a step, and the speed that this would give, by mass: at rest all forces
   // cancel, and only these say how small an error is.
-  const auto squared_load = [&](std::size_t i) {
-    if (system_.free()[i] == 0) return 0.0;
-    return squared_length(masses_[i] * gravity + (external_forces.empty() ? Vec3{} : external_forces[i]));
-  };
-  load_impulse_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, squared_load));
+  load_impulse_ =
+      time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
+                                           [&](std::size_t i) { return squared_length(loads_[i]); }));
   load_scale_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-                  return squared_load(i) == 0.0 ? 0.0 : squared_load(i) / diagonal_[i];
+                  const double load = squared_length(loads_[i]);
+                  return load == 0.0 ? 0.0 : load / diagonal_[i];
                 }));
 }
 
 /// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
-/// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows.
+/// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows;
+/// in turned frames it is the mean velocity without force.
 void Dynamics::compute_right_side() {
   system_.multiply(threads_, base_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
-    right_side_[i] = padded(time_step_ * force + masses_[i] * velocities_[i] - unpadded(right_side_[i]));
+    right_side_[i] =
+        padded(time_step_ * force + masses_[i] * unpadded(base_velocities_[i]) - unpadded(right_side_[i]));
   });
 }
 
@@ -197,7 +240,11 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
   check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
   begin_step(time_step, gravity, external_forces);
-  const Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
+  Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
+  constexpr int most = 8;
+  for (int turn = 0; turn < most && follow_turns(); ++turn) {
+    report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
+  }
   end_step();
   return report;
 }
@@ -207,9 +254,16 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
   prescribed_positions_.assign(positions.begin(), positions.end());
 }
 
+/// The solution counts from them: turned frames, begun or changed, change it with them.
 void Dynamics::set_base_velocities() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    base_velocities_[i] = system_.free()[i] != 0 ? padded(velocities_[i]) : simd::Padded3{};
+    if (system_.free()[i] == 0) {
+      base_velocities_[i] = {};
+      return;
+    }
+    const Vec3 velocity = turns_.free_velocity(body_of_point_[i], positions_[i], velocities_[i]);
+    solution_[i] = padded(unpadded(solution_[i]) + unpadded(base_velocities_[i]) - velocity);
+    base_velocities_[i] = padded(velocity);
   });
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     const Index i = prescribed_points_[k];
@@ -221,10 +275,10 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   check_step(time_step, gravity);
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
-  time_step_ = time_step;
-  set_base_velocities();
-  assemble(time_step);
-  compute_point_forces(gravity, external_forces);
+  set_time_step(time_step);
+  turns_.begin(threads_, positions_, velocities_, time_step);
+  set_loads(gravity, external_forces);
+  linearise();
   guess_solution(time_step, gravity);
 }
 
@@ -256,12 +310,18 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   return report;
 }
 
+bool Dynamics::follow_turns() {
+  if (!turns_.follow(threads_, positions_, mean_velocities_)) return false;
+  linearise();
+  return true;
+}
+
 /// Where the solution leads to.
 void Dynamics::find_end() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    end_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
+    mean_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
     end_positions_[i] = positions_[i];
-    if (system_.free()[i] != 0) end_positions_[i] += time_step_ * end_velocities_[i];
+    if (system_.free()[i] != 0) end_positions_[i] += time_step_ * mean_velocities_[i];
   });
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     at(end_positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
@@ -270,10 +330,15 @@ void Dynamics::find_end() {
 
 void Dynamics::end_step() {
   prescribed_points_.clear();
+  std::swap(velocities_, mean_velocities_);
+  if (turns_.any()) {
+    parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+      if (system_.free()[i] != 0) velocities_[i] -= turns_.excess_velocity(body_of_point_[i], positions_[i]);
+    });
+  }
   std::swap(positions_, end_positions_);
   updated_ = false;
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
-  std::swap(velocities_, end_velocities_);
   parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
     const bool inverted = elements_.inverted(static_cast<Index>(e));
     inverted_steps_[e] = inverted ? inverted_steps_[e] + 1 : 0;

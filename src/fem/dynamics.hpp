@@ -10,6 +10,7 @@
 #include <palpate/mesh.hpp>
 
 #include "fem/block_matrix.hpp"
+#include "fem/body_turns.hpp"
 #include "fem/conjugate_gradients.hpp"
 #include "fem/coupling.hpp"
 #include "fem/elements.hpp"
@@ -46,6 +47,10 @@ class Dynamics {
   ///   (M + h C + h^2 K' + W) dv = h (f_elastic + f_external + f_couplings - C v - h K' v) - W v,
   /// with C = mass_damping M + stiffness_damping K' (per tet), K' the turned stiffness of Elements at the
   /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own share.
+  /// Deviation: bodies that turn so far that straight ways would swell them take the step in a frame that
+  /// turns with them (BodyTurns): f_elastic and K' are those of the turned positions x', from which the share
+  /// of K' counts, v in the other terms is the turned velocity, and the turn adds to both of x and v at the
+  /// end.
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -74,9 +79,14 @@ class Dynamics {
   /// stays stiff, and where block Jacobi is slow the estimate of the error comes out too small. Part of the
   /// state. \param goal  its least scales are set to what gravity and external forces alone would make
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
-  /// Velocities at the end of the step as the last solve() has them (n_points x 3), m/s.
-  [[nodiscard]] std::span<const Vec3> end_velocities() const { return end_velocities_; }
-  /// Between solve() and end_step(): throws Error naming body and tet where end_velocities() are above
+  /// Between solve() and end_step(): where bodies turn otherwise than the frames of the step, takes frames
+  /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
+  /// hardly depends on its frame: once a step is enough, in practice.
+  bool follow_turns();
+  /// Mean velocities over the step as the last solve() has them (n_points x 3), m/s: the ways that points go
+  /// in it, over its length. Those at its end are the same but in bodies that are followed in their turn.
+  [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
+  /// Between solve() and end_step(): throws Error naming body and tet where mean_velocities() are above
   /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
   /// the start of this one. The state stays as it is.
   void check_limits(double max_speed, int inverted_steps);
@@ -119,9 +129,12 @@ class Dynamics {
   [[nodiscard]] double elastic_energy();
 
  private:
-  void assemble(double time_step);
+  void set_time_step(double time_step);
+  void linearise();
   void update_elements();
-  void compute_point_forces(const Vec3& gravity, std::span<const Vec3> external_forces);
+  void compute_point_forces();
+  void add_turn_forces();
+  void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_right_side();
   void set_base_velocities();
   void find_end();
@@ -158,17 +171,20 @@ class Dynamics {
   std::vector<Vec3> velocity_changes_;
   std::vector<simd::Padded3> solution_;
   std::vector<simd::Padded3> right_side_;
+  BodyTurns turns_;                             ///< of the step that has begun
+  std::vector<Vec3> turned_positions_;          ///< of bodies as they are turned, scratch
+  std::vector<Vec3> loads_;                     ///< (n_points) gravity and external forces of the step, N
   std::vector<Vec3> point_forces_;              ///< at the start of the step, couplings apart
-  std::vector<Vec3> end_velocities_;            ///< as the last solve() has them
+  std::vector<Vec3> mean_velocities_;           ///< as the last solve() has them
   std::vector<Index> prescribed_points_;        ///< for the next step
   std::vector<Vec3> prescribed_positions_;      ///< of them, at its end
+  std::vector<simd::Padded3> turn_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;         ///< of the solution, by mass: that of gravity and external forces alone
-  double time_step_ = 0.0;          ///< of the step that has begun
-  bool two_level_ = false;          ///< a solve took two levels
-  double factors_time_step_ = 0.0;  ///< that of diagonal_ and factors_
-  bool updated_ = false;            ///< elements_ are as the positions and the plastic strains are now
+  double load_scale_ = 0.0;  ///< of the solution, by mass: that of gravity and external forces alone
+  double time_step_ = 0.0;   ///< of the step that has begun; that of diagonal_ and factors_
+  bool two_level_ = false;   ///< a solve took two levels
+  bool updated_ = false;     ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

@@ -29,11 +29,11 @@ void Dynamics::check_limits(double max_speed, int inverted_steps) {
   // Not by squares, which overflow before the speeds do.
   const auto speed = [](const Vec3& v) { return std::hypot(v.x, v.y, v.z); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return speed(end_velocities_[i]) > max_speed ? 1.0 : 0.0;
+    return speed(mean_velocities_[i]) > max_speed ? 1.0 : 0.0;
   });
   if (too_fast > 0.0) {
-    const auto fastest = std::ranges::max_element(end_velocities_, {}, speed);
-    throw error_at_point(static_cast<std::size_t>(fastest - end_velocities_.begin()),
+    const auto fastest = std::ranges::max_element(mean_velocities_, {}, speed);
+    throw error_at_point(static_cast<std::size_t>(fastest - mean_velocities_.begin()),
                          "a speed of " + number_text(speed(*fastest)),
                          "at most " + number_text(max_speed) + " (limits.max_speed)");
   }

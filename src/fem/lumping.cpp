@@ -6,9 +6,6 @@
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
-namespace {
-
-/// Volume of a tet at rest, m^3: a sixth of the determinant of its edges as columns, as Elements have it.
 double tet_volume_rest(const Bodies& bodies, Index tet) {
   const Tet& corners = at(bodies.tets(), tet);
   const Vec3 origin = at(bodies.points_rest(), corners[0]);
@@ -17,8 +14,6 @@ double tet_volume_rest(const Bodies& bodies, Index tet) {
   const Vec3 c = at(bodies.points_rest(), corners[3]) - origin;
   return determinant(Matrix3{{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}}) / 6.0;
 }
-
-}  // namespace
 
 std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials) {
   std::vector<double> masses(bodies.points_rest().size(), 0.0);

@@ -9,6 +9,9 @@
 /// What points and bodies have of the materials of their tets. Materials are checked by the caller.
 namespace palpate::fem {
 
+/// Volume of a tet at rest, m^3: a sixth of the determinant of its edges as columns, as Elements have it.
+[[nodiscard]] double tet_volume_rest(const Bodies& bodies, Index tet);
+
 /// Lumped masses (n_points), kg: a quarter of each tet of every body, obstacles included; zero for points
 /// without a tet. O(n_tets).
 [[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials);

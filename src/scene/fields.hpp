@@ -159,6 +159,7 @@ void describe(Visitor& v, SceneBody& body) {
   const auto only_soft = [&](const auto& list, const char* key) {
     v.rule(list.empty() || !is_rigid(body), key, "it in a rigid body", "a body that deforms");
   };
+  only_soft(body.regions, "regions");
   only_soft(body.attached, "attached");
   only_soft(body.loads, "loads");
   only_soft(body.grabs, "grabs");

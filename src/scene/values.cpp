@@ -1,5 +1,6 @@
 #include "scene/values.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
@@ -39,11 +40,16 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, int& value,
             const Limits& limits) {
-  const bool fits = json.is_number_integer() && json.get<double>() <= std::numeric_limits<int>::max() &&
-                    json.get<double>() >= std::numeric_limits<int>::min();
-  if (!fits || !limits.allow(json.get<double>())) {
-    fail(context, path, describe_json(json), expected_within(limits, "an integer"));
+  Limits allowed = limits;
+  if (json.is_number_integer()) {  // of a number that is too large the bound is what was expected
+    constexpr double lowest = std::numeric_limits<int>::min();
+    constexpr double highest = std::numeric_limits<int>::max();
+    const double found = json.get<double>();
+    if (found > highest) allowed.high = std::min(limits.high, highest);
+    if (found < lowest) allowed.low = std::max(limits.low, lowest);
   }
+  if (!json.is_number_integer() || !allowed.allow(json.get<double>()))
+    fail(context, path, describe_json(json), expected_within(allowed, "an integer"));
   value = json.get<int>();
 }
 

@@ -44,10 +44,6 @@ double least_mean_edge(const Bodies& bodies) {
   return least;
 }
 
-double deepest_of(const Contacts& contacts) {
-  return contacts.depth.empty() ? 0.0 : *std::max_element(contacts.depth.begin(), contacts.depth.end());
-}
-
 /// What has overlaps removed must see them all.
 DetectionSettings exact(DetectionSettings settings) {
   settings.cells_per_primitive.reset();
@@ -93,6 +89,17 @@ class Relaxation {
   }
 
   [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
+  /// Of the contacts that can give way: those of five points that do not move stay as they are.
+  [[nodiscard]] double deepest() const {
+    double deepest = 0.0;
+    for (std::size_t c = 0; c < contacts().size(); ++c) {
+      const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
+      const Tet& tet = at(bodies_.tets(), contacts().tet[c]);
+      if (moves(contacts().point[c]) || std::ranges::any_of(tet, moves))
+        deepest = std::max(deepest, contacts().depth[c]);
+    }
+    return deepest;
+  }
   /// Furthest that a point has gone, m.
   [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
   /// The rest positions that belong to the positions now: those of points on rails are as before.
@@ -104,7 +111,7 @@ class Relaxation {
 
   /// False where bodies cannot give way to each other without crushing their tissue.
   bool step() {
-    const double before = deepest_of(contacts());
+    const double before = deepest();
     couplings_.clear();
     response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
     for (fem::Coupling& coupling : couplings_) {
@@ -120,7 +127,7 @@ class Relaxation {
     // Where tissue would be crushed, its own forces need time; where nothing comes of it, more is needed.
     if (!moved) {
       factor_ *= 0.5;
-    } else if (deepest_of(contacts()) > stalled * before) {
+    } else if (deepest() > stalled * before) {
       factor_ = std::min(2.0 * factor_, most_factor);
     }
     return factor_ >= least_factor;
@@ -189,15 +196,15 @@ RelaxReport relax(Model& model, const SimulationSettings& settings, const RelaxS
   RelaxReport report;
   report.allowed_depth = relaxation.depth * least_mean_edge(model.bodies);
   report.contacts_before = bodies.contacts().size();
-  report.deepest_before = deepest_of(bodies.contacts());
-  while (deepest_of(bodies.contacts()) > report.allowed_depth && report.steps < relaxation.max_steps) {
+  report.deepest_before = bodies.deepest();
+  while (bodies.deepest() > report.allowed_depth && report.steps < relaxation.max_steps) {
     const bool gives_way = bodies.step();
     ++report.steps;
-    if (progress) progress(report.steps, deepest_of(bodies.contacts()));
+    if (progress) progress(report.steps, bodies.deepest());
     if (!gives_way) break;
   }
   report.contacts_after = bodies.contacts().size();
-  report.deepest_after = deepest_of(bodies.contacts());
+  report.deepest_after = bodies.deepest();
   report.relaxed = report.deepest_after <= report.allowed_depth;
   report.largest_move = bodies.largest_move();
   if (report.steps > 0) model.bodies.set_points_rest(bodies.points_rest());

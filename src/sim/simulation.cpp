@@ -196,7 +196,7 @@ bool Simulation::State::solve() {
     metrics.solver_converged = metrics.solver_converged && report.converged;
     agrees =
         metrics.solves < settings.solver.max_solves &&
-        !response.refine(threads, dynamics.end_velocities(), std::span(couplings).subspan(first_contact));
+        !response.refine(threads, dynamics.mean_velocities(), std::span(couplings).subspan(first_contact));
   } while (!agrees && rounds < a_few && metrics.solves < settings.solver.max_solves);
   // What falls freely is no blow-up, however small it is.
   const double fall =
@@ -214,13 +214,14 @@ void Simulation::State::find_way() {
   while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
     agrees = solve();
+    while (metrics.solves < settings.solver.max_solves && dynamics.follow_turns()) agrees = solve();
     const std::span<const Vec3> positions_end = dynamics.end_positions();
     metrics.solver_seconds += watch.lap();
     detect(positions_end);
     ++metrics.detections;
     watch.lap();
     meets = metrics.solves < settings.solver.max_solves &&
-            response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.end_velocities(),
+            response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.mean_velocities(),
                              couplings);
     metrics.forces_seconds += watch.lap();
   }
@@ -229,7 +230,7 @@ void Simulation::State::find_way() {
 void Simulation::State::sum_contact_forces() {
   std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
   for (const fem::Coupling& coupling : std::span(couplings).subspan(first_contact)) {
-    const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.velocities());
+    const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.mean_velocities());
     at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
     at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
   }
@@ -262,6 +263,9 @@ void Simulation::State::advance() {
     throw;
   }
   watch.lap();
+  sum_contact_forces();
+  grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
+                    dynamics.mean_velocities());
   dynamics.end_step();
   metrics.solver_seconds += watch.lap();
 }
@@ -277,9 +281,6 @@ const StepMetrics& Simulation::step() {
     const std::string where = error.where().empty() ? step : error.where() + ", " + step;
     throw Error(error.source(), where, error.found(), error.expected());
   }
-  s.sum_contact_forces();
-  s.grabs.take_forces(std::span(s.couplings).first(s.grab_couplings), s.settings.time_step,
-                      s.dynamics.velocities());
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();

@@ -41,8 +41,7 @@ TEST_F(RelaxCommand, RunRemovesOverlapsWhereTheSceneAsksForIt) {
 }
 
 TEST_F(RelaxCommand, RunSaysWhatIsLeftAndGoesOn) {
-  write("scene.json", overlapping(R"("relax": {"max_steps": 2},)",
-                                  R"(, "fixed": [{"sphere": {"center": [0, 0, 0], "radius": 1}}])"));
+  write("scene.json", overlapping(R"("relax": {"max_steps": 1, "depth": 1e-6},)"));
   const Finished done = palpate({"run", "scene.json", "--no-picture", "--out", "out"});
   EXPECT_EQ(done.exit_code, 0);
   EXPECT_NE(done.err.find("scene.json: overlaps of "), std::string::npos) << done.err;

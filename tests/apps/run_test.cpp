@@ -290,6 +290,28 @@ TEST_F(Run, AnEarlierRunLeavesNoTrace) {
   EXPECT_EQ(names, (std::vector<std::string>{"frames", "frames.pvd", "metrics.csv", "run.json"}));
 }
 
+/// A ball at 10 m/s and steps of 5 ms goes 5 cm a step, through a plate of 1 cm.
+TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
+  const auto scene = [](const char* speed) {
+    return std::string(
+               R"({"name": "shot", "time_step": 0.005, "duration": 0.02, "gravity": [0, 0, 0], "bodies": [
+      {"name": "plate", "obstacle": true, "box": {"cells": [4, 4, 1], "size": [0.04, 0.04, 0.01]}},
+      {"name": "ball", "ball": {"radius": 0.01, "resolution": 2}, "translate": [0, 0, 0.06],
+       "velocity": [0, 0, )") +
+           speed + R"(], "material": {"young_modulus": 1e5}}]})";
+  };
+  write("fast.json", scene("-10"));
+  const Finished fast = palpate({"run", "fast.json", "--no-picture", "--out", "fast"});
+  EXPECT_EQ(fast.exit_code, 0);
+  EXPECT_NE(fast.out.find("too far       in 4 steps a point went further than "), std::string::npos)
+      << fast.out;
+  EXPECT_EQ(Json::parse(read("fast/run.json"))["steps_too_far"], 4);
+  write("slow.json", scene("-0.1"));
+  const Finished slow = palpate({"run", "slow.json", "--no-picture", "--out", "slow"});
+  EXPECT_EQ(slow.out.find("too far"), std::string::npos) << slow.out;
+  EXPECT_EQ(Json::parse(read("slow/run.json"))["steps_too_far"], 0);
+}
+
 TEST_F(Run, QuietSaysNothing) {
   const Finished done = palpate({"run", "scene.json", "--quiet", "--no-picture"});
   EXPECT_EQ(done.exit_code, 0);

@@ -117,7 +117,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("solver": {"max_iterations": 2.5})"),
        "solver.max_iterations: found 2.5, expected an integer >= 1"},
       {with(R"("solver": {"max_iterations": 99999999999})"),
-       "solver.max_iterations: found 99999999999, expected an integer >= 1"},
+       "solver.max_iterations: found 99999999999, expected an integer in [1, 2147483647]"},
       {with(R"("solver": {"fixed_iterations": 0})"),
        "solver.fixed_iterations: found 0, expected an integer >= 1"},
       {with(R"("solver": {"preconditioner": "cholesky"})"),
@@ -142,6 +142,8 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}]}, "grabs": [
            {"from": [0, 0, 0], "target": [0, 0, 0], "stiffness": 1}])"),
        "bodies[0].grabs: found it in a rigid body, expected a body that deforms"},
+      {with_body(ball + R"(, "obstacle": true, "regions": [{"tets": [0], "material": {}}])"),
+       "bodies[0].regions: found it in a rigid body, expected a body that deforms"},
       {"{\"bodies\": [{" + ball + "}]}",
        "bodies[0].material: found nothing, expected the material of a body that is neither an obstacle nor "
        "has a motion"},

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+
+#include "fem/matrix.hpp"
+#include "geometry/rotation.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::fem {
+
+/// The rigid motion that has the momenta of a body.
+struct RigidMotion {
+  Vec3 center{};    ///< of mass, m
+  Vec3 velocity{};  ///< of the centre, m/s
+  Vec3 momentum{};  ///< angular, about the centre
+  Matrix3 inverse_inertia{};
+  [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
+  [[nodiscard]] double turning_energy() const { return 0.5 * dot(momentum, angular_velocity()); }  ///< J
+};
+
+/// How whole bodies turn within a step, so that a step can be taken in frames that turn with them.
+///
+/// A step linearised about its start moves points along straight lines: a body that turns by an angle a comes
+/// out larger by 1 - cos(a) across its axis, which linear elasticity at the start does not feel and the next
+/// step finds as strain. In a stiff body that strain holds more energy than its motion had. In a frame that
+/// turns by Q about the body's centre of mass c, the step starts from the turned body x' = c + Q (x - c) and
+/// the turned velocities Q (v - v_c), and inertia against the turn (the centrifugal force) is one of the
+/// forces: a rigid turn is exact, keeps size, energy and angular momentum. Small turns are left out, since a
+/// turn costs a pass over all elements.
+class BodyTurns {
+ public:
+  /// \param masses     of points (n_points), kg
+  /// \param obstacles  per body: 1 where it is never followed
+  /// O(n_points + n_tets).
+  BodyTurns(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
+            std::span<const std::uint8_t> obstacles);
+
+  /// Turns bodies as they turn at the start of a step: by the midpoint rule for a rigid body without torque.
+  /// Only those where the swelling by the turn would hold more than a share of 1e-4 of the energy of their
+  /// turning. \param positions, velocities  (n_points x 3) at the start O(n_points).
+  void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
+             std::span<const Vec3> velocities, double time_step);
+  /// Turns bodies as a solution does that moves the points by `velocities` in the step that has begun, where
+  /// what is left of its turn swells the body by more than that share. Returns whether any has another turn
+  /// than before. O(n_points).
+  bool follow(const parallel::Threads& threads, std::span<const Vec3> positions,
+              std::span<const Vec3> velocities);
+  /// Whether a body is turned.
+  [[nodiscard]] bool any() const;
+
+  /// Of a point at the start of the step, x' - x, m.
+  [[nodiscard]] Vec3 displacement(Index body, const Vec3& position) const;
+  /// Mean velocity over the step with which a point goes on if no force but inertia acts on it.
+  [[nodiscard]] Vec3 free_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
+  /// What inertia accelerates a point by in its turned frame, m/s^2: outwards by the centrifugal force, less
+  /// what turns the body as a whole, which its frame does already.
+  [[nodiscard]] Vec3 inertial_acceleration(Index body, const Vec3& position) const;
+  /// What the mean velocity over the step has more than the velocity at its end.
+  [[nodiscard]] Vec3 excess_velocity(Index body, const Vec3& position) const;
+
+ private:
+  /// A body at the start of the step, and how its frame turns.
+  struct Frame {
+    Vec3 center{};
+    Vec3 velocity{};
+    Vec3 angle{};                 ///< along the axis, rad
+    Turn turn{};                  ///< by it: Q
+    Vec3 angular_velocity{};      ///< at the end
+    Vec3 angular_acceleration{};  ///< at the end, of a rigid body without torque: Euler's equations
+    Vec3 correction{};            ///< angular velocity that keeps the angular momentum: Q turns that, too
+  };
+  [[nodiscard]] RigidMotion rigid_motion(std::size_t body, std::span<const Vec3> positions,
+                                         std::span<const Vec3> velocities) const;
+  [[nodiscard]] bool swells(std::size_t body, const Vec3& angle, double energy) const;
+  void set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum);
+
+  std::vector<Body> bodies_;
+  std::vector<double> masses_;
+  std::vector<double> stretch_energies_;  ///< (n_bodies) of strain 1: Young's modulus x volume, J
+  std::vector<Frame> frames_;
+  std::vector<RigidMotion> starts_;
+  std::vector<std::uint8_t> changed_;
+  double time_step_ = 0.0;
+};
+
+}  // namespace palpate::fem
