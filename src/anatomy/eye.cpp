@@ -75,7 +75,7 @@ Distance rectus_shape(double angle) {
 
 Distance nerve_shape() {
   constexpr double radius = 2.0;
-  return without(tube({{{0.0, bulb_radius, 0.0}, {1.0, 0.0, 0.0}, radius, radius},
+  return without(tube({{{0.0, bulb_radius - 2.0, 0.0}, {1.0, 0.0, 0.0}, radius, radius},
                        {{0.0, 34.5, 0.0}, {1.0, 0.0, 0.0}, radius, radius}}),
                  bulb_shape(), gap);
 }
@@ -92,8 +92,8 @@ Distance skin_shape() {
   return smoothly_without(patch, opening, 3.0);
 }
 
-/// Between bone and skin what no other organ takes; with channels for the slender organs wider than these by
-/// `widening` on each side.
+/// Between bone and skin what no other organ takes. With a `widening` it reaches into these, so that thin
+/// layers stay whole, and the channels of slender organs are wider, so that they stay open.
 Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   const Distance cavity = cavity_shape();
   // Above the plate, and where it will move.
@@ -101,7 +101,7 @@ Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   const Distance plate_room = common(
       {box({-x, plate_start.y - 1.2, -40.0}, {x, plate_start.y + plate_cells[1] * plate_cell + 3.0, 0.0}),
        [cavity](const Vec3& p) { return -cavity(p) - (plate_thickness + 2.0 * gap); }});
-  Distance fat = common({grown(cavity, -gap), grown(under_skin_shape(), -gap)});
+  Distance fat = common({grown(cavity, 0.8 * widening - gap), grown(under_skin_shape(), widening - gap)});
   fat = without(std::move(fat), bulb_shape(), gap);
   for (const Distance& organ : slender) fat = without(std::move(fat), organ, gap + widening);
   return without(std::move(fat), plate_room);
@@ -127,7 +127,7 @@ TetMesh meshed(const Distance& shape, double cell, double widening = 0.0) {
 
 /// The fat, first with wider channels for slender organs.
 TetMesh meshed_fat(const std::vector<Distance>& slender, double cell) {
-  constexpr double widening = 0.7;
+  constexpr double widening = 0.9;
   constexpr double reach = 30.0;
   return stuff_fitted(fat_shape(slender, 0.0), fat_shape(slender, widening),
                       {{-reach, -reach, -reach}, {reach, 1.5 * reach, reach}, cell});
@@ -146,8 +146,8 @@ std::vector<Organ> make_eye() {
     slender.push_back(rectus_shape(angle));
     organs.push_back({name, meshed(slender.back(), 3.2, 0.3)});
   }
-  organs.push_back({"nerve", meshed(nerve_shape(), 3.0)});
-  organs.push_back({"fat", meshed_fat(slender, 4.2)});
+  organs.push_back({"nerve", meshed(nerve_shape(), 3.0, 0.3)});
+  organs.push_back({"fat", meshed_fat(slender, 4.4)});
   organs.push_back({"skin", meshed(skin_shape(), 5.4, 1.0)});
   const Distance cavity = cavity_shape();
   organs.push_back(

@@ -68,32 +68,65 @@ Vec3 step_to_surface(const Distance& shape, const Vec3& p) {
   return square > least_square ? (-shape(p) / square) * gradient : Vec3{};
 }
 
+/// A mesh whose points are moved one after the other.
+class Fit {
+ public:
+  Fit(TetMesh& mesh, const Distance& shape, double least_angle)
+      : mesh_(mesh),
+        shape_(shape),
+        least_angle_(least_angle),
+        tets_(tets_at_points(mesh)),
+        on_surface_(surface_points(mesh)) {}
+
+  void sweep() {
+    for (std::size_t p = 0; p < mesh_.points.size(); ++p) on_surface_[p] ? to_surface(p) : to_middle(p);
+  }
+
+ private:
+  [[nodiscard]] double worst_at(std::size_t p) const {
+    double worst = 180.0;
+    for (const Index t : tets_[p]) worst = std::min(worst, least_dihedral(mesh_, at(mesh_.tets, t)));
+    return worst;
+  }
+  void to_surface(std::size_t p) {
+    constexpr int halvings = 3;
+    const Vec3 from = mesh_.points[p];
+    const Vec3 step = step_to_surface(shape_, from);
+    const double allowed = std::min(least_angle_, worst_at(p));
+    double share = 1.0;
+    for (int i = 0; i <= halvings; ++i, share *= 0.5) {
+      mesh_.points[p] = from + share * step;
+      if (worst_at(p) >= allowed) return;
+    }
+    mesh_.points[p] = from;
+  }
+  /// Makes room for points of the surface: to the mean of the points around, if that is better for all tets.
+  void to_middle(std::size_t p) {
+    const Vec3 from = mesh_.points[p];
+    const double before = worst_at(p);
+    Vec3 sum;
+    for (const Index t : tets_[p]) {
+      for (const Index q : at(mesh_.tets, t)) sum += at(mesh_.points, q);
+    }
+    // Each tet counts the point itself too.
+    const auto count = static_cast<double>(tets_[p].size());
+    mesh_.points[p] = (1.0 / (3.0 * count)) * (sum - count * from);
+    if (worst_at(p) <= before) mesh_.points[p] = from;
+  }
+
+  TetMesh& mesh_;
+  const Distance& shape_;
+  double least_angle_;
+  std::vector<std::vector<Index>> tets_;
+  std::vector<bool> on_surface_;
+};
+
 }  // namespace
 
 void fit(TetMesh& mesh, const Distance& shape, double least_angle) {
-  constexpr int sweeps = 4;
-  constexpr int halvings = 3;
-  const std::vector<std::vector<Index>> tets = tets_at_points(mesh);
-  const std::vector<bool> on_surface = surface_points(mesh);
-  const auto worst_at = [&](std::size_t p) {
-    double worst = 180.0;
-    for (const Index t : tets[p]) worst = std::min(worst, least_dihedral(mesh, at(mesh.tets, t)));
-    return worst;
-  };
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-      if (!on_surface[p]) continue;
-      const Vec3 from = mesh.points[p];
-      const Vec3 step = step_to_surface(shape, from);
-      const double allowed = std::min(least_angle, worst_at(p));
-      double share = 1.0;
-      for (int i = 0; i <= halvings; ++i, share *= 0.5) {
-        mesh.points[p] = from + share * step;
-        if (worst_at(p) >= allowed) break;
-        mesh.points[p] = from;
-      }
-    }
-  }
+  constexpr int sweeps = 8;
+  Fit points(mesh, shape, least_angle);
+  for (int i = 0; i < sweeps; ++i) points.sweep();
 }
 
 TetMesh stuff_fitted(const Distance& shape, const Distance& wider, const StuffingOptions& options) {

@@ -9,7 +9,7 @@ namespace palpate::anatomy {
 /// Moves the points on the surface of a mesh onto the surface of a shape that is near to it, along the
 /// gradient: for shapes with parts too thin or channels too narrow for the lattice, which are first stuffed
 /// with these widened. A point stops short where a tet at it would get a dihedral angle below `least_angle`
-/// (degrees). O(points x tets at a point).
+/// (degrees); points inside make room where that is better for the tets at them. O(points x tets at a point).
 void fit(TetMesh& mesh, const Distance& shape, double least_angle);
 
 /// A mesh of `shape`: stuff() of `wider`, which the lattice sees better, then fit() with 10 degrees.
