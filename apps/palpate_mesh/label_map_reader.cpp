@@ -87,6 +87,27 @@ Image::Pointer read_file(const fs::path& path, const itk::ImageIOBase::Pointer& 
   return reader->GetOutput();
 }
 
+std::string text_of(const itk::MetaDataDictionary& header, const std::string& key) {
+  std::string text;
+  itk::ExposeMetaData(header, key, text);
+  return text;
+}
+
+/// GDCM leaves the position out of slices that are no CT or MR ("secondary capture"), and says nothing.
+void check_position(const Image& image, const itk::MetaDataDictionary& first, const std::string& source) {
+  std::string text = text_of(first, "0020|0032");
+  std::ranges::replace(text, '\\', ' ');
+  std::istringstream position(text);
+  constexpr double near = 1e-3;
+  for (unsigned a = 0; a < 3; ++a) {
+    double value = 0.0;
+    if (position >> value && std::abs(value - image.GetOrigin()[a]) > near) {
+      throw Error(source, "", "a position in the slices that their kind of DICOM object does not count",
+                  "CT or MR slices; or the map as NRRD or NIfTI");
+    }
+  }
+}
+
 Image::Pointer read_series(const fs::path& folder) {
   const auto names = itk::GDCMSeriesFileNames::New();
   names->SetGlobalWarningDisplay(false);
@@ -101,13 +122,8 @@ Image::Pointer read_series(const fs::path& folder) {
   reader->SetImageIO(itk::GDCMImageIO::New());
   reader->SetFileNames(names->GetFileNames(series.front()));
   reader->Update();
+  check_position(*reader->GetOutput(), *reader->GetMetaDataDictionaryArray()->front(), folder.string());
   return reader->GetOutput();
-}
-
-std::string text_of(const itk::MetaDataDictionary& header, const std::string& key) {
-  std::string text;
-  itk::ExposeMetaData(header, key, text);
-  return text;
 }
 
 /// The segments that 3D Slicer names in the header of a .seg.nrrd.
