@@ -28,6 +28,33 @@ void set(std::string& bytes, std::size_t place, Number value) {
   }
 }
 
+std::string bytes_of_number(std::uint32_t value, std::size_t count) {
+  std::string bytes;
+  for (std::size_t b = 0; b < count; ++b, value >>= 8U) bytes.push_back(static_cast<char>(value & 0xffU));
+  return bytes;
+}
+
+/// A data element; text is padded to even length as its kind asks.
+std::string element(std::uint32_t group, std::uint32_t tag, const std::string& kind, std::string value) {
+  if (value.size() % 2 != 0) value.push_back(kind == "UI" || kind == "OB" ? '\0' : ' ');
+  const auto size = static_cast<std::uint32_t>(value.size());
+  const std::string length =
+      kind == "OB" ? bytes_of_number(0, 2) + bytes_of_number(size, 4) : bytes_of_number(size, 2);
+  return bytes_of_number(group, 2) + bytes_of_number(tag, 2) + kind + length + value;
+}
+
+std::string number(std::uint32_t group, std::uint32_t tag, int value) {
+  return element(group, tag, "US", bytes_of_number(static_cast<std::uint32_t>(value), 2));
+}
+
+/// Numbers as DICOM writes them: decimal text of at most 16 letters, a backslash between.
+std::string decimals(const std::vector<double>& values) {
+  std::ostringstream text;
+  text.precision(9);
+  for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "" : "\\") << values[i];
+  return text.str();
+}
+
 double length(const Vec3& v) {
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
@@ -118,6 +145,32 @@ std::string meta_image(const TestMap& map) {
   header << "\nDimSize = " << map.size[0] << ' ' << map.size[1] << ' ' << map.size[2]
          << "\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   return header.str() + bytes_of(map);
+}
+
+std::string dicom_slice(const TestMap& map, int k, const std::string& object_class) {
+  const Vec3 corner = map.place(0, 0, k);
+  const auto unit = [](const Vec3& v) { return Vec3{v.x / length(v), v.y / length(v), v.z / length(v)}; };
+  const Vec3 along = unit(map.steps[0]);
+  const Vec3 down = unit(map.steps[1]);
+  const std::string root = "1.2.826.0.1.3680043.2.1125.";
+  const std::string uid = root + "3." + std::to_string(k + 1);
+  const std::string meta = element(2, 0x01, "OB", std::string("\0\1", 2)) +
+                           element(2, 0x02, "UI", object_class) + element(2, 0x03, "UI", uid) +
+                           element(2, 0x10, "UI", "1.2.840.10008.1.2.1");
+  const auto slice = static_cast<std::size_t>(map.size[0]) * static_cast<std::size_t>(map.size[1]);
+  const auto first = map.labels.begin() + static_cast<std::ptrdiff_t>(slice) * k;
+  return std::string(128, '\0') + "DICM" +
+         element(2, 0, "UL", bytes_of_number(static_cast<std::uint32_t>(meta.size()), 4)) + meta +
+         element(0x08, 0x16, "UI", object_class) + element(0x08, 0x18, "UI", uid) +
+         element(0x08, 0x60, "CS", "CT") + element(0x20, 0x0d, "UI", root + "1") +
+         element(0x20, 0x0e, "UI", root + "2") + element(0x20, 0x13, "IS", std::to_string(k + 1)) +
+         element(0x20, 0x32, "DS", decimals({corner.x, corner.y, corner.z})) +
+         element(0x20, 0x37, "DS", decimals({along.x, along.y, along.z, down.x, down.y, down.z})) +
+         number(0x28, 0x02, 1) + element(0x28, 0x04, "CS", "MONOCHROME2") + number(0x28, 0x10, map.size[1]) +
+         number(0x28, 0x11, map.size[0]) +
+         element(0x28, 0x30, "DS", decimals({length(map.steps[1]), length(map.steps[0])})) +
+         number(0x28, 0x100, 8) + number(0x28, 0x101, 8) + number(0x28, 0x102, 7) + number(0x28, 0x103, 0) +
+         element(0x7fe0, 0x10, "OB", std::string(first, first + static_cast<std::ptrdiff_t>(slice)));
 }
 
 std::string segment(int number, int label, const std::string& name, const std::string& color) {

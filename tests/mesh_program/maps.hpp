@@ -37,6 +37,11 @@ std::string nifti(const TestMap& map);
 /// MetaImage in one file; LPS.
 std::string meta_image(const TestMap& map);
 
+/// DICOM (explicit little-endian) of the slice k of a map, of a class of objects by its UID; LPS.
+std::string dicom_slice(const TestMap& map, int k, const std::string& object_class);
+inline constexpr const char* dicom_ct = "1.2.840.10008.5.1.4.1.1.2";
+inline constexpr const char* dicom_secondary_capture = "1.2.840.10008.5.1.4.1.1.7";
+
 /// Lines of a .seg.nrrd as 3D Slicer writes them.
 std::string segment(int number, int label, const std::string& name, const std::string& color);
 

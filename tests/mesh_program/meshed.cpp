@@ -20,6 +20,14 @@ long MeshProgram::euler_characteristic(const std::string& organ) const {
          static_cast<long>(bodies.triangles().size());
 }
 
+void MeshProgram::write_series(const std::string& name, const TestMap& map,
+                               const std::string& object_class) const {
+  std::filesystem::create_directory(folder_ / name);
+  for (int k = 0; k < map.size[2]; ++k) {
+    put(folder_ / (name + "/" + std::to_string(k) + ".dcm"), dicom_slice(map, k, object_class));
+  }
+}
+
 void expect_volume(const Json& info, double volume) {
   EXPECT_NEAR(info["volume"].get<double>(), volume, 0.02 * volume);
 }

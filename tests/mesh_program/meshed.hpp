@@ -17,6 +17,8 @@ class MeshProgram : public CommandTest {
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
     return finished.exit_code == 0 ? Json::parse(finished.out) : Json();
   }
+  /// Writes a folder with a DICOM series.
+  void write_series(const std::string& name, const TestMap& map, const std::string& object_class) const;
   /// What `palpate info` says of a mesh in "out".
   [[nodiscard]] Json info(const std::string& organ) const {
     return json_of({"info", "out/" + organ + ".vtu", "--json"});

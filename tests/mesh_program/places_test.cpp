@@ -58,6 +58,7 @@ TEST_F(MeshProgram, PlacesOfAnObliqueMapOfEachFormat) {
   write("ras.nrrd", nrrd(map, "right-anterior-superior"));
   write("map.nii", nifti(map));
   write("map.mha", meta_image(map));
+  write_series("series", map, dicom_ct);
   struct Case {
     const char* file;
     const char* space;
@@ -66,7 +67,7 @@ TEST_F(MeshProgram, PlacesOfAnObliqueMapOfEachFormat) {
   for (const Case& c :
        {Case{"lps.nrrd", "lps", 1.0}, Case{"lps.nrrd", "ras", -1.0}, Case{"ras.nrrd", "ras", 1.0},
         Case{"ras.nrrd", "lps", -1.0}, Case{"map.nii", "ras", 1.0}, Case{"map.nii", "lps", -1.0},
-        Case{"map.mha", "lps", 1.0}}) {
+        Case{"map.mha", "lps", 1.0}, Case{"series", "lps", 1.0}}) {
     SCOPED_TRACE(std::string(c.file) + " in " + c.space);
     const Json report = meshed(c.file, {"--size", "1", "--space", c.space});
     expect_volume(info("label-1"), map.volume(1));

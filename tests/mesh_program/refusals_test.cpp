@@ -34,6 +34,10 @@ TEST_F(MeshRefusals, Files) {
   refuse({"empty.nrrd"}, {"empty.nrrd", "no voxel that is not 0"});
   std::filesystem::create_directory(folder_ / "folder");
   refuse({"folder"}, {"folder", "0 DICOM series"});
+  TestMap map = box_map();
+  map.origin = {-20, 30, 40};
+  write_series("capture", map, dicom_secondary_capture);
+  refuse({"capture"}, {"capture", "position", "CT or MR slices"});
   EXPECT_FALSE(exists("map-bodies"));
 }
 
