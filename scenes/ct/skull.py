@@ -56,9 +56,9 @@ def soft_tissue(ct, air_level, solid, back, lowest):
     return v.largest(ct, v.opened(ct, tissue, 1.6))
 
 
-def write(ct, organs, origin, folder, sizes):
+def write(ct, organs, origin, folder, gap, sizes):
     v.write_labels(folder / "organs.seg.nrrd", ct, organs, origin)
-    flags = ["--gap", "1.5"]
+    flags = ["--gap", str(gap)]
     for name, size in sizes.items():
         flags += ["--size", f"{name}={size}"]
     return flags
@@ -77,7 +77,7 @@ def make_cranium(source, folder, _write_mesh):
     organs = {"lower jaw": bone[2], "upper jaw": v.largest(ct, bone[1] & jaw), "skull": v.largest(ct, bone[1] & ~joint & (y < 125.0))}
     solid = np.any(list(organs.values()), axis=0) | (bone[1] & joint)
     organs["soft tissue"] = soft_tissue(ct, -250, v.closed(ct, solid, 6.0), 120.0, 0.0)
-    return write(ct, organs, (125.0, 95.0, 40.0), folder, SIZES["skull"])
+    return write(ct, organs, (125.0, 95.0, 40.0), folder, 1.2, SIZES["skull"])
 
 
 def make_headsq(source, folder, _write_mesh):
@@ -93,7 +93,7 @@ def make_headsq(source, folder, _write_mesh):
     organs = {"lower jaw": bone[2], "upper jaw": bone[3], "skull": bone[1]}
     solid = np.any(list(bone.values()), axis=0)
     organs["soft tissue"] = soft_tissue(ct, 600, v.closed(ct, solid, 6.0), 100.0, 0.0)
-    return write(ct, organs, (100.0, 90.0, 70.0), folder, SIZES["jaw"])
+    return write(ct, organs, (100.0, 90.0, 70.0), folder, 1.5, SIZES["jaw"])
 
 
 # Of the triangles, mm: found with --tets, so that the scenes have the counts of the paper's Table 1.
