@@ -35,6 +35,10 @@ struct Motion {
   Interpolation interpolation = Interpolation::linear;  ///< between keyframes
 };
 
+/// Where a motion is at a time (s); the quaternion has length 1. Throws Error on a motion that a Simulation
+/// would refuse. O(keyframes).
+Keyframe pose_at(const Motion& motion, double time);
+
 /// A spring between a point and a place in space, force = stiffness (target - point).
 struct Grab {
   Index point = -1;
