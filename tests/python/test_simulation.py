@@ -321,8 +321,6 @@ def test_bad_models_are_refused_and_stay_as_they_were():
 
 
 def test_a_restored_simulation_goes_on_with_the_same_bits(tmp_path):
-    if not hasattr(palpate.Simulation, "save"):
-        pytest.skip("this library cannot save states")
     scene = palpate.stacking_scene(count=4, cells=(4, 4, 1))
     one = palpate.Simulation(scene)
     one.run(20)
