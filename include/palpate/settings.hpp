@@ -72,8 +72,9 @@ inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "m
 
 /// A ball in space.
 struct InterestRegion {
-  Vec3 center { friend bool operator==(const InterestRegion&, const InterestRegion&) = default; };
+  Vec3 center{};
   double radius = 0.0;  ///< > 0
+  friend bool operator==(const InterestRegion&, const InterestRegion&) = default;
 };
 /// What a detection may cost; where it does not suffice, contacts are missed, and the counts say so
 /// (docs/budget.md). Only for Structure::compact without cells_per_primitive.
