@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <span>
@@ -23,6 +24,7 @@ namespace {
 
 constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json           simulate a scene; results go to results/stacking
+  palpate view scenes/stacking.json          look at a scene, and touch it, in the browser
   palpate info liver.msh                     what is in a mesh
   palpate generate stacking --count 5        write a scene to start from
 
@@ -93,7 +95,8 @@ int work(int argc, const char* const* argv) {
   command.require_subcommand(1);
   command.set_version_flag(
       "--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });
-  std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command)};
+  std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command),
+                                      add_view(command)};
   for (Subcommand& sub : add_generate(command)) subcommands.push_back(std::move(sub));
 
   check_subcommands(command, std::span(argv, static_cast<std::size_t>(argc)).subspan(1));
@@ -116,6 +119,8 @@ int work(int argc, const char* const* argv) {
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
+  // A file beyond a size limit is to be an error of the write, and not the end of the process.
+  static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
   try {
     return work(argc, argv);
   } catch (const BadInput& error) {

@@ -34,8 +34,11 @@ std::string duration_text(double seconds) {
 
 }  // namespace
 
-Progress::Progress(std::int64_t most_steps, bool quiet)
-    : most_steps_(most_steps), quiet_(quiet), on_terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(std::int64_t first_step, std::int64_t most_steps, bool quiet)
+    : first_step_(first_step),
+      most_steps_(most_steps),
+      quiet_(quiet),
+      on_terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (line_open_) std::fputc('\n', stderr);
@@ -43,7 +46,7 @@ Progress::~Progress() {
 
 std::string Progress::line(const StepMetrics& m, std::size_t width) const {
   const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-  const double a_step = m.step > 0 ? elapsed / static_cast<double>(m.step) : 0.0;
+  const double a_step = m.step > first_step_ ? elapsed / static_cast<double>(m.step - first_step_) : 0.0;
   const auto left = static_cast<double>(most_steps_ - m.step);
   const double percent =
       most_steps_ > 0 ? 100.0 * static_cast<double>(m.step) / static_cast<double>(most_steps_) : 100.0;

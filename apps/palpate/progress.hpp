@@ -12,8 +12,9 @@ namespace palpate::app {
 /// seconds and one at the end.
 class Progress {
  public:
+  /// \param first_step  at which it begins
   /// \param most_steps  the step at which the run ends at the latest
-  Progress(std::int64_t most_steps, bool quiet);
+  Progress(std::int64_t first_step, std::int64_t most_steps, bool quiet);
   /// Leaves the cursor at the start of a fresh line.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -29,6 +30,7 @@ class Progress {
   [[nodiscard]] std::string line(const StepMetrics& metrics, std::size_t width) const;
   void show(const StepMetrics& metrics);
 
+  std::int64_t first_step_;
   std::int64_t most_steps_;
   bool quiet_;
   bool on_terminal_;

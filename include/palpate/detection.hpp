@@ -19,7 +19,7 @@ namespace palpate {
 /// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in
 /// two other bodies is two contacts.
 struct Contacts {
-  std::vector<Index> point;  ///< (n)
+  std::vector<Index> point;  ///< (n) the point that is inside
   std::vector<Index> body;   ///< (n) the penetrated body
   std::vector<Index> tet;    ///< (n) the penetrated tet
   std::vector<std::array<double, 4>>
@@ -91,16 +91,19 @@ struct DepthCounts {
 
 /// What one detection did; counts, not times, are the same on every machine.
 struct DetectionCounts : DepthCounts {
-  std::size_t contacts = 0;
-  std::size_t border_edges = 0;
-  std::size_t crossings = 0;
+  std::size_t contacts = 0;      ///< points in tets of other bodies, or of their own
+  std::size_t border_edges = 0;  ///< with one end in contact and the other not
+  std::size_t crossings = 0;     ///< of border edges with the surface
   std::size_t candidates = 0;    ///< pairs proposed and tested, both queries; of clusters: docs/query.md
   std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
-  /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots, and
-  /// the cells that were left out.
+  /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots.
   std::size_t approximated_primitives = 0;
-  std::size_t dropped_cells = 0;
+  std::size_t dropped_cells = 0;  ///< approximate mode: cells that were left out
+  /// With a budget: clusters of tets, and of triangles of penetrated bodies, that it did not suffice for, and
+  /// the share of those that it did.
+  std::size_t late_clusters = 0;
+  double completeness = 1.0;
   std::optional<Sort>
       sort;               ///< that put the points in order, never adaptive; none: the structure does not sort
   std::size_t cells = 0;  ///< cells of the domain
@@ -111,14 +114,37 @@ struct DetectionCounts : DepthCounts {
   std::optional<CuckooCounts> cuckoo_edges;
 };
 
+/// The cells of a detection (paper 4.1, eq. 2): cell (i, j, k) begins at lower + cell_size (i, j, k).
+struct CellDomain {
+  Vec3 lower{};
+  std::array<Index, 3> cells{0, 0, 0};  ///< along x, y, z
+  double cell_size = 0.0;
+};
+
 /// Seconds of the phases of one detection.
 struct DetectionTimes {
-  double grid = 0.0;
-  double contacts = 0.0;
-  double border_edges = 0.0;
-  double crossings = 0.0;
-  double depth = 0.0;
+  double grid = 0.0;          ///< s, putting the points into cells
+  double contacts = 0.0;      ///< s, points in tets
+  double border_edges = 0.0;  ///< s
+  double crossings = 0.0;     ///< s, border edges with the surface
+  double depth = 0.0;         ///< s, depths and directions
   DetectionTimes& operator+=(const DetectionTimes& other);
+};
+
+/// What a detector remembers of the frames before. The contacts found do not depend on it, but in approximate
+/// mode; counts do (movers, sort).
+struct DetectorMemory {
+  double cell_size = 0.0;             ///< as chosen at the first detection; 0 before it
+  std::vector<CellSizeTrial> trials;  ///< of that choice
+  Vec3 lower{};                       ///< corners of the domain
+  Vec3 upper{};
+  std::uint64_t detections = 0;  ///< so far
+  bool repairs = true;           ///< where the switch of Sort::adaptive stands
+  DetectionCounts counts;        ///< of the last detection
+  /// With a budget: what was known of each cluster before the last detection, and the share that it had.
+  std::vector<std::uint8_t> tet_notes;
+  std::vector<std::uint8_t> triangle_notes;
+  double share = 1.0;
 };
 
 /// Finds the contacts among bodies, and how deep they are, frame after frame.
@@ -140,18 +166,33 @@ class Detector {
 
   /// Finds all contacts at `positions` (n_points x 3). Expected time O(points + tets + contacts); with
   /// Structure::brute O(points x tets). Throws Error where a position is not finite.
-  void detect(std::span<const Vec3> positions);
+  /// \param share  of the budget that it may spend, > 0
+  void detect(std::span<const Vec3> positions, double share = 1.0);
 
   /// Results of the last detect(); valid until the next.
   [[nodiscard]] const Contacts& contacts() const;
+  /// The same, without a copy: the memory goes to the caller, contacts() is empty until the next detect().
+  [[nodiscard]] Contacts take_contacts();
   [[nodiscard]] std::span<const BorderEdge> border_edges() const;  ///< sorted by (contact, edge)
   [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;
   [[nodiscard]] const DetectionTimes& times() const;
+  [[nodiscard]] CellDomain cell_domain() const;
+  /// (n_bodies) 1 where the budget did not suffice for all tets of a body, or for all its triangles: contacts
+  /// of points in it may be missing, and depths in it be less exact. Empty without a budget.
+  [[nodiscard]] std::span<const std::uint8_t> late_bodies() const;
+  /// Seconds that a detection takes, as far as is known; 0 without a budget.
+  [[nodiscard]] double expected_seconds() const;
   /// How the cell size was chosen, at the first detect().
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.
   [[nodiscard]] std::size_t structure_bytes() const;
+
+  /// What a new detector of the same bodies and settings needs to go on as this one would: then recall() it
+  /// there with the positions of the last detect(). That finds their contacts again. Throws Error on a memory
+  /// that no detector has.
+  [[nodiscard]] DetectorMemory memory() const;
+  void recall(const DetectorMemory& memory, std::span<const Vec3> positions);
 
  private:
   struct State;

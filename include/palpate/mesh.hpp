@@ -31,11 +31,11 @@ MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
 /// One body's share of the index space of Bodies.
 struct Body {
-  std::string name;
-  Range points;
-  Range edges;
-  Range triangles;
-  Range tets;
+  std::string name;  ///< as it was given; errors name it
+  Range points;      ///< its indices among all points
+  Range edges;       ///< its indices among all edges
+  Range triangles;   ///< its indices among all surface triangles
+  Range tets;        ///< its indices among all tets
 };
 
 /// Compressed rows: the values of row i are values[begin[i] .. begin[i+1]).

@@ -30,10 +30,14 @@ inline constexpr std::array<std::string_view, 2> interpolation_names{"linear", "
 /// angular speed for constant share (slerp: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH
 /// 1985). Before the first keyframe it holds, after the last too.
 struct Motion {
-  Vec3 center{};  ///< of the rotation, m
-  std::vector<Keyframe> keyframes;
-  Interpolation interpolation = Interpolation::linear;
+  Vec3 center{};                                        ///< of the rotation, m
+  std::vector<Keyframe> keyframes;                      ///< one or more, of growing times
+  Interpolation interpolation = Interpolation::linear;  ///< between keyframes
 };
+
+/// Where a motion is at a time (s); the quaternion has length 1. Throws Error on a motion that a Simulation
+/// would refuse. O(keyframes).
+Keyframe pose_at(const Motion& motion, double time);
 
 /// A spring between a point and a place in space, force = stiffness (target - point).
 struct Grab {

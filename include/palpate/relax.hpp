@@ -16,13 +16,13 @@ struct RelaxSettings {
 
 /// What relax() did.
 struct RelaxReport {
-  int steps = 0;
+  int steps = 0;  ///< done
   bool relaxed =
       false;  ///< no contact is deeper than allowed; false: the cap was reached, or nothing gave way
-  std::size_t contacts_before = 0;
-  std::size_t contacts_after = 0;
-  double deepest_before = 0.0;  ///< m, of contacts that can give way
-  double deepest_after = 0.0;   ///< m, of those, too
+  std::size_t contacts_before = 0;  ///< at the positions given
+  std::size_t contacts_after = 0;   ///< at the positions reached
+  double deepest_before = 0.0;      ///< m, of contacts that can give way
+  double deepest_after = 0.0;       ///< m, of those, too
   double allowed_depth = 0.0;   ///< m
   double largest_move = 0.0;    ///< m, of a point from its place before
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -10,15 +11,23 @@
 
 namespace palpate {
 
-/// Which pairs of a point and a tet can touch: those of two bodies of which at least one can move, and those
-/// of one body that can move and collides with itself, where the point is no corner of the tet.
+/// Which pairs of a point and a tet can touch: those of two bodies of which at least one can move and that
+/// are not to be ignored, and those of one body that can move and collides with itself, where the point is no
+/// corner of the tet.
 struct PairFilter {
-  std::span<const std::uint8_t> immovable;       ///< per body
-  std::span<const std::uint8_t> self_collision;  ///< per body
+  std::span<const std::uint8_t> immovable;                   ///< per body
+  std::span<const std::uint8_t> self_collision;              ///< per body
+  std::span<const std::array<Index, 2>> ignored_pairs = {};  ///< ascending, the lower body first in each
+
+  /// Whether these two different bodies are to be ignored. O(log ignored_pairs).
+  [[nodiscard]] bool ignores(Index a, Index b) const {
+    return !ignored_pairs.empty() && std::binary_search(ignored_pairs.begin(), ignored_pairs.end(),
+                                                        std::array{std::min(a, b), std::max(a, b)});
+  }
   /// \param a  body of the point
   /// \param b  body of the tet
   [[nodiscard]] bool operator()(Index a, Index b, Index point, const Tet& tet) const {
-    if (a != b) return at(immovable, a) == 0 || at(immovable, b) == 0;
+    if (a != b) return (at(immovable, a) == 0 || at(immovable, b) == 0) && !ignores(a, b);
     return at(self_collision, a) != 0 && at(immovable, a) == 0 &&
            std::find(tet.begin(), tet.end(), point) == tet.end();
   }

@@ -70,7 +70,9 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
   for (Index i = points.begin; i < points.end; ++i) {
     const double m = at(masses_, i);
     const Vec3 arm = at(positions, i) - motion.center;
-    motion.momentum += m * cross(arm, at(velocities, i) - motion.velocity);
+    const Vec3 velocity = at(velocities, i) - motion.velocity;
+    motion.momentum += m * cross(arm, velocity);
+    motion.energy += 0.5 * m * squared_length(velocity);
     add_outer(inertia, -m, arm, arm);
     for (int k = 0; k < 3; ++k) inertia(k, k) += m * squared_length(arm);
   }
@@ -78,7 +80,7 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
   return motion;
 }
 
-/// Whether a turn by `angle` beyond that of the frame swells a body by much of the energy of its turning.
+/// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
 bool BodyTurns::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - std::cos(length(angle));
   constexpr double allowed = 1e-4;
@@ -109,8 +111,9 @@ void BodyTurns::begin(const parallel::Threads& threads, std::span<const Vec3> po
     frames_[body] = {};
     if (stretch_energies_[body] == 0.0) return;
     starts_[body] = rigid_motion(body, positions, velocities);
+    if (!starts_[body].dominates()) return;
     const Vec3 angle = free_angle(starts_[body], time_step);
-    if (swells(body, angle, starts_[body].turning_energy())) set_frame(body, angle, starts_[body].momentum);
+    if (swells(body, angle, starts_[body].energy)) set_frame(body, angle, starts_[body].momentum);
   });
 }
 
@@ -120,9 +123,9 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
     changed_[body] = 0;
     if (stretch_energies_[body] == 0.0) return;
     const RigidMotion mean = rigid_motion(body, positions, velocities);
-    const double longer = arc_share(mean, time_step_);
-    const Vec3 angle = (longer * time_step_) * mean.angular_velocity();
-    if (!swells(body, angle - frames_[body].angle, mean.turning_energy())) return;
+    const double longer = mean.dominates() ? arc_share(mean, time_step_) : 0.0;
+    const Vec3 angle = longer > 0.0 ? (longer * time_step_) * mean.angular_velocity() : Vec3{};
+    if (!swells(body, angle - frames_[body].angle, mean.energy)) return;
     set_frame(body, angle, longer * mean.momentum);
     changed_[body] = 1;
   });

@@ -3,17 +3,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <vtkDataCompressor.h>
-#include <vtkLZ4DataCompressor.h>
-#include <vtkLZMADataCompressor.h>
-#include <vtkSmartPointer.h>
-#include <vtkZLibDataCompressor.h>
+#include <span>
 
 #include <palpate/error.hpp>
 
 #include "io/byte_stream.hpp"
 #include "io/text_scanner.hpp"
-#include "io/vtk_silence.hpp"
+#include "io/uncompress.hpp"
 
 namespace palpate::io {
 namespace {
@@ -21,17 +17,6 @@ namespace {
 /// More than any of the compressors reaches (zlib 1032, LZ4 255, LZMA about 7000): bounds what a damaged
 /// count allocates.
 constexpr std::uint64_t best_compression = 8192;
-
-vtkSmartPointer<vtkDataCompressor> make_compressor(VtuStructure::Compressor kind) {
-  switch (kind) {
-    case VtuStructure::Compressor::lz4:
-      return vtkSmartPointer<vtkLZ4DataCompressor>::New();
-    case VtuStructure::Compressor::lzma:
-      return vtkSmartPointer<vtkLZMADataCompressor>::New();
-    default:
-      return vtkSmartPointer<vtkZLibDataCompressor>::New();
-  }
-}
 
 /// The bytes of one binary array: VTK's header words, then the data, in blocks if it is compressed
 /// (VTK file formats, "XML file formats": "DataArray" and "Compressed data").
@@ -105,12 +90,12 @@ class BinaryArray {
 
   void uncompress(const std::string& block, char* target, std::uint64_t length) {
     if (length == 0) return;
-    const VtkSilence silence;
-    const auto compressor = make_compressor(structure_.compressor);
-    const auto* bytes = reinterpret_cast<const unsigned char*>(block.data());
-    const std::size_t got =
-        compressor->Uncompress(bytes, block.size(), reinterpret_cast<unsigned char*>(target), length);
-    if (got != length) fail("a damaged compressed block", fmt::format("{} bytes", length));
+    if (!can_uncompress(structure_.compressor)) {
+      fail("a compressor that this build does not have", "ZLib, or no compression");
+    }
+    if (!io::uncompress(structure_.compressor, block, std::span(target, length))) {
+      fail("a damaged compressed block", fmt::format("{} bytes", length));
+    }
   }
 
   const std::string& source_;

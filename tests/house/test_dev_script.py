@@ -43,7 +43,8 @@ class DevScript(unittest.TestCase):
     def test_help_names_every_command(self):
         result = self.dev("help")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        for command in ["run", "test", "check", "lint", "palpate", "build", "bench", "format", "setup", "help"]:
+        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "bench", "fuzz", "coverage", "reliability", "format", "setup",
+                        "help"]:
             self.assertRegex(result.stdout, rf"(?m)^  {command}\b")
 
     def test_bad_usage_is_one_line_and_2(self):

@@ -1,0 +1,61 @@
+"""Contacts among soft tetrahedral bodies: detect() once, World frame after frame, Simulation for the whole step.
+
+Arrays are NumPy's: points (n, 3) float64 in metres, tets (m, 4) int32. Wrong input raises palpate.Error, one line that
+says what was found and what was expected. docs/python.md and docs/tutorial/ show how to use it.
+"""
+
+from ._core import (
+    Bodies,
+    Body,
+    Contacts,
+    Crossings,
+    DetectionCounts,
+    DetectionTimes,
+    Keyframe,
+    Material,
+    Motion,
+    RelaxReport,
+    StepMetrics,
+    version as __version__,
+)
+from ._detect import detect
+from ._error import Error
+from ._mesh import ball, box, read_mesh, write_mesh
+from ._scene import Model, read_scene, stacking_scene, write_scene
+from ._settings import get_threads, set_threads
+from ._simulation import Grab, Simulation
+from ._sweep import sweep
+from ._view import to_pyvista
+from ._world import World
+
+__all__ = [
+    "Bodies",
+    "Body",
+    "Contacts",
+    "Crossings",
+    "DetectionCounts",
+    "DetectionTimes",
+    "Error",
+    "Grab",
+    "Keyframe",
+    "Material",
+    "Model",
+    "Motion",
+    "RelaxReport",
+    "Simulation",
+    "StepMetrics",
+    "World",
+    "__version__",
+    "ball",
+    "box",
+    "detect",
+    "get_threads",
+    "read_mesh",
+    "read_scene",
+    "set_threads",
+    "stacking_scene",
+    "sweep",
+    "to_pyvista",
+    "write_mesh",
+    "write_scene",
+]

@@ -1,0 +1,99 @@
+"""What callers give, as the arrays that the compiled part takes: float64 or int32, C order. No copy where it is that."""
+
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._error import Error
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+_LARGEST = int(np.iinfo(np.int32).max)
+
+
+def _array(values: ArrayLike, name: str) -> NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except (ValueError, TypeError) as error:
+        raise Error(name, "", f"{type(values).__name__} that is no array ({error})", "an array of numbers") from None
+
+
+def _check_columns(array: NDArray[Any], columns: int, name: str, row: str) -> None:
+    if array.ndim == 2 and array.shape[1] == columns:
+        return
+    found = f"an array of shape {array.shape}"
+    if array.ndim == 2 and array.shape[0] == columns:
+        raise Error(name, "", found, f"shape (n, {columns}), a row for each {row}: give {name}.T")
+    raise Error(name, "", found, f"shape (n, {columns}), a row for each {row}")
+
+
+def _reals(array: NDArray[Any], name: str) -> Floats:
+    if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:
+        raise Error(name, "", f"numbers of type {array.dtype}", "real numbers (float64, float32 or integers)")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def points(values: ArrayLike, name: str) -> Floats:
+    """An (n, 3) array of positions; that they are finite is checked behind."""
+    array = _array(values, name)
+    _check_columns(array, 3, name, "point")
+    return _reals(array, name)
+
+
+def vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
+    """Three finite numbers."""
+    array = _array(values, name)
+    if array.shape != (3,):
+        raise Error(name, "", f"an array of shape {array.shape}", "three numbers")
+    x, y, z = _reals(array, name).tolist()
+    return x, y, z
+
+
+def _integers(array: NDArray[Any], name: str) -> Indices:
+    if array.dtype.kind not in "iu":
+        if array.size > 0 or array.dtype.kind not in "f":
+            raise Error(name, "", f"numbers of type {array.dtype}", "integers (int32 or int64)")
+    if array.dtype == np.int32:
+        return np.ascontiguousarray(array)
+    if array.size > 0 and (array.min() < -1 or array.max() > _LARGEST):
+        outside = array.min() if array.min() < -1 else array.max()
+        raise Error(name, "", f"index {outside}", f"indices from 0 to at most {_LARGEST}")
+    return np.ascontiguousarray(array, dtype=np.int32)
+
+
+def tets(values: ArrayLike, name: str) -> Indices:
+    """An (m, 4) array of point indices; their range is checked behind."""
+    array = _array(values, name)
+    _check_columns(array, 4, name, "tet")
+    return _integers(array, name)
+
+
+def indices(values: ArrayLike, name: str, length: int | None = None) -> Indices:
+    """An (n) array of indices, of a given length if any."""
+    array = _array(values, name)
+    if array.ndim != 1 or (length is not None and array.shape[0] != length):
+        raise Error(name, "", f"an array of shape {array.shape}", f"shape ({'n' if length is None else length},)")
+    return _integers(array, name)
+
+
+def selection(values: ArrayLike, name: str, count: int) -> Indices:
+    """Indices that a list of them, or a mask of `count` truth values, selects."""
+    array = _array(values, name)
+    if array.dtype == np.bool_:
+        if array.shape != (count,):
+            raise Error(name, "", f"a mask of shape {array.shape}", f"shape ({count},), or indices")
+        return np.flatnonzero(array).astype(np.int32)
+    chosen = indices(array, name)
+    if chosen.size > 0 and (chosen.min() < 0 or chosen.max() >= count):
+        outside = chosen.min() if chosen.min() < 0 else chosen.max()
+        raise Error(name, "", f"index {outside}", f"0 to {count - 1}")
+    return chosen
+
+
+def joined(parts: Sequence[ArrayLike], name: str) -> Floats:
+    """The points of several bodies, one after the other."""
+    return np.concatenate([points(part, f"{name}[{i}]") for i, part in enumerate(parts)])

@@ -1,0 +1,153 @@
+"""Where the runs of a study are made: processes of this machine, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from types import TracebackType
+from typing import Any, Protocol
+
+from ._error import Error
+
+_TRIES = 3
+
+
+class RunLost(Exception):
+    """A worker died during a run. again: whether the run should be made once more."""
+
+    def __init__(self, text: str, again: bool) -> None:
+        super().__init__(text)
+        self.again = again
+
+
+class Runner(Protocol):
+    """Makes runs elsewhere."""
+
+    width: int
+    """How many runs to have under way."""
+
+    def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]: ...
+    def __enter__(self) -> Any: ...
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> Any: ...
+
+
+def _end_at_once_on_interrupt() -> None:
+    """In a worker: Ctrl-C in a terminal goes to all processes, and the one that was called reports it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+class LocalRunner:
+    """Processes of this machine. They are started afresh, not forked: a fork would lose the threads of the library."""
+
+    def __init__(self, workers: int) -> None:
+        self.width = workers
+        self._pool: ProcessPoolExecutor | None = None
+        self._tries: dict[int, int] = {}
+
+    def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]:
+        """A future of function(job); RunLost where the process died."""
+        result: Future[Any] = Future()
+        result.set_running_or_notify_cancel()
+        try:
+            running = self._workers().submit(function, job)
+        except BrokenProcessPool:
+            self._end()
+            running = self._workers().submit(function, job)
+        running.add_done_callback(lambda done: self._pass_on(done, result, id(job)))
+        return result
+
+    def _workers(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(self.width, multiprocessing.get_context("spawn"),
+                                             initializer=_end_at_once_on_interrupt)
+        return self._pool
+
+    def _pass_on(self, done: Future[Any], result: Future[Any], job: int) -> None:
+        error = done.exception() if not done.cancelled() else None
+        if isinstance(error, BrokenProcessPool):
+            self._tries[job] = self._tries.get(job, 0) + 1
+            text = f"a worker process died in each of {_TRIES} tries"
+            result.set_exception(RunLost(text, self._tries[job] < _TRIES))
+        elif error is not None:
+            result.set_exception(error)
+        elif not done.cancelled():
+            result.set_result(done.result())
+
+    def _end(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+        self._pool = None
+
+    def __enter__(self) -> LocalRunner:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        pool, self._pool = self._pool, None
+        if pool is None:
+            return
+        processes = list((getattr(pool, "_processes", None) or {}).values())
+        pool.shutdown(wait=kind is None, cancel_futures=True)
+        for process in processes if kind is not None else ():
+            process.terminate()  # an interrupted study does not wait for its runs
+
+
+class DaskRunner:
+    """The workers of a Dask cluster. Dask itself makes the runs of a worker that dies again on others."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._futures: list[Any] = []
+        threads = sum(client.nthreads().values())
+        self.width = 4 * max(1, threads)  # so that no worker waits for the next run to be sent
+
+    def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]:
+        """A future of function(job); RunLost where its workers died again and again."""
+        from distributed.scheduler import KilledWorker
+
+        result: Future[Any] = Future()
+        result.set_running_or_notify_cancel()
+
+        def pass_on(done: Any) -> None:
+            self._futures.remove(done)
+            if done.status == "finished":
+                result.set_result(done.result())
+                return
+            error = done.exception() if done.status == "error" else None
+            if isinstance(error, KilledWorker):
+                result.set_exception(RunLost("its workers died again and again", False))
+            else:
+                result.set_exception(error or RunLost("the cluster gave it up", True))
+
+        future = self._client.submit(function, job, pure=False)
+        self._futures.append(future)
+        future.add_done_callback(pass_on)
+        return result
+
+    def __enter__(self) -> DaskRunner:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if kind is not None:
+            self._client.cancel(list(self._futures))
+
+
+def local_runner(workers: int | None, runs: int) -> Runner:
+    """Processes of this machine: so many, or one a core, and no more than there are runs."""
+    if workers is not None and workers < 1:
+        raise Error("sweep", "workers", str(workers), "1 or more")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return LocalRunner(max(1, min(workers or cores, runs)))
+
+
+def dask_runner(client: Any) -> Runner:
+    """The workers of a client of dask.distributed."""
+    if not hasattr(client, "submit") or not hasattr(client, "nthreads"):
+        raise Error("sweep", "client", f"a {type(client).__name__}", "a dask.distributed.Client")
+    return DaskRunner(client)

@@ -1,0 +1,130 @@
+"""Scenes, and models that are built in code."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays, _core
+from ._error import Error
+from ._settings import scene_text
+
+
+def read_scene(scene: str | os.PathLike[str]) -> dict[str, Any]:
+    """A scene file as a mapping, all settings written out; the keys are those of docs/scene.md.
+
+    Paths of mesh files are made absolute, so that the mapping can be changed, saved elsewhere, and given to Simulation,
+    World.from_scene() and sweep(). Raises Error on what is no scene.
+    """
+    return scene_dict(scene_of(scene))
+
+
+def write_scene(scene: Mapping[str, Any], file: str | os.PathLike[str]) -> None:
+    """Writes a scene as JSON, after the same checks as reading one. Raises Error, and writes nothing, on a bad one."""
+    text = scene_of(scene).text
+    beside = f"{os.fspath(file)}.{os.getpid()}.part"
+    with open(beside, "w", encoding="utf-8") as stream:
+        stream.write(text)
+    os.replace(beside, file)
+
+
+def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), seed: int = 1) -> dict[str, Any]:
+    """The paper's stacking scene as a mapping: membranes about to fall on each other, the lowest one an obstacle.
+
+    count: membranes. cells: of each along x, y and z, five tets a cell. seed: of their small shifts and turns.
+    """
+    return scene_dict(_core.stacking_scene(count, cells, seed))
+
+
+def scene_dict(scene: _core.Scene) -> dict[str, Any]:
+    """A scene as a mapping with absolute paths; a scene without a name stays so."""
+    values: dict[str, Any] = json.loads(scene.text)
+    if not values["name"]:
+        del values["name"]
+    for body in values["bodies"]:
+        if "mesh" in body:
+            body["mesh"] = os.path.abspath(os.path.join(scene.folder, body["mesh"]))
+    return values
+
+
+def scene_of(scene: str | os.PathLike[str] | Mapping[str, Any]) -> _core.Scene:
+    """The checked scene of a file or a mapping."""
+    if isinstance(scene, (str, os.PathLike)):
+        return _core.Scene.read(os.fspath(scene))
+    if isinstance(scene, Mapping):
+        return _core.Scene.parse(scene_text(scene, "scene"), "scene")
+    raise Error("scene", "", f"a {type(scene).__name__}", "the path of a scene file, or a mapping")
+
+
+class Model(_core.Model):
+    """What a simulation is made of, built in code: bodies, materials, what holds, moves and loads them.
+
+    Model() is empty; Model.from_scene() has the bodies of a scene, and more can be added.
+    """
+
+    @classmethod
+    def from_scene(cls, scene: str | os.PathLike[str] | Mapping[str, Any]) -> Model:
+        """The bodies of a scene, a file or a mapping, without its settings."""
+        return cls(scene_of(scene))
+
+    def add_body(
+        self,
+        points: ArrayLike,
+        tets: ArrayLike,
+        *,
+        name: str | None = None,
+        material: _core.Material | None = None,
+        fixed: ArrayLike = (),
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        obstacle: bool = False,
+        motion: _core.Motion | None = None,
+        self_collision: bool = False,
+    ) -> int:
+        """Adds a body; returns its number.
+
+        points: (n, 3) positions at the start, at rest, m. tets: (m, 4) indices of its own points, from 0.
+        material: needed unless the body is rigid.
+        fixed: points that do not move, as indices or as a mask (n).
+        velocity: of its free points at the start, m/s.
+        obstacle: rigid: no point of it moves but by its motion. motion: rails that make it rigid and move it.
+        self_collision: whether the body also touches itself.
+        Raises Error, and adds nothing, on a bad mesh or value.
+        """
+        label = f"body {len(self.bodies)}" if name is None else name
+        positions = _arrays.points(points, "points")
+        mask = np.zeros(len(positions), np.uint8)
+        mask[_arrays.selection(fixed, "fixed", len(positions))] = 1
+        if (obstacle or motion is not None) and self_collision:
+            raise Error("Model.add_body", "self_collision", "True for a rigid body", "False: a rigid body has one shape")
+        return self._add_body(
+            label, positions, _arrays.tets(tets, "tets"), material, _arrays.vector(velocity, "velocity"), mask,
+            obstacle, self_collision, motion,
+        )
+
+    def add_region(self, body: int, tets: ArrayLike, material: _core.Material) -> None:
+        """Gives tets of a body (indices or a mask, in the body's own numbers) another material; the last one counts."""
+        self._add_region(body, self._selection(body, tets, "tets"), material)
+
+    def attach(self, body: int, points: ArrayLike, to: int) -> None:
+        """Glues points of a body (indices or a mask, in its own numbers) to a body with a motion: tissue on a bone."""
+        self._attach(body, self._selection(body, points, "points"), to)
+
+    def load(self, body: int, points: ArrayLike, force: ArrayLike) -> None:
+        """A force, N, shared equally by points of a body (indices or a mask, in its own numbers); loads add up."""
+        self._load(body, self._selection(body, points, "points"), _arrays.vector(force, "force"))
+
+    def grab(self, body: int, point: int, target: ArrayLike, stiffness: float) -> None:
+        """A critically damped spring, N/m, from a point of a body (in its own numbers) to a place in space, m."""
+        self._grab(body, point, _arrays.vector(target, "target"), stiffness)
+
+    def _selection(self, body: int, chosen: ArrayLike, what: str) -> _arrays.Indices:
+        bodies = self.bodies
+        if not 0 <= body < len(bodies):
+            raise Error("Model", "body", str(body), f"0 to {len(bodies) - 1}")
+        rows = bodies[body].points if what == "points" else bodies[body].tets
+        return _arrays.selection(chosen, what, rows.stop - rows.start)

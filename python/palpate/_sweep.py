@@ -1,0 +1,265 @@
+"""sweep(): many runs of a scene over values of its parameters."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import os
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _core
+from ._error import Error
+from ._pool import Runner, RunLost, dask_runner, local_runner
+from ._progress import bar, needed
+from ._scene import scene_dict, scene_of
+from ._settings import scene_text
+from ._simulation import Simulation
+
+if TYPE_CHECKING:
+    import pandas
+
+Row = dict[str, Any]
+
+
+class Job(NamedTuple):
+    """A run, as it is sent to a worker."""
+
+    scene: str
+    apply: Callable[[dict[str, Any], Row], Any] | None
+    measure: Callable[[Simulation], Mapping[str, Any]] | None
+    values: Row
+    steps: int | None
+    until_rest: bool
+    threads: int
+
+
+def set_value(scene: dict[str, Any], path: str, value: Any) -> None:
+    """Sets a value of a scene by its path, as errors name them: "bodies[2].material.young_modulus".
+
+    A body may be named by its name: "bodies.liver.material.young_modulus". The last key may be absent in the scene.
+    """
+    place: Any = scene
+    keys = re.findall(r"[^.\[\]]+", path)
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(place, list):
+            place, key = place, _place_in_list(place, key, path)
+        elif not isinstance(place, dict) or not (last or key in place):
+            raise Error("sweep", path, f"no key '{key}'", "a path of keys of the scene")
+        if last:
+            place[key] = value
+        else:
+            place = place[key]
+
+
+def _place_in_list(values: list[Any], key: str, path: str) -> int:
+    if key.isdigit() and int(key) < len(values):
+        return int(key)
+    for number, value in enumerate(values):
+        if isinstance(value, dict) and value.get("name") == key:
+            return number
+    raise Error("sweep", path, f"nothing of the number or name '{key}'", f"a number below {len(values)}, or a name")
+
+
+def run_job(job: Job) -> Row:
+    """Makes a run; returns what goes into its row. A failure of the run is a row too."""
+    start = time.perf_counter()
+    row: Row = {"status": "done", "error": ""}
+    try:
+        row.update(_run(job))
+    except Exception as error:  # whatever a run or the caller's functions raise must not end the study
+        row.update(status="failed", error=f"{error}" if isinstance(error, Error) else f"{type(error).__name__}: {error}")
+    row["seconds"] = time.perf_counter() - start
+    return row
+
+
+def _run(job: Job) -> Row:
+    scene = json.loads(job.scene)
+    if job.apply is None:
+        for path, value in job.values.items():
+            set_value(scene, path, value)
+    else:
+        job.apply(scene, dict(job.values))
+    simulation = Simulation(scene, threads=job.threads)
+    simulation.run(job.steps, until_rest=job.until_rest)
+    metrics = simulation.metrics
+    row: Row = {
+        "steps": metrics.step,
+        "time": metrics.time,
+        "at_rest": simulation.at_rest,
+        "contacts": metrics.detection.contacts,
+        "deepest": metrics.deepest,
+        "kinetic_energy": metrics.kinetic_energy,
+        "elastic_energy": metrics.elastic_energy,
+        "state_hash": simulation.state_hash,
+    }
+    if job.measure is not None:
+        row.update(_plain_row(job.measure(simulation)))
+    return row
+
+
+def _plain_row(values: Mapping[str, Any]) -> Row:
+    """What a row can keep: numbers, text, truth values and lists of them."""
+    return {str(name): value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
+
+
+class Store:
+    """Rows of finished runs in a folder, one JSON file each: what makes a study resumable."""
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self._folder = os.path.join(os.fspath(folder), "runs")
+        try:
+            os.makedirs(self._folder, exist_ok=True)
+        except OSError as error:
+            raise Error(self._folder, "", f"'{error.strerror}'", "a folder that can be written") from None
+
+    def _file(self, key: str) -> str:
+        return os.path.join(self._folder, f"{key}.json")
+
+    def read(self, key: str) -> Row | None:
+        """The row of a run, or None; a file that was damaged counts as none."""
+        try:
+            with open(self._file(key), encoding="utf-8") as stream:
+                row = json.load(stream)
+        except (OSError, ValueError):
+            return None
+        return row if isinstance(row, dict) else None
+
+    def write(self, key: str, row: Row) -> None:
+        """Keeps a row: written beside its place and renamed."""
+        beside = f"{self._file(key)}.{os.getpid()}.part"
+        with open(beside, "w", encoding="utf-8") as stream:
+            json.dump(row, stream, indent=1, default=str)
+        os.replace(beside, self._file(key))
+
+
+def _digest_of_meshes(scene: Mapping[str, Any]) -> list[str]:
+    """Digests of the mesh files of a scene, so that a changed mesh makes other runs."""
+    digests = []
+    for body in scene["bodies"]:
+        if "mesh" in body:
+            try:
+                with open(body["mesh"], "rb") as stream:
+                    digests.append(hashlib.file_digest(stream, "sha256").hexdigest()
+                                   if hasattr(hashlib, "file_digest") else hashlib.sha256(stream.read()).hexdigest())
+            except OSError as error:
+                raise Error(body["mesh"], "", f"'{error.strerror}'", "a mesh file") from None
+    return digests
+
+
+def _name_of(function: Callable[..., Any] | None) -> str:
+    """What stands for a function in the key of a run: its name and its code."""
+    if function is None:
+        return ""
+    code = getattr(function, "__code__", None)
+    constants = "" if code is None else repr((code.co_code, code.co_names, [c for c in code.co_consts
+                                                                           if not hasattr(c, "co_code")]))
+    return f"{getattr(function, '__qualname__', repr(type(function)))}:{constants}"
+
+
+def _samples(parameters: Any) -> list[Row]:
+    """The values of each run: all combinations of a mapping of lists, or the rows of a table or list of mappings."""
+    if hasattr(parameters, "to_dict") and hasattr(parameters, "columns"):
+        return [_plain_row(row) for row in parameters.to_dict(orient="records")]
+    if isinstance(parameters, Mapping):
+        lists = {}
+        for name, values in parameters.items():
+            if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+                raise Error("sweep", f"parameters[{name!r}]", f"{values!r}", "a list of values")
+            lists[str(name)] = list(values.tolist() if hasattr(values, "tolist") else values)
+        return [dict(zip(lists, values)) for values in itertools.product(*lists.values())]
+    rows = list(parameters)
+    if not all(isinstance(row, Mapping) for row in rows):
+        raise Error("sweep", "parameters", "rows that are no mappings", "a mapping of lists, mappings, or a DataFrame")
+    return [_plain_row(row) for row in rows]
+
+
+def _key(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def _finished(runner: Runner, jobs: Mapping[str, Job]) -> Iterator[tuple[str, Row]]:
+    """Rows as they get ready; a run whose workers died again and again is a failed one."""
+    waiting = list(jobs.items())[::-1]
+    running: dict[Future[Row], str] = {}
+    while waiting or running:
+        while waiting and len(running) < runner.width:
+            key, job = waiting.pop()
+            running[runner.submit(run_job, job)] = key
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            key = running.pop(future)
+            try:
+                yield key, future.result()
+            except RunLost as lost:
+                if lost.again:
+                    waiting.append((key, jobs[key]))
+                else:
+                    yield key, {"status": "failed", "error": str(lost), "seconds": 0.0}
+
+
+def sweep(
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]] | pandas.DataFrame,
+    *,
+    apply: Callable[[dict[str, Any], Row], Any] | None = None,
+    measure: Callable[[Simulation], Mapping[str, Any]] | None = None,
+    steps: int | None = None,
+    until_rest: bool = False,
+    folder: str | os.PathLike[str] | None = None,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    client: Any = None,
+    progress: bool = False,
+) -> pandas.DataFrame:
+    """Runs a scene for many values of its parameters; returns a DataFrame with a row for each run, failures too.
+
+    scene: a file or mapping, as for Simulation.
+    parameters: a mapping of lists (all combinations are run), or a run each: a list of mappings, or a DataFrame. Names
+        are paths of scene keys, "bodies[1].material.young_modulus" or "bodies.liver.material.young_modulus".
+    apply: in place of that, a function (scene mapping, values) that changes the mapping; names are then free.
+    measure: a function of the Simulation at the end of a run that returns a mapping; its items become columns.
+    steps, until_rest: as for Simulation.run().
+    folder: keeps finished runs; a call with the same scene, values and functions takes them from there, so that a study
+        that was interrupted goes on where it was. None keeps nothing.
+    retry_failed: whether kept runs that failed are made again.
+    workers: processes on this machine, None for one a core. threads: of each run.
+    client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
+    progress: shows a bar of tqdm.
+
+    Columns: the parameters; status ("done" or "failed") and error; steps, time, at_rest, contacts, deepest, energies,
+    state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes: define them in a
+    module (Dask also takes those of a notebook). A run whose worker process dies is made again, three times at most.
+    Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise needed("pandas", "sweep", "study") from None
+    base = scene_dict(scene_of(scene))
+    samples = _samples(parameters)
+    text = scene_text(base, "scene")
+    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
+                       _name_of(measure)])
+    store = None if folder is None else Store(folder)
+    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
+    jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
+    rows: dict[str, Row] = {}
+    for key in jobs if store is not None else ():
+        row = store.read(key) if store is not None else None
+        if row is not None and not (retry_failed and row["status"] == "failed"):
+            rows[key] = row
+    left = {key: job for key, job in jobs.items() if key not in rows}
+    runner = dask_runner(client) if client is not None else local_runner(workers, len(left))
+    with runner, bar(progress, len(jobs), "run", len(rows)) as shown:
+        for key, row in _finished(runner, left):
+            rows[key] = row
+            if store is not None:
+                store.write(key, row)
+            shown.update()
+    return pandas.DataFrame([{**values, **rows[key]} for key, values in zip(keys, samples)])

@@ -1,0 +1,41 @@
+"""Bodies and contacts as grids of pyvista."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays, _core
+from ._error import Error
+from ._progress import needed
+
+if TYPE_CHECKING:
+    import pyvista
+
+
+def to_pyvista(points: ArrayLike, tets: ArrayLike) -> pyvista.UnstructuredGrid:
+    """A mesh of tets as a grid of pyvista. points: (n, 3), tets: (m, 4). Needs pyvista."""
+    try:
+        import pyvista
+    except ImportError:
+        raise needed("pyvista", "to_pyvista", "view") from None
+    positions, corners = _arrays.points(points, "points"), _arrays.tets(tets, "tets")
+    outside = np.flatnonzero(((corners < 0) | (corners >= len(positions))).any(axis=1))
+    if outside.size > 0:
+        raise Error("tets", f"tet {outside[0]}", f"corners {corners[outside[0]].tolist()}", f"0 to {len(positions) - 1}")
+    return pyvista.UnstructuredGrid({pyvista.CellType.TETRA: corners}, positions)
+
+
+def grid_of(points: _arrays.Floats, bodies: _core.Bodies, contacts: _core.Contacts) -> pyvista.UnstructuredGrid:
+    """All bodies as one grid: `body` of tets and points, and at points in contact the deepest `depth` (else 0)."""
+    if points.shape != bodies.points_rest.shape:
+        raise Error("positions", "", f"{len(points)} points", f"{len(bodies.points_rest)}, as the bodies have")
+    grid = to_pyvista(points, bodies.tets)
+    grid.point_data["body"] = bodies.body_of_point
+    grid.cell_data["body"] = bodies.body_of_point[bodies.tets[:, 0]]
+    depth = np.zeros(len(points))
+    np.maximum.at(depth, contacts.point, contacts.depth)
+    grid.point_data["depth"] = depth
+    return grid

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+/// The bindings, one function for each file of them. The texts of `doc` are made of the C++ comments.
+namespace palpate::python {
+
+void bind_detection(nanobind::module_& m);
+void bind_world(nanobind::module_& m);
+void bind_model(nanobind::module_& m);
+void bind_simulation(nanobind::module_& m);
+void bind_scene(nanobind::module_& m);
+
+}  // namespace palpate::python

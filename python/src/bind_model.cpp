@@ -1,0 +1,143 @@
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "docs.hpp"
+#include "model.hpp"
+#include "scene/suggest.hpp"
+
+namespace palpate::python {
+namespace {
+
+using Three = std::array<double, 3>;
+
+Vec3 vector_of_three(const Three& v) {
+  return {v[0], v[1], v[2]};
+}
+Three three_of(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+Interpolation interpolation_of(const std::string& name) {
+  for (std::size_t i = 0; i < interpolation_names.size(); ++i) {
+    if (interpolation_names[i] == name) return static_cast<Interpolation>(i);
+  }
+  throw Error("Motion", "interpolation", "'" + name + "'", expected_name(name, interpolation_names));
+}
+
+void bind_material(nb::module_& m) {
+  const Material standard;
+  nb::class_<Material>(m, "Material", doc::Material)
+      .def(
+          "__init__",
+          [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
+             double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
+             std::optional<double> plastic_maximum) {
+            new (self) Material{young_modulus,     poisson_ratio, density,       mass_damping,
+                                stiffness_damping, plastic_yield, plastic_creep, plastic_maximum};
+          },
+          nb::kw_only(), nb::arg("young_modulus") = standard.young_modulus,
+          nb::arg("poisson_ratio") = standard.poisson_ratio, nb::arg("density") = standard.density,
+          nb::arg("mass_damping") = standard.mass_damping,
+          nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
+          nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none())
+      .def_rw("young_modulus", &Material::young_modulus, doc::Material_young_modulus)
+      .def_rw("poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio)
+      .def_rw("density", &Material::density, doc::Material_density)
+      .def_rw("mass_damping", &Material::mass_damping, doc::Material_mass_damping)
+      .def_rw("stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping)
+      .def_rw("plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield)
+      .def_rw("plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep)
+      .def_rw("plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+}
+
+void bind_motion(nb::module_& m) {
+  nb::class_<Keyframe>(m, "Keyframe", doc::Keyframe)
+      .def(
+          "__init__",
+          [](Keyframe* self, double time, const Three& translate, const std::array<double, 4>& quaternion) {
+            new (self) Keyframe{time, vector_of_three(translate), quaternion};
+          },
+          nb::arg("time"), nb::arg("translate") = Three{},
+          nb::arg("quaternion") = std::array{1.0, 0.0, 0.0, 0.0})
+      .def_rw("time", &Keyframe::time, doc::Keyframe_time)
+      .def_prop_rw(
+          "translate", [](const Keyframe& k) { return three_of(k.translate); },
+          [](Keyframe& k, const Three& v) { k.translate = vector_of_three(v); }, doc::Keyframe_translate)
+      .def_rw("quaternion", &Keyframe::quaternion, doc::Keyframe_quaternion);
+  nb::class_<Motion>(m, "Motion", doc::Motion)
+      .def(
+          "__init__",
+          [](Motion* self, std::vector<Keyframe> keyframes, const Three& center,
+             const std::string& interpolation) {
+            new (self) Motion{vector_of_three(center), std::move(keyframes), interpolation_of(interpolation)};
+          },
+          nb::arg("keyframes"), nb::kw_only(), nb::arg("center") = Three{},
+          nb::arg("interpolation") = "linear")
+      .def_rw("keyframes", &Motion::keyframes, doc::Motion_keyframes)
+      .def_prop_rw(
+          "center", [](const Motion& o) { return three_of(o.center); },
+          [](Motion& o, const Three& v) { o.center = vector_of_three(v); }, doc::Motion_center)
+      .def_prop_rw(
+          "interpolation",
+          [](const Motion& o) {
+            return std::string(interpolation_names[static_cast<std::size_t>(o.interpolation)]);
+          },
+          [](Motion& o, const std::string& name) { o.interpolation = interpolation_of(name); },
+          doc::Motion_interpolation);
+}
+
+}  // namespace
+
+void bind_model(nb::module_& m) {
+  bind_material(m);
+  bind_motion(m);
+  nb::class_<Model>(m, "Model", doc::Model)
+      .def(nb::init<>())
+      .def(
+          "__init__",
+          [](Model* self, const Scene& scene) {
+            const nb::gil_scoped_release release;
+            new (self) Model(scene);
+          },
+          nb::arg("scene"))
+      .def(
+          "_add_body",
+          [](Model& model, std::string name, const PointsIn& points, const TetsIn& tets,
+             std::optional<Material> material, const Three& velocity, const ArrayIn<std::uint8_t, -1>& fixed,
+             bool obstacle, bool self_collision, std::optional<Motion> motion) {
+            return model.add_body(mesh_of(points, tets),
+                                  {std::move(name), material, vector_of_three(velocity),
+                                   vector_of(values_of(fixed)), obstacle, self_collision, std::move(motion)});
+          },
+          nb::arg("name"), nb::arg("points"), nb::arg("tets"), nb::arg("material").none(),
+          nb::arg("velocity"), nb::arg("fixed"), nb::arg("obstacle"), nb::arg("self_collision"),
+          nb::arg("motion").none())
+      .def("_add_region", [](Model& model, Index body, const ArrayIn<Index, -1>& tets,
+                             const Material& material) { model.add_region(body, values_of(tets), material); })
+      .def("_attach", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
+                         Index to) { model.attach(body, values_of(points), to); })
+      .def("_load", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
+                       const Three& force) { model.load(body, values_of(points), vector_of_three(force)); })
+      .def("_grab", [](Model& model, Index body, Index point, const Three& target,
+                       double stiffness) { model.grab(body, point, vector_of_three(target), stiffness); })
+      .def_prop_ro(
+          "bodies", [](const Model& model) { return std::make_shared<Bodies>(model.data().bodies); },
+          doc::Model_bodies)
+      .def_prop_ro(
+          "obstacles", [](const Model& model) { return model.data().obstacles; }, doc::Model_obstacles)
+      .def_prop_ro("self_collision", &Model::self_collision, doc::Model_self_collision)
+      .def(
+          "start_positions", [](const Model& model) { return moved<double>(model.start_positions()); },
+          doc::Model_start_positions,
+          nb::sig("def start_positions(self) -> numpy.typing.NDArray[numpy.float64]"));
+}
+
+}  // namespace palpate::python

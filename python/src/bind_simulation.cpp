@@ -1,0 +1,134 @@
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "docs.hpp"
+#include "fields.hpp"
+#include "simulation.hpp"
+
+namespace palpate::python {
+namespace {
+
+using Three = std::array<double, 3>;
+
+void bind_metrics(nb::module_& m) {
+  nb::class_<StepMetrics> metrics(m, "StepMetrics", doc::StepMetrics);
+  Fields<StepMetrics>(metrics)
+      .add("step", &StepMetrics::step, doc::StepMetrics_step)
+      .add("time", &StepMetrics::time, doc::StepMetrics_time)
+      .add("detection", &StepMetrics::detection, doc::StepMetrics_detection)
+      .add("solves", &StepMetrics::solves, doc::StepMetrics_solves)
+      .add("detections", &StepMetrics::detections, doc::StepMetrics_detections)
+      .add("solver_iterations", &StepMetrics::solver_iterations, doc::StepMetrics_solver_iterations)
+      .add("solver_converged", &StepMetrics::solver_converged, doc::StepMetrics_solver_converged)
+      .add("kinetic_energy", &StepMetrics::kinetic_energy, doc::StepMetrics_kinetic_energy)
+      .add("elastic_energy", &StepMetrics::elastic_energy, doc::StepMetrics_elastic_energy)
+      .add("largest_speed", &StepMetrics::largest_speed, doc::StepMetrics_largest_speed)
+      .add("fastest_body", &StepMetrics::fastest_body, doc::StepMetrics_fastest_body)
+      .add("deepest", &StepMetrics::deepest, doc::StepMetrics_deepest)
+      .add("detection_seconds", &StepMetrics::detection_seconds, doc::StepMetrics_detection_seconds)
+      .add("forces_seconds", &StepMetrics::forces_seconds, doc::StepMetrics_forces_seconds)
+      .add("solver_seconds", &StepMetrics::solver_seconds, doc::StepMetrics_solver_seconds);
+  nb::class_<RelaxReport> report(m, "RelaxReport", doc::RelaxReport);
+  Fields<RelaxReport>(report)
+      .add("steps", &RelaxReport::steps, doc::RelaxReport_steps)
+      .add("relaxed", &RelaxReport::relaxed, doc::RelaxReport_relaxed)
+      .add("contacts_before", &RelaxReport::contacts_before, doc::RelaxReport_contacts_before)
+      .add("contacts_after", &RelaxReport::contacts_after, doc::RelaxReport_contacts_after)
+      .add("deepest_before", &RelaxReport::deepest_before, doc::RelaxReport_deepest_before)
+      .add("deepest_after", &RelaxReport::deepest_after, doc::RelaxReport_deepest_after)
+      .add("allowed_depth", &RelaxReport::allowed_depth, doc::RelaxReport_allowed_depth)
+      .add("largest_move", &RelaxReport::largest_move, doc::RelaxReport_largest_move);
+}
+
+/// Where the library can save states.
+void bind_checkpoint([[maybe_unused]] nb::class_<Simulation>& simulation) {
+#if __has_include("sim/saved_state.hpp")
+  simulation
+      .def(
+          "save",
+          [](Simulation& s) {
+            const std::vector<std::byte> saved = s.idle().save();
+            return nb::bytes(saved.data(), saved.size());
+          },
+          doc::Simulation_save)
+      .def(
+          "restore",
+          [](Simulation& s, const nb::bytes& saved) {
+            s.restore({static_cast<const std::byte*>(saved.data()), saved.size()});
+          },
+          nb::arg("saved"), doc::Simulation_restore);
+#endif
+}
+
+}  // namespace
+
+void bind_simulation(nb::module_& m) {
+  bind_metrics(m);
+  nb::class_<Simulation> simulation(m, "Simulation", doc::Simulation);
+  bind_checkpoint(simulation);
+  simulation
+      .def(
+          "__init__",
+          [](Simulation* self, const Model& model, const Scene& scene, int threads) {
+            new (self) Simulation(model, scene, threads);
+          },
+          nb::arg("model"), nb::arg("scene"), nb::arg("threads"))
+      .def("step", &Simulation::step, doc::Simulation_step)
+      .def_prop_ro(
+          "bodies", [](Simulation& s) -> const Bodies& { return s.idle().bodies(); },
+          nb::rv_policy::reference_internal, doc::Simulation_bodies)
+      .def_prop_ro(
+          "positions", [](Simulation& s) { return copied<double>(s.idle().positions()); },
+          nb::rv_policy::reference, doc::Simulation_positions,
+          nb::sig("def positions(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "velocities", [](Simulation& s) { return copied<double>(s.idle().velocities()); },
+          nb::rv_policy::reference, doc::Simulation_velocities,
+          nb::sig("def velocities(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "contact_forces", [](Simulation& s) { return copied<double>(s.idle().contact_forces()); },
+          nb::rv_policy::reference, doc::Simulation_contact_forces,
+          nb::sig("def contact_forces(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "masses", [](Simulation& s) { return copied<double>(s.idle().masses()); }, nb::rv_policy::reference,
+          doc::Simulation_masses, nb::sig("def masses(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "contacts", [](Simulation& s) { return std::const_pointer_cast<Contacts>(s.contacts()); },
+          doc::Simulation_contacts)
+      .def_prop_ro(
+          "crossings", [](Simulation& s) { return std::const_pointer_cast<Crossings>(s.crossings()); },
+          doc::Simulation_crossings)
+      .def_prop_ro(
+          "metrics", [](Simulation& s) { return s.idle().metrics(); }, doc::Simulation_metrics)
+      .def_prop_ro(
+          "at_rest", [](Simulation& s) { return s.idle().at_rest(); }, doc::Simulation_at_rest)
+      .def_prop_ro(
+          "state_hash", [](Simulation& s) { return s.idle().state_hash(); }, doc::Simulation_state_hash)
+      .def_prop_ro(
+          "time_step", [](Simulation& s) { return s.idle().settings().time_step; },
+          doc::SimulationSettings_time_step)
+      .def_prop_ro("relaxed", &Simulation::relaxed, doc::Simulation_relaxed)
+      .def("_set_force",
+           [](Simulation& s, Index point, const Three& force) {
+             s.idle().set_force(point, {force[0], force[1], force[2]});
+           })
+      .def("_grab",
+           [](Simulation& s, Index point, const Three& target, double stiffness) {
+             return s.idle().grab({point, {target[0], target[1], target[2]}, stiffness});
+           })
+      .def("_move_grab",
+           [](Simulation& s, Index number, const Three& target) {
+             s.idle().move_grab(number, {target[0], target[1], target[2]});
+           })
+      .def("_release", [](Simulation& s, Index number) { s.idle().release(number); })
+      .def("_grab_force", [](Simulation& s, Index number) {
+        const Vec3 force = s.idle().grab_force(number);
+        return Three{force.x, force.y, force.z};
+      });
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,134 @@
+#include "model.hpp"
+
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "io/mesh_reader.hpp"
+#include "scene/load.hpp"
+#include "sim/rails.hpp"
+#include "world.hpp"
+
+namespace palpate::python {
+
+TetMesh read_checked_mesh(const std::string& path) {
+  TetMesh mesh = io::read_mesh(path).mesh;
+  check_mesh(mesh, path);
+  return mesh;
+}
+
+Model::Model(const Scene& scene)
+    : data_(load_model(scene,
+                       [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); })),
+      self_collision_(scene.settings.detection.self_collision),
+      turned_(data_.bodies.tets().size()) {}
+
+const Body& Model::body_at(Index body, const char* what) const {
+  if (body < 0 || body >= data_.bodies.body_count()) {
+    throw Error(what, "body", std::to_string(body), "0 to " + std::to_string(data_.bodies.body_count() - 1));
+  }
+  return at(data_.bodies.bodies(), body);
+}
+
+Index Model::point_at(const Body& body, Index point, const char* what) const {
+  if (point < 0 || point >= body.points.size()) {
+    throw Error(what, "point", std::to_string(point), "0 to " + std::to_string(body.points.size() - 1));
+  }
+  return body.points.begin + point;
+}
+
+Index Model::add_body(TetMesh mesh, BodyOptions options) {
+  const bool rigid = options.obstacle || options.motion;
+  const std::vector<Tet> given = mesh.tets;
+  const std::size_t n_points = mesh.points.size();
+  if (!options.fixed.empty() && options.fixed.size() != n_points) {
+    throw Error("Model.add_body", "fixed", std::to_string(options.fixed.size()) + " flags",
+                std::to_string(n_points));
+  }
+  if (!rigid && !options.material) {
+    throw Error("Model.add_body", "material", "none",
+                "the material of a body that is neither an obstacle nor has a motion");
+  }
+  const Index body = data_.bodies.add(std::move(options.name), std::move(mesh));
+  const Index before = body;  // materials of bodies, then those of regions
+  for (Index& material : data_.material_of_tet) material += material >= before ? 1 : 0;
+  data_.materials.insert(data_.materials.begin() + before, options.material.value_or(Material{}));
+  if (!data_.material_of_tet.empty()) data_.material_of_tet.resize(data_.bodies.tets().size(), body);
+  data_.obstacles.push_back(rigid ? 1 : 0);
+  self_collision_.push_back(options.self_collision ? 1 : 0);
+  const std::vector<std::uint8_t> flags = turned_tets(given, data_.bodies, body);
+  turned_.insert(turned_.end(), flags.begin(), flags.end());
+
+  const std::size_t all = data_.bodies.points_rest().size();
+  data_.fixed_points.resize(all, rigid ? 1 : 0);
+  for (std::size_t p = 0; p < options.fixed.size(); ++p) {
+    if (options.fixed[p] != 0) data_.fixed_points[all - n_points + p] = 1;
+  }
+  data_.motion_of_point.resize(all, options.motion ? static_cast<Index>(data_.motions.size()) : -1);
+  if (options.motion) data_.motions.push_back(std::move(*options.motion));
+  if (!data_.forces.empty()) data_.forces.resize(all);
+  if (!data_.velocities.empty() || options.velocity != Vec3{}) {
+    data_.velocities.resize(all - n_points);
+    data_.velocities.resize(all, options.velocity);
+  }
+  return body;
+}
+
+void Model::add_region(Index body, std::span<const Index> tets, const Material& material) {
+  const Range range = body_at(body, "Model.add_region").tets;
+  for (const Index tet : tets) {
+    if (tet >= 0 && tet < range.size()) continue;
+    throw Error("Model.add_region", "tets", std::to_string(tet), "0 to " + std::to_string(range.size() - 1));
+  }
+  if (data_.material_of_tet.empty()) {
+    for (const Tet& tet : data_.bodies.tets()) data_.material_of_tet.push_back(data_.bodies.body_of(tet));
+  }
+  for (const Index tet : tets) {
+    at(data_.material_of_tet, range.begin + tet) = static_cast<Index>(data_.materials.size());
+  }
+  data_.materials.push_back(material);
+}
+
+void Model::attach(Index body, std::span<const Index> points, Index to) {
+  const Body& tissue = body_at(body, "Model.attach");
+  const Body& bone = body_at(to, "Model.attach");
+  const Index motion = at(data_.motion_of_point, bone.points.begin);
+  if (at(data_.obstacles, to) == 0 || motion < 0) {
+    throw Error("Model.attach", "to", "body " + std::to_string(to) + ", which has no motion",
+                "a body with a motion");
+  }
+  for (const Index point : points) {
+    const Index p = point_at(tissue, point, "Model.attach");
+    if (at(data_.fixed_points, p) != 0) {
+      throw Error("Model.attach", "points", "point " + std::to_string(point) + ", which is fixed",
+                  "points that can move");
+    }
+    if (at(data_.motion_of_point, p) >= 0 && at(data_.motion_of_point, p) != motion) {
+      throw Error("Model.attach", "points", "point " + std::to_string(point) + ", which follows another body",
+                  "points that follow one body");
+    }
+  }
+  for (const Index point : points) at(data_.motion_of_point, tissue.points.begin + point) = motion;
+}
+
+void Model::load(Index body, std::span<const Index> points, const Vec3& force) {
+  const Body& loaded = body_at(body, "Model.load");
+  if (points.empty()) throw Error("Model.load", "points", "none", "at least one");
+  for (const Index point : points) static_cast<void>(point_at(loaded, point, "Model.load"));
+  data_.forces.resize(data_.bodies.points_rest().size());
+  for (const Index point : points) {
+    at(data_.forces, loaded.points.begin + point) += (1.0 / static_cast<double>(points.size())) * force;
+  }
+}
+
+void Model::grab(Index body, Index point, const Vec3& target, double stiffness) {
+  data_.grabs.push_back({point_at(body_at(body, "Model.grab"), point, "Model.grab"), target, stiffness});
+}
+
+std::vector<Vec3> Model::start_positions() const {
+  const std::span<const Vec3> rest = data_.bodies.points_rest();
+  return Rails(data_.motions, data_.motion_of_point, rest).start_positions(parallel::Threads(1), rest);
+}
+
+}  // namespace palpate::python

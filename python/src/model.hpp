@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/model.hpp>
+
+#include "scene/scene.hpp"
+
+namespace palpate::python {
+
+/// What a body is, apart from its mesh.
+struct BodyOptions {
+  std::string name;
+  std::optional<Material> material;
+  Vec3 velocity{};
+  std::vector<std::uint8_t> fixed;  ///< (n_points) or empty
+  bool obstacle = false;
+  bool self_collision = false;
+  std::optional<Motion> motion;
+};
+
+/// What a simulation is made of: bodies, their materials, what holds, moves and loads them.
+class Model {
+ public:
+  Model() = default;
+  /// The model of a scene; reads its mesh files.
+  explicit Model(const Scene& scene);
+
+  Index add_body(TetMesh mesh, BodyOptions options);
+  void add_region(Index body, std::span<const Index> tets, const Material& material);
+  void attach(Index body, std::span<const Index> points, Index to);
+  void load(Index body, std::span<const Index> points, const Vec3& force);
+  void grab(Index body, Index point, const Vec3& target, double stiffness);
+
+  /// Where the points are at time 0 (n_points x 3), m: at rest, those on rails where their motion is then.
+  [[nodiscard]] std::vector<Vec3> start_positions() const;
+  [[nodiscard]] const palpate::Model& data() const { return data_; }
+  /// (n_bodies) 1 where a body also touches itself.
+  [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
+  /// (n_tets) 1: two corners are swapped against the mesh that was given.
+  [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }
+
+ private:
+  [[nodiscard]] const Body& body_at(Index body, const char* what) const;
+  [[nodiscard]] Index point_at(const Body& body, Index point, const char* what) const;
+
+  palpate::Model data_;
+  std::vector<std::uint8_t> self_collision_;
+  std::vector<std::uint8_t> turned_;
+};
+
+/// Reads the tets of a mesh file and checks them; errors name the file.
+TetMesh read_checked_mesh(const std::string& path);
+
+}  // namespace palpate::python

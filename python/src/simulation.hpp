@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/relax.hpp>
+#include <palpate/simulation.hpp>
+
+#include "crossings.hpp"
+#include "model.hpp"
+#include "one_thread.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate::python {
+
+/// A palpate::Simulation that Python threads can share without harm: a second one inside is refused.
+class Simulation {
+ public:
+  /// Removes overlaps first where the scene says so. Lets other Python threads run.
+  Simulation(const Model& model, const Scene& scene, int threads);
+
+  void step();
+#if __has_include("sim/saved_state.hpp")
+  void restore(std::span<const std::byte> saved);
+#endif
+  /// How overlaps at the start were removed; None where the scene did not ask for it.
+  [[nodiscard]] const std::optional<RelaxReport>& relaxed() const {
+    return relaxed_;
+  }
+  /// The contacts at the present positions. They stay as they are when the simulation goes on.
+  std::shared_ptr<const Contacts> contacts();
+  /// Where border edges leave the bodies, at the present positions.
+  std::shared_ptr<const Crossings> crossings();
+
+  /// For everything else that the simulation tells and takes. Throws Error while another thread is inside.
+  [[nodiscard]] palpate::Simulation& idle() {
+    busy_.check("Simulation");
+    return *simulation_;
+  }
+
+ private:
+  std::vector<std::uint8_t> turned_;  ///< (n_tets) 1: two corners are swapped
+  std::optional<RelaxReport> relaxed_;
+  std::unique_ptr<palpate::Simulation> simulation_;
+  std::shared_ptr<Contacts> contacts_;
+  std::shared_ptr<Crossings> crossings_;
+  Busy busy_;
+};
+
+}  // namespace palpate::python

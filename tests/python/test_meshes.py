@@ -1,0 +1,140 @@
+"""Mesh files against meshio and VTK, pictures' grids, and what is said of bad files."""
+
+import numpy as np
+import pytest
+
+import meshio
+import palpate
+import pyvista
+
+
+def in_order(points, tets):
+    """Corner positions of each tet, in an order that does not depend on how corners are numbered or turned."""
+    corners = points[tets]
+    return np.array(sorted(sorted(map(tuple, tet)) for tet in corners.tolist()))
+
+
+@pytest.mark.parametrize("extension", ["vtu", "vtk", "msh", "mesh", "inp"])
+def test_meshes_written_by_meshio_come_back(tmp_path, extension):
+    points, tets = palpate.ball(0.5, 3)
+    file = tmp_path / f"ball.{extension}"
+    palpate.write_mesh(file, points, tets, point_data={"height": points[:, 2]}, cell_data={"number": np.arange(540)})
+    again, corners = palpate.read_mesh(file)
+    np.testing.assert_allclose(in_order(again, corners), in_order(points, tets), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("compression", ["none", "zlib", "lz4", "lzma"])
+def test_compressed_files_of_vtk(tmp_path, compression):
+    """VTK writes with each of its compressors; zlib is ours, LZ4 and LZMA are told apart from damage."""
+    points, tets = palpate.box((6, 6, 6), (1, 1, 1))
+    writer = pyvista._vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(palpate.to_pyvista(points, tets))
+    file = tmp_path / "box.vtu"
+    writer.SetFileName(str(file))
+    writer.SetCompressorType({"none": 0, "zlib": 1, "lz4": 2, "lzma": 3}[compression])
+    assert writer.Write()
+    if compression == "lz4":  # neither ours nor meshio's
+        with pytest.raises(palpate.Error, match="box.vtu"):
+            palpate.read_mesh(file)
+        return
+    again, corners = palpate.read_mesh(file)
+    assert np.array_equal(in_order(again, corners), in_order(points, tets))
+
+
+def test_damaged_zlib_is_refused(tmp_path):
+    points, tets = palpate.box((6, 6, 6), (1, 1, 1))
+    writer = pyvista._vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(palpate.to_pyvista(points, tets))
+    writer.SetFileName(str(tmp_path / "box.vtu"))
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()
+    writer.SetCompressorTypeToZLib()
+    writer.Write()
+    data = bytearray((tmp_path / "box.vtu").read_bytes())
+    start = data.index(b"<AppendedData") + 200
+    for place in range(start, start + 400):
+        data[place] ^= 0x55
+    (tmp_path / "bad.vtu").write_bytes(data)
+    with pytest.raises(palpate.Error, match="bad.vtu"):
+        palpate.read_mesh(tmp_path / "bad.vtu")
+
+
+def test_bad_mesh_files_are_refused(tmp_path):
+    (tmp_path / "text.msh").write_text("nonsense")
+    (tmp_path / "text.inp").write_text("nonsense")
+    meshio.write(tmp_path / "flat.inp", meshio.Mesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [("triangle", [[0, 1, 2]])]))
+    for name in ["text.msh", "text.inp", "none.msh", "none.inp", "none.what", "flat.inp", "box"]:
+        with pytest.raises(palpate.Error, match=name):
+            palpate.read_mesh(tmp_path / name)
+    with pytest.raises(palpate.Error, match="what.what"):
+        palpate.write_mesh(tmp_path / "what.what", *palpate.box((1, 1, 1), (1, 1, 1)))
+
+
+def test_generators_check_their_arguments():
+    points, tets = palpate.box((2, 3, 4), (0.2, 0.3, 0.4))
+    assert points.shape == (60, 3) and tets.shape == (120, 4)
+    np.testing.assert_allclose([points.min(0), points.max(0)], [[-0.1, -0.15, -0.2], [0.1, 0.15, 0.2]])
+    assert palpate.ball(1.0, 4)[1].shape == (20 * 64, 4)
+    for call in [lambda: palpate.box((0, 1, 1), (1, 1, 1)), lambda: palpate.box((1, 1, 1), (1, 1)),
+                 lambda: palpate.box((1, 1, 1), (1, 1, np.inf)), lambda: palpate.ball(-1.0, 2),
+                 lambda: palpate.ball(1.0, 0)]:
+        with pytest.raises(palpate.Error):
+            call()
+
+
+def test_grids_of_pyvista():
+    points, tets = palpate.box((4, 4, 4), (1, 1, 1))
+    grid = palpate.to_pyvista(points, tets)
+    assert grid.volume == pytest.approx(1.0)
+    world = palpate.World()
+    world.add(points, tets)
+    world.add(points, tets)
+    positions = np.concatenate([points, points + [0, 0, 0.9]])
+    world.update(positions)
+    grid = world.to_pyvista(positions)
+    assert grid.n_points == 250 and grid.n_cells == 640
+    assert grid.point_data["depth"].max() == world.contacts.depth.max()
+    assert (grid.cell_data["body"][:320] == 0).all() and (grid.cell_data["body"][320:] == 1).all()
+    simulation = palpate.Simulation(palpate.stacking_scene(count=2, cells=(2, 2, 1)))
+    simulation.run(2)
+    assert np.array_equal(simulation.to_pyvista().point_data["velocity"], simulation.velocities)
+    with pytest.raises(palpate.Error, match="give points.T"):
+        palpate.to_pyvista(points.T, tets)
+    with pytest.raises(palpate.Error, match="tets"):
+        palpate.to_pyvista(points, tets + 1)
+    with pytest.raises(palpate.Error, match="125 points"):
+        world.to_pyvista(points)
+
+
+def test_scenes_as_mappings(tmp_path, root):
+    scene = palpate.read_scene(root / "scenes/ball-on-plate.json")
+    palpate.write_scene(scene, tmp_path / "again.json")
+    assert palpate.read_scene(tmp_path / "again.json") == scene
+    assert len(palpate.stacking_scene(count=3)["bodies"]) == 3
+    scene["bodies"][0]["color"] = "red"
+    with pytest.raises(palpate.Error, match="color"):
+        palpate.write_scene(scene, tmp_path / "bad.json")
+    assert not (tmp_path / "bad.json").exists()
+    for what in [{"bodies": [object()]}, {"bodies": [], "gravity": [0, 0, float("inf")]}, {}]:
+        with pytest.raises(palpate.Error):
+            palpate.Simulation(what)
+
+
+def test_paths_of_meshes_become_absolute(tmp_path):
+    palpate.write_mesh(tmp_path / "ball.vtu", *palpate.ball(0.1, 2))
+    (tmp_path / "scene.json").write_text('{"bodies": [{"mesh": "ball.vtu", "material": {}}]}')
+    scene = palpate.read_scene(tmp_path / "scene.json")
+    assert scene["bodies"][0]["mesh"] == str(tmp_path / "ball.vtu")
+    assert palpate.Simulation(scene).positions.shape == palpate.Simulation(tmp_path / "scene.json").positions.shape
+
+
+def test_threads_setting():
+    assert palpate.get_threads() == 0
+    try:
+        palpate.set_threads(2)
+        assert palpate.get_threads() == 2
+    finally:
+        palpate.set_threads(0)
+    for wrong in [-1, 5000, 1.5, "2", True, None]:
+        with pytest.raises(palpate.Error):
+            palpate.set_threads(wrong)

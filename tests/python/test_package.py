@@ -1,0 +1,57 @@
+"""The wheel: what is in it, what it needs, and that it works alone. The quick one takes what is compiled already."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+TEN_LINES = "examples/detect.py"
+
+
+def run(*arguments, **options):
+    done = subprocess.run(arguments, capture_output=True, text=True, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def check_wheel(wheel, root, tmp_path, python):
+    """Its files, the libraries that it asks the system for, and an example with nothing else of ours in reach."""
+    names = [pathlib.PurePath(name) for name in zipfile.ZipFile(wheel).namelist()]
+    own = {name.name for name in names if name.parts[0] == "palpate"}
+    assert {"__init__.py", "_core.pyi", "py.typed", "_world.py"} <= own
+    assert all(name.parts[0] == "palpate" or name.parts[0].endswith(".dist-info") for name in names)
+    module = next(name for name in own if name.startswith("_core.") and name.endswith(".so"))
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    needed = run("ldd", tmp_path / "site/palpate" / module)
+    assert "vtk" not in needed.lower() and "not found" not in needed
+    allowed = ("linux-vdso", "libhwy", "libz.", "libstdc++", "libm.", "libgcc_s", "libc.", "ld-linux", "libpthread")
+    for line in needed.splitlines():
+        assert pathlib.PurePath(line.split()[0]).name.startswith(allowed), line
+    assert str(tmp_path) in next(line for line in needed.splitlines() if "libhwy" in line)  # its own copy
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    output = run(python, root / TEN_LINES, env={**environment, "PYTHONPATH": str(tmp_path / "site")}, cwd=tmp_path)
+    assert "contacts, the deepest" in output
+    assert os.path.getsize(wheel) < 5e6
+
+
+def test_the_wheel_of_what_is_compiled(root, tmp_path):
+    run(sys.executable, "-m", "pip", "wheel", root, "--no-deps", "--no-build-isolation", "--quiet",
+        "--disable-pip-version-check", "--wheel-dir", tmp_path, "--config-settings", f"build-dir={tmp_path / 'build'}",
+        "--config-settings", f"cmake.define.PALPATE_PYTHON_COMPILED={os.environ['PALPATE_BUILD_DIR']}/python/palpate")
+    wheel, = tmp_path.glob("*.whl")
+    check_wheel(wheel, root, tmp_path, sys.executable)
+
+
+@pytest.mark.long
+def test_pip_install_in_a_fresh_environment(root, tmp_path):
+    """As a user does: a new virtual environment, pip install ., the ten lines of README.md."""
+    run(sys.executable, "-m", "venv", tmp_path / "venv")
+    python = tmp_path / "venv/bin/python"
+    run(python, "-m", "pip", "wheel", root, "--no-deps", "--quiet", "--wheel-dir", tmp_path, "--config-settings",
+        f"build-dir={tmp_path / 'build'}")
+    wheel, = tmp_path.glob("palpate-*.whl")
+    run(python, "-m", "pip", "install", "--quiet", wheel)
+    check_wheel(wheel, root, tmp_path, python)

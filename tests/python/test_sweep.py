@@ -1,0 +1,151 @@
+"""sweep(): rows against runs made by hand, failures, resuming, dying workers, Dask, Ctrl-C."""
+
+import json
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pandas
+import pytest
+
+import palpate
+import study_helpers
+from palpate._sweep import set_value
+
+SCENE = palpate.stacking_scene(count=2, cells=(2, 2, 1))
+STIFFNESS = "bodies[1].material.young_modulus"
+
+
+def test_a_grid_has_a_row_for_each_combination_with_the_bits_of_a_run():
+    table = palpate.sweep(SCENE, {STIFFNESS: [1e4, 1e5], "contact.friction": [0.0, 0.2, 0.4]}, steps=4, workers=2)
+    assert list(table["status"]) == ["done"] * 6 and (table["steps"] == 4).all()
+    assert [tuple(row) for row in table[[STIFFNESS, "contact.friction"]].to_numpy()] == [
+        (e, f) for e in [1e4, 1e5] for f in [0.0, 0.2, 0.4]]
+    scene = palpate.stacking_scene(count=2, cells=(2, 2, 1))
+    scene["bodies"][1]["material"]["young_modulus"] = 1e5
+    scene["contact"]["friction"] = 0.2
+    simulation = palpate.Simulation(scene)
+    simulation.run(4)
+    row = table.iloc[4]
+    assert row["state_hash"] == simulation.state_hash
+    assert row["kinetic_energy"] == simulation.metrics.kinetic_energy
+
+
+def test_samples_functions_and_measures():
+    samples = pandas.DataFrame({"stiffness": [2e4, 3e4, 2e4]})
+    table = palpate.sweep(SCENE, samples, apply=study_helpers.stiffness_of, measure=study_helpers.heights, steps=2,
+                          workers=1)
+    assert len(table) == 3 and list(table["stiffness"]) == [2e4, 3e4, 2e4]
+    assert table["height"].notna().all() and table["first"][0] == table["first"][2]
+    assert table["state_hash"][0] == table["state_hash"][2] != table["state_hash"][1]
+
+
+def test_failures_are_rows():
+    table = palpate.sweep(SCENE, {"time_step": [0.01, -1.0], "nothing.there": [1]}, steps=2, workers=1)
+    assert list(table["status"]) == ["failed", "failed"] and "nothing" in table["error"][0]
+    table = palpate.sweep(SCENE, {"time_step": [0.01, -1.0]}, steps=2, workers=1)
+    assert list(table["status"]) == ["done", "failed"] and "time_step" in table["error"][1]
+    table = palpate.sweep(SCENE, {"time_step": [0.01]}, measure=study_helpers.refuse, steps=2, workers=1)
+    assert "RuntimeError: measured nothing" in table["error"][0]
+
+
+def test_a_study_goes_on_where_it_was(tmp_path):
+    values = [1e4, 2e4, 3e4]
+    first = palpate.sweep(SCENE, {STIFFNESS: values[:2]}, steps=2, workers=1, folder=tmp_path)
+    kept = {file: file.stat().st_mtime_ns for file in (tmp_path / "runs").iterdir()}
+    assert len(kept) == 2
+    second = palpate.sweep(SCENE, {STIFFNESS: values}, steps=2, workers=1, folder=tmp_path)
+    assert first.equals(second.iloc[:2])  # seconds too: they were not made again
+    assert all(file.stat().st_mtime_ns == written for file, written in kept.items())
+    damaged = next(iter(kept))
+    damaged.write_text("{")
+    third = palpate.sweep(SCENE, {STIFFNESS: values}, steps=2, workers=1, folder=tmp_path)
+    assert list(third["state_hash"]) == list(second["state_hash"])
+    other = palpate.sweep(SCENE, {STIFFNESS: values}, steps=3, workers=1, folder=tmp_path)
+    assert (other["steps"] == 3).all()
+
+
+def test_failed_runs_are_kept_unless_they_shall_be_made_again(tmp_path):
+    wrong = {"time_step": [-1.0]}
+    first = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path)
+    again = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path)
+    assert first["seconds"][0] == again["seconds"][0]
+    anew = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path, retry_failed=True)
+    assert anew["seconds"][0] != first["seconds"][0]
+
+
+def test_a_run_whose_process_dies_is_made_again(tmp_path):
+    samples = [{"number": i, "folder": str(tmp_path)} for i in range(5)]
+    table = palpate.sweep(SCENE, samples, apply=study_helpers.die_once, steps=1, workers=2)
+    assert list(table["status"]) == ["done"] * 5
+    assert (tmp_path / "died-2").exists()
+
+
+def test_a_run_that_always_dies_is_a_failed_row():
+    table = palpate.sweep(SCENE, [{"number": i} for i in range(2)], apply=study_helpers.die_always, steps=1, workers=1)
+    assert list(table["status"]) == ["done", "failed"] and "died" in table["error"][1]
+
+
+def test_a_dask_cluster_that_loses_a_worker_loses_no_run():
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+                                  silence_logs=50) as cluster, distributed.Client(cluster) as client:
+        pids = client.run(lambda: __import__("os").getpid())
+        killed = threading.Timer(0.5, lambda: __import__("os").kill(next(iter(pids.values())), 9))
+        killed.start()
+        table = palpate.sweep(SCENE, {STIFFNESS: np.linspace(1e4, 1e5, 30)}, steps=15, client=client)
+        killed.join()
+        left = client.run(lambda: __import__("os").getpid())
+    assert list(table["status"]) == ["done"] * 30
+    assert next(iter(pids.values())) not in left.values()
+    alone = palpate.sweep(SCENE, {STIFFNESS: [1e4, 1e5]}, steps=15, workers=1)
+    assert list(alone["state_hash"]) == [table["state_hash"][0], table["state_hash"][29]]
+
+
+def test_ctrl_c_ends_a_study_and_keeps_what_is_done(tmp_path):
+    script = f"""
+import palpate
+if __name__ == "__main__":
+    scene = palpate.stacking_scene(count=2, cells=(2, 2, 1))
+    try:
+        palpate.sweep(scene, {{"bodies[1].material.young_modulus": [1e4 + i for i in range(1000)]}}, steps=20, workers=1,
+                      folder={str(tmp_path)!r})
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+    (tmp_path / "study.py").write_text(script)
+    process = subprocess.Popen([sys.executable, tmp_path / "study.py"], stdout=subprocess.PIPE, text=True)
+    end = time.monotonic() + 60
+    while len(list((tmp_path / "runs").glob("*.json"))) < 2 and time.monotonic() < end:
+        time.sleep(0.05)
+    process.send_signal(2)
+    output, _ = process.communicate(timeout=60)
+    assert output == "interrupted\n"
+    rows = [json.loads(file.read_text()) for file in (tmp_path / "runs").glob("*.json")]
+    assert 2 <= len(rows) < 1000 and all(row["status"] == "done" for row in rows)
+
+
+def test_paths_of_values():
+    scene = {"bodies": [{"name": "liver", "material": {"density": 1}}], "gravity": [0, 0, -9.81]}
+    set_value(scene, "bodies[0].material.density", 2)
+    set_value(scene, "bodies.liver.material.young_modulus", 3)
+    set_value(scene, "gravity[2]", 4)
+    assert scene == {"bodies": [{"name": "liver", "material": {"density": 2, "young_modulus": 3}}],
+                     "gravity": [0, 0, 4]}
+    for path in ["bodies[1].material", "bodies.spleen.material", "contact.friction.of", "gravity.x.y", "gravity[3]"]:
+        with pytest.raises(palpate.Error, match="sweep"):
+            set_value(scene, path, 0)
+
+
+def test_bad_arguments():
+    for arguments in [dict(parameters={"time_step": 0.01}), dict(parameters={"time_step": "abc"}),
+                      dict(parameters=[1, 2]), dict(parameters={"time_step": [0.01]}, workers=0),
+                      dict(parameters={"time_step": [0.01]}, client=object()),
+                      dict(parameters={"time_step": [float("nan")]})]:
+        with pytest.raises(palpate.Error):
+            palpate.sweep(SCENE, **arguments)
+    with pytest.raises(palpate.Error, match="bodies"):
+        palpate.sweep({"bodies": []}, {"time_step": [0.01]})
+    assert len(palpate.sweep(SCENE, {"time_step": []})) == 0
