@@ -1,10 +1,13 @@
 """What looking at a simulation costs: frames and bytes per second of 'palpate view', and how fast the simulation runs with
-and without a page, in turns within one run.
+and without a page, in turns: the same first steps of the scene each time.
 
-Usage: view_bench.py PALPATE RESULT.json SCENE... [--seconds S] [--rounds N] [--threads N]
+Usage: view_bench.py PALPATE RESULT.json SCENE... [--steps N] [--rounds N] [--threads N]
 
 The page is stood in for by a client that takes a frame, says at once that it has drawn it, and does nothing else: what
 it costs is the server's part alone. A browser on the same machine takes its own share of the cores on top.
+
+Beside the wall clock counts the time that the thread of the simulation was on a core for a step (what a machine that is busy
+with other work does not disturb), and that of the thread of the server.
 """
 
 import argparse
@@ -78,23 +81,37 @@ LOOKS = {
 }
 
 
-def measure(address, seconds, look):
-    """Steps, frames and bytes per second over a while, with a page (look) or without (None)."""
+def thread_seconds(pid):
+    """Seconds on a core of each thread of a process, to the nanosecond."""
+    return {task.name: int((task / "schedstat").read_text().split()[0]) * 1e-9 for task in pathlib.Path(f"/proc/{pid}/task").iterdir()}
 
-    def steps():
+
+def measure(process, address, steps, look):
+    """The first so many steps of the scene, with a page (look) or without (None): always the same work."""
+
+    def done():
         with urllib.request.urlopen(address + "status") as answer:
             return json.load(answer).get("steps", 0)
 
-    page = Page(address, look) if look is not None else None
-    time.sleep(0.3)  # so that joining is not measured
-    begin, first = time.perf_counter(), steps()
-    counted = (page.frames, page.bytes) if page else (0, 0)
-    time.sleep(seconds)
-    frames, size = (page.frames - counted[0], page.bytes - counted[1]) if page else (0, 0)
-    last, wall = steps(), time.perf_counter() - begin
-    if page:
+    page = Page(address, look or {})
+    page.send({"reset": {}})
+    while done() > 5:
+        time.sleep(0.01)
+    if look is None:
         page.close()
-    return {"steps": (last - first) / wall, "frames": frames / wall, "bytes": size / wall}
+    begin, first, cores = time.perf_counter(), done(), thread_seconds(process.pid)
+    frames, size = page.frames, page.bytes
+    while done() < steps:
+        time.sleep(0.05)
+    last, wall, now = done(), time.perf_counter() - begin, thread_seconds(process.pid)
+    frames, size = page.frames - frames, page.bytes - size
+    if look is not None:
+        page.close()
+    used = {task: now[task] - cores.get(task, 0.0) for task in now}
+    server = used.pop(str(process.pid))  # the first thread serves
+    count = last - first
+    return {"steps": count / wall, "frames": frames / wall, "bytes": size / wall,
+            "simulation_ms": 1e3 * sum(used.values()) / count, "server_ms": 1e3 * server / count}
 
 
 def bench(command, scene, options):
@@ -104,24 +121,26 @@ def bench(command, scene, options):
     )
     try:
         address = json.loads(process.stdout.readline())["address"]
-        time.sleep(options.seconds)  # the first contacts of a fall take longer than all others
         rounds = []
         for _ in range(options.rounds):
-            turn = {"nobody": measure(address, options.seconds, None)}
+            turn = {"nobody": measure(process, address, options.steps, None)}
             for name, look in LOOKS.items():
-                turn[name] = measure(address, options.seconds, look)
+                turn[name] = measure(process, address, options.steps, look)
             rounds.append(turn)
     finally:
         process.terminate()
         process.wait()
     median = lambda name, what: statistics.median(turn[name][what] for turn in rounds)
     slower = lambda name: statistics.median(1 - turn[name]["steps"] / turn["nobody"]["steps"] for turn in rounds)
+    costs = lambda name: statistics.median(turn[name]["simulation_ms"] / turn["nobody"]["simulation_ms"] - 1 for turn in rounds)
     return {
         "scene": pathlib.Path(scene).stem,
         "steps_per_second": median("nobody", "steps"),
+        "simulation_ms": median("nobody", "simulation_ms"),
         "looks": [
             {"look": name, "frames_per_second": median(name, "frames"), "bytes_per_second": median(name, "bytes"),
-             "steps_per_second": median(name, "steps"), "slower": slower(name)}
+             "steps_per_second": median(name, "steps"), "slower": slower(name),
+             "simulation_ms": median(name, "simulation_ms"), "costs": costs(name), "server_ms": median(name, "server_ms")}
             for name in LOOKS
         ],
         "rounds": rounds,
@@ -133,8 +152,8 @@ def main():
     parser.add_argument("command")
     parser.add_argument("result", type=pathlib.Path)
     parser.add_argument("scenes", nargs="+")
-    parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--steps", type=int, default=100)
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     results = []
@@ -143,10 +162,12 @@ def main():
         row = results[-1]
         for look in row["looks"]:
             print(f"{row['scene']:12} {look['look']:11} {row['steps_per_second']:8.1f} steps/s alone, "
-                  f"{look['steps_per_second']:8.1f} with a page ({100 * look['slower']:+.1f} % slower), "
+                  f"{look['steps_per_second']:8.1f} with a page ({100 * look['slower']:+.1f} % slower); on a core "
+                  f"{row['simulation_ms']:.2f} ms a step, {look['simulation_ms']:.2f} with a page ({100 * look['costs']:+.1f} %), "
+                  f"server {look['server_ms']:.2f}; "
                   f"{look['frames_per_second']:5.1f} frames/s, {look['bytes_per_second'] / 1e6:6.2f} MB/s", flush=True)
     options.result.write_text(json.dumps({"load": os.getloadavg(), "cores": os.cpu_count(), "threads": options.threads,
-                                          "seconds": options.seconds, "results": results}, indent=1) + "\n")
+                                          "steps": options.steps, "results": results}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ namespace {
 
 using scene_format::Context;
 using scene_format::Limits;
+using namespace nlohmann::literals;
 
 const std::string source = "message from the page";
 
@@ -111,9 +112,15 @@ nlohmann::ordered_json settings_json(const SimulationSettings& settings) {
 
 SimulationSettings changed(const SimulationSettings& settings, const nlohmann::json& change) {
   SimulationSettings copy = settings;
+  nlohmann::json named = change;
+  // A scene has no word for "no budget": it leaves the key out, which here means "as it is".
+  if (named.contains("/contact/budget"_json_pointer) && named["contact"]["budget"].is_null()) {
+    copy.detection.budget.reset();
+    named["contact"].erase("budget");
+  }
   LiveSettings live{copy};
   Context context{source};
-  scene_format::Reader reader(context, "", change);
+  scene_format::Reader reader(context, "", named);
   describe(reader, live);
   reader.finish();
   return copy;

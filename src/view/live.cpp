@@ -72,7 +72,8 @@ Json LiveSource::about(const Scene& scene) const {
   json["typical_stiffness"] = typical_contact_stiffness();
   json["choices"] = {{"structure", names_json(structure_names)},
                      {"order", names_json(order_names)},
-                     {"sort", names_json(sort_names)}};
+                     {"sort", names_json(sort_names)},
+                     {"budget", {"none", "milliseconds"}}};
   return json;
 }
 

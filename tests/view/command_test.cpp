@@ -78,6 +78,10 @@ TEST(Command, ChangesWhatItNamesAndNothingElse) {
   EXPECT_EQ(after.detection.cells_per_primitive, 3);
   EXPECT_EQ(after.response.stiffness, std::nullopt) << "the word stands for none";
   EXPECT_EQ(after.response.friction, 0.25);
+  const SimulationSettings limited = changed({}, {{"contact", {{"budget", {{"milliseconds", 0.5}}}}}});
+  EXPECT_EQ(limited.detection.budget.value().milliseconds, 0.5);
+  EXPECT_EQ(changed(limited, {{"gravity", {0, 0, 0}}}).detection.budget, limited.detection.budget);
+  EXPECT_EQ(changed(limited, {{"contact", {{"budget", nullptr}}}}).detection.budget, std::nullopt);
   EXPECT_EQ(changed({}, settings_json(after)).detection, after.detection) << "what is told can be set";
 }
 
