@@ -42,13 +42,15 @@ async function playTo(page, end) {
 /** The orbit, cut open: a plate is pushed up along its floor and lifts the bulb. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
-  const page = await open(address, { width: 960, height: 520 });
+  const page = await open(address, { width: 760, height: 500 });
   await page.selectOption("#scene-view", "tissues");
   await page.click("#panel-toggle");
+  await page.focus("#canvas");
+  for (let i = 0; i < 5; ++i) await page.keyboard.press("+");
   const place = mkdtempSync(join(tmpdir(), "palpate-pictures-"));
   const files = [];
   await page.click("#play");
-  for (let t = 0; t <= 4; t += 0.1) {
+  for (let t = 0; t <= 1.5; t += 0.05) {
     await waitFor(page, async () => (await time(page)) >= t - 1e-9);
     const file = join(place, `${String(files.length).padStart(3, "0")}.png`);
     await page.locator("#view").screenshot({ path: file });
