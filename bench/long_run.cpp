@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -89,10 +88,10 @@ class Disturbances {
       home_ = at(simulation.positions(), held);
       grab_ = simulation.grab({.point = held, .target = home_, .stiffness = stiffness_});
     }
-    if (grab_ && step % 10 == 0) simulation.move_grab(*grab_, home_ + random_.in_ball(reach_));
-    if (grab_ && step % 200 == 150) {
-      simulation.release(*grab_);
-      grab_.reset();
+    if (grab_ >= 0 && step % 10 == 0) simulation.move_grab(grab_, home_ + random_.in_ball(reach_));
+    if (grab_ >= 0 && step % 200 == 150) {
+      simulation.release(grab_);
+      grab_ = -1;
     }
   }
 
@@ -107,7 +106,7 @@ class Disturbances {
   double force_ = 0.0;
   double stiffness_ = 0.0;
   Index pushed_ = -1;
-  std::optional<Index> grab_;
+  Index grab_ = -1;  ///< its number; -1: none
   Vec3 home_{};
 };
 

@@ -47,7 +47,7 @@ struct Grab {
 };
 
 /// A spring that holds a point to the place of a tet of another body where it is at the start: tissue that
-/// has grown together.
+/// has grown together. relax() comes before the start and does not know of ties.
 struct Tie {
   Index point = -1;
   Index tet = -1;                     ///< best the nearest one; the place may lie a little outside of it

@@ -44,7 +44,7 @@ class Simulation {
  public:
   /// \param model    what moves; points on rails start where their motion is at time 0
   /// \param threads  number of threads; 0 takes all
-  /// Throws Error on a setting, material, motion, force or grab out of range, and on arrays of another length
+  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another length
   /// than the bodies have.
   Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();

@@ -103,6 +103,19 @@ class DevScript(unittest.TestCase):
         result = self.dev("setup")
         self.assertEqual((result.returncode, result.stdout, result.stderr, self.calls()), (0, "", "", ""))
 
+    def test_a_ct_scene_without_its_ct_names_the_analytic_one(self):
+        self.stand_in("dpkg-query", 'for p in "$@"; do printf "installed=%s " "$p"; done')
+        self.stand_in("cmake", "exit 0")
+        self.stand_in("apt-get", 'echo "E: no such thing as a network"; exit 100')
+        for scene, stand_in in [("scenes/eye-ct.json", "scenes/eye.json"), ("skull-ct.json", "scenes/skull.json"),
+                                ("scenes/jaw-ct.json", "scenes/skull.json")]:
+            with self.subTest(scene=scene):
+                if pathlib.Path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3").exists() and "jaw" not in scene:
+                    self.skipTest("the CT is installed on this machine")
+                result = self.dev("run", scene)
+                self.assertEqual((result.returncode, result.stdout), (1, ""))
+                self.assertIn(f"{stand_in} is the scene from analytic shapes", result.stderr.splitlines()[-1])
+
 
 if __name__ == "__main__":
     unittest.main()
