@@ -98,7 +98,7 @@ async function until(what, check, seconds = 60) {
 before(async () => {
   browser = await chromium.launch({
     executablePath: browserPath,
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
+    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog", "--disable-dev-shm-usage"],
   });
 });
 after(async () => {
