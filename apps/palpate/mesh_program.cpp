@@ -25,6 +25,7 @@ int run_mesh_program(std::span<const char* const> arguments) {
   std::vector<std::string> words{"palpate mesh"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   ::execv(program.c_str(), pointers.data());

@@ -33,6 +33,7 @@ std::vector<LabelExtent> labels_in(const LabelMap& map) {
     }
   }
   std::vector<LabelExtent> extents;
+  extents.reserve(found.size());
   for (const auto& [label, extent] : found) extents.push_back(extent);
   return extents;
 }

@@ -77,6 +77,7 @@ class Histogram {
   /// The value above which there are so many.
   [[nodiscard]] double level(double count) const {
     std::vector<double> counts;
+    counts.reserve(starts_.size());
     double here = 0.0;
     for (const double start : starts_) counts.push_back(here += start);
     for (int bin = bins; bin >= 0; --bin) {

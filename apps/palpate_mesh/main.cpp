@@ -36,7 +36,7 @@ Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scen
 /// The folder for the results; one that was not named must not be there yet.
 fs::path output_folder(const MeshOptions& options) {
   if (options.out) return *options.out;
-  const fs::path folder = input_name(options) + "-bodies";
+  fs::path folder = input_name(options) + "-bodies";
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "a folder of that name already",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -65,11 +66,15 @@ class Mesher {
     for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
     double size = std::cbrt(volume * tets_in_a_cube / wanted);
     std::vector<std::pair<double, double>> tried;  // logarithms of size and of tets over what is wanted
-    std::optional<std::pair<double, std::vector<MeshedOrgan>>> best;
+    double best_off = std::numeric_limits<double>::infinity();
+    std::vector<MeshedOrgan> best;
     for (int meshing = 0; meshing < most; ++meshing) {
       const double off = std::log(std::max(mesh(group, size), 1.0) / wanted);
       tried.emplace_back(std::log(size), off);
-      if (!best || std::abs(off) < std::abs(best->first)) best.emplace(off, meshes_of(group));
+      if (std::abs(off) < best_off) {
+        best_off = std::abs(off);
+        best = meshes_of(group);
+      }
       if (std::abs(off) <= near) break;
       size = next_size(tried);
     }
@@ -77,7 +82,7 @@ class Mesher {
       MeshedOrgan& organ = meshed_[group[g]];
       const int meshings = organ.meshings;
       const double seconds = organ.seconds;
-      organ = best->second[g];
+      organ = best[g];
       organ.meshings = meshings;
       organ.seconds = seconds;
     }
@@ -123,6 +128,7 @@ class Mesher {
  private:
   [[nodiscard]] std::vector<MeshedOrgan> meshes_of(const std::vector<std::size_t>& group) const {
     std::vector<MeshedOrgan> meshes;
+    meshes.reserve(group.size());
     for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
     return meshes;
   }

@@ -38,6 +38,7 @@ void check_names(const std::string& flag, const std::vector<std::string>& wanted
 
 std::vector<std::string> words_of(const std::vector<Fineness::Named>& values) {
   std::vector<std::string> words;
+  words.reserve(values.size());
   for (const auto& value : values) words.push_back(value.organ);
   return words;
 }
@@ -125,6 +126,7 @@ OrganList organs_of_map(MeshOptions& options) {
   if (labels.empty()) throw Error(input.string(), "", "no voxel that is not 0", "labels");
   use_names(options, labels);
   std::vector<std::string> known;
+  known.reserve(labels.size());
   for (const NamedLabel& label : labels) known.push_back(label.name.name);
   check_named_organs(options, known);
 

@@ -57,7 +57,7 @@ vtkSmartPointer<vtkPolyData> read_surface(const fs::path& path) {
   if (!fs::is_regular_file(path, ignored)) throw Error(path.string(), "", "no such file", "a surface mesh");
   const std::array readers{&triangles_of<vtkSTLReader>, &triangles_of<vtkOBJReader>,
                            &triangles_of<vtkPLYReader>, &triangles_of<vtkXMLPolyDataReader>};
-  const auto surface = readers.at(extension_of(path))(path);
+  auto surface = readers.at(extension_of(path))(path);
   if (surface->GetNumberOfPolys() == 0) throw Error(path.string(), "", "no triangles", "a closed surface");
   vtkNew<vtkFeatureEdges> open;
   open->SetInputData(surface);
