@@ -17,8 +17,8 @@ namespace palpate {
 
 /// What one step did. Counts and energies are the same on every run; times are of this one.
 struct StepMetrics {
-  std::int64_t step = 0;  ///< steps done; 0 is the start
-  double time = 0.0;      ///< s, of the simulation
+  std::int64_t step = 0;      ///< steps done; 0 is the start
+  double time = 0.0;          ///< s, of the simulation
   DetectionCounts detection;  ///< at the end of the step
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
@@ -44,8 +44,8 @@ class Simulation {
  public:
   /// \param model    what moves; points on rails start where their motion is at time 0
   /// \param threads  number of threads; 0 takes all
-  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another length
-  /// than the bodies have.
+  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another
+  /// length than the bodies have.
   Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.

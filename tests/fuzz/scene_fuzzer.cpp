@@ -36,7 +36,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     scene.settings.solver.max_solves = std::min(scene.settings.solver.max_solves, 3);
     scene.settings.solver.max_iterations = std::min(scene.settings.solver.max_iterations, 50);
     if (scene.settings.solver.fixed_iterations) scene.settings.solver.fixed_iterations = 3;
-    Model model = load_model(scene, [](const std::filesystem::path&) { return make_box({1, 1, 1}, {1.0, 1.0, 1.0}); });
+    Model model = load_model(scene, [](const std::filesystem::path&) {
+      return make_box({1, 1, 1}, {1.0, 1.0, 1.0});
+    });
     Simulation simulation(std::move(model), scene.settings, 1);
     simulation.step();
   });
