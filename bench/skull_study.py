@@ -3,7 +3,7 @@
     ./dev python bench/skull_study.py [FOLDER] [RUNS]
 
 20 plans of the lower jaw (1 to 10.5 mm forwards) with 10 stiffnesses of the soft tissue. Coarse: the plan is driven in
-four long steps, no overlaps are removed first, the solver stops early. When a tenth of the runs are done a worker
+eight long steps, no overlaps are removed first, the solver stops early. When a tenth of the runs are done a worker
 process is killed (SIGKILL). Then the last rows are made again in this process: they must have the same bits. Writes
 bench/results/skull_study.csv, and keeps finished runs in FOLDER (default: build/skull-study): started again, it goes on
 where it was.
@@ -22,12 +22,12 @@ from distributed import Client, LocalCluster
 import palpate
 
 ROOT = pathlib.Path(__file__).parent.parent
-STEPS = 4
+STEPS = 8
 
 
 def plan(scene, values):
-    """The jaw's path and the tissue's stiffness, in four coarse steps."""
-    scene.update(time_step=0.1, solver={"tolerance": 0.01, "max_solves": 4})
+    """The jaw's path and the tissue's stiffness, in eight coarse steps."""
+    scene.update(time_step=0.05, solver={"tolerance": 0.01, "max_solves": 4})
     scene.pop("relax", None)
     bodies = {body["name"]: body for body in scene["bodies"]}
     bodies["lower jaw"]["motion"]["keyframes"] = [{"time": 0.0}, {"time": 0.4, "translate": [0, -values["forward"], 0]}]

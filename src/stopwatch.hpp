@@ -8,6 +8,10 @@ namespace palpate {
 class Stopwatch {
  public:
   /// Seconds since construction or the last lap().
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - last_).count();
+  }
+  /// The same, and begins anew.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double seconds = std::chrono::duration<double>(now - last_).count();

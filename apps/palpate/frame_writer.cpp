@@ -6,8 +6,8 @@
 
 namespace palpate::app {
 
-FrameWriter::FrameWriter(const std::filesystem::path& folder, int every)
-    : series_(folder, "frames"), every_(every) {}
+FrameWriter::FrameWriter(const std::filesystem::path& folder, int every, const FramesSoFar& so_far)
+    : series_(folder, "frames", so_far.times), every_(every), last_step_(so_far.last_step) {}
 
 void FrameWriter::add(const Simulation& simulation, bool always) {
   const std::int64_t step = simulation.metrics().step;

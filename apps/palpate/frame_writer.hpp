@@ -10,22 +10,30 @@
 
 namespace palpate::app {
 
+/// The frames that a run has written.
+struct FramesSoFar {
+  std::vector<double> times;
+  std::int64_t last_step = -1;  ///< of the last one
+};
+
 /// Writes the states of a run as a series of .vtu frames: every so many steps, and those it is told to.
 class FrameWriter {
  public:
-  /// Throws Error where the folder cannot be written; so does add().
-  FrameWriter(const std::filesystem::path& folder, int every);
+  /// \param so_far  of the run that goes on; others that are there are removed
+  /// Throws Error where the folder cannot be written, or a frame so far is gone; so does add().
+  FrameWriter(const std::filesystem::path& folder, int every, const FramesSoFar& so_far = {});
 
   /// Writes the state if its step is due, or if `always`; never the same step twice.
   void add(const Simulation& simulation, bool always = false);
 
   [[nodiscard]] std::size_t count() const { return series_.frame_count(); }
+  [[nodiscard]] FramesSoFar so_far() const { return {series_.times(), last_step_}; }
   [[nodiscard]] const std::filesystem::path& collection() const { return series_.collection_path(); }
 
  private:
   io::SeriesWriter series_;
   int every_;
-  std::int64_t last_step_ = -1;
+  std::int64_t last_step_;
   std::vector<std::uint8_t> in_contact_;
   std::vector<double> depths_;
 };

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <string_view>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -37,7 +38,8 @@ std::string header(const Units& units) {
   line +=
       ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
-      "dropped_cells,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_growths,detections,solves,solver_iterations,"
+      "dropped_cells,late_clusters,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_"
+      "growths,detections,solves,solver_iterations,"
       "solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
@@ -48,11 +50,33 @@ std::string header(const Units& units) {
 
 MetricsFile::MetricsFile(std::filesystem::path path, const Units& units)
     : path_(std::move(path)), lines_(header(units)) {
-  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) {
-    throw Error(path_.string(), "creating", "'" + std::system_category().message(errno) + "'",
-                "a file that can be written");
+  open(O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
+}
+
+MetricsFile::MetricsFile(std::filesystem::path path, std::uint64_t bytes)
+    : path_(std::move(path)), bytes_(bytes) {
+  open(O_WRONLY | O_APPEND | O_CLOEXEC);
+  const off_t size = ::lseek(descriptor_, 0, SEEK_END);
+  if (size < 0 || static_cast<std::uint64_t>(size) < bytes) {
+    ::close(std::exchange(descriptor_, -1));  // no destructor does it
+    throw Error(path_.string(), "", std::to_string(size) + " bytes",
+                std::to_string(bytes) + " or more, as when the checkpoint was written");
   }
+  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) {
+    const int error = errno;
+    ::close(std::exchange(descriptor_, -1));
+    errno = error;
+    fail("cutting off", "a file that can be written");
+  }
+}
+
+void MetricsFile::open(int flags) {
+  descriptor_ = ::open(path_.c_str(), flags, 0666);
+  if (descriptor_ < 0) fail("opening", "a file that can be written");
+}
+
+void MetricsFile::fail(const char* doing, const char* expected) const {
+  throw Error(path_.string(), doing, "'" + std::system_category().message(errno) + "'", expected);
 }
 
 MetricsFile::~MetricsFile() {
@@ -74,6 +98,7 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
         c.approximated_primitives, c.dropped_cells}) {
     lines_ += fmt::format(",{}", count);
   }
+  lines_ += fmt::format(",{},{:.4f},{}", c.late_clusters, c.completeness, m.looks_ahead ? 1 : 0);
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
   lines_ += fmt::format(",{},{:.4f},{},{},{},{},{},{}", sort, points.occupancy(),
@@ -92,14 +117,21 @@ void MetricsFile::flush() {
   while (!left.empty()) {
     const ssize_t written = ::write(descriptor_, left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) {
-      throw Error(path_.string(), "writing", "'" + std::system_category().message(errno) + "'",
-                  "room for the whole file");
-    }
+    if (written < 0) fail("writing", "room for the whole file");
     left.remove_prefix(static_cast<std::size_t>(written));
+    bytes_ += static_cast<std::uint64_t>(written);
   }
+  // The system goes on writing to a file that has no name any more, and nobody would ever see it.
+  struct stat status {};
+  if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0)
+    throw Error(path_.string(), "writing", "no such file: it was removed", "the file that the run began");
   lines_.clear();
   flushed_ = std::chrono::steady_clock::now();
+}
+
+void MetricsFile::sync() {
+  flush();
+  if (::fsync(descriptor_) != 0) fail("writing to the disk", "room for the whole file");
 }
 
 }  // namespace palpate::app

@@ -12,6 +12,7 @@
 
 #include <palpate/error.hpp>
 
+#include "checkpoint.hpp"
 #include "detection_options.hpp"
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
@@ -19,6 +20,7 @@
 #include "numbers.hpp"
 #include "option_values.hpp"
 #include "parallel/parallel.hpp"
+#include "relax_model.hpp"
 #include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
@@ -34,12 +36,17 @@ constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json
   palpate run scenes/stacking.json --until-rest --out results/at-rest
   palpate run scene.json --steps 50 --no-picture --json | jq .state_hash
+  palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
+  palpate run --resume results/scene                go on where that run ended
 
 Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv (a row for each step), run.json and picture.png; what
-an earlier run left there is replaced. Ctrl-C ends after the current step and keeps what is done.)";
+an earlier run left there is replaced. Ctrl-C ends after the current step, keeps what is done and writes a checkpoint;
+--resume goes on from the last one.)";
 
 struct RunOptions {
   fs::path scene;
+  std::optional<fs::path> resume;
+  std::optional<std::int64_t> checkpoint_every;
   std::optional<std::int64_t> steps;
   bool until_rest = false;
   std::optional<fs::path> out;
@@ -85,77 +92,141 @@ void remove_old_results(const fs::path& folder, const Scene& scene) {
   }
 }
 
+/// How a run is taken up again.
+std::string way_on(const fs::path& folder) {
+  return "go on with: palpate run --resume " + folder.string();
+}
+
 /// Ends a run that did not get to its end: the results are there, the exit code says that they are not all.
 int exit_code(const RunReport& report) {
   if (!report.outcome.failure.empty()) throw std::runtime_error(report.outcome.failure);
   if (!report.outcome.interrupted) return exit_done;
-  say_error(fmt::format("interrupted after step {} of {}; results so far are in {}", report.outcome.steps,
-                        report.most_steps, report.folder.string()));
+  say_error(fmt::format("interrupted after step {} of {}; results so far are in {}; {}", report.outcome.steps,
+                        report.most_steps, report.folder.string(), way_on(report.folder)));
   return exit_failed;
 }
 
-/// Removes the overlaps at the start where the scene asks for it.
-std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, const RunOptions& options) {
-  if (!scene.relax) return std::nullopt;
-  const InterruptFlag interrupt;
-  const auto progress = [&](int steps, double deepest) {
-    if (interrupt.requested()) throw std::runtime_error("interrupted while relaxing; there are no results");
-    if (steps % 10 == 0 && !options.quiet) {
-      say_progress(fmt::format("relaxing: step {} of {} at most, {} {} deep at most", steps,
-                               scene.relax->max_steps, short_text(deepest), scene.units.length));
-    }
-  };
-  RelaxReport report;
-  as_input([&] {
-    report = relax(model, scene.settings, *scene.relax, options.threads, progress);
-    return 0;
-  });
-  if (!report.relaxed) {
-    say_note(fmt::format("{}: overlaps of {} {} are left after relaxing, more than the {} {} allowed",
-                         scene.source, short_text(report.deepest_after), scene.units.length,
-                         short_text(report.allowed_depth), scene.units.length));
+/// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
+struct Begin {
+  RunPlan plan;
+  SceneInput input;
+  fs::path folder;
+  std::optional<FoundCheckpoint> checkpoint;
+};
+
+Begin begin_anew(const RunOptions& options) {
+  if (options.scene.empty()) throw BadInput("run: SCENE is required (see --help)");
+  Begin begin{.plan = {}, .input = read_scene_input(options.scene), .folder = {}, .checkpoint = {}};
+  Scene& scene = begin.input.scene;
+  options.detection.apply(scene.settings.detection);
+  scene.output.every = options.every.value_or(scene.output.every);
+  begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
+  begin.plan = {.scene_file = options.scene.string(),
+                .scene = write_scene(scene),
+                .source = scene.source,
+                .scene_folder = fs::absolute(scene.folder.empty() ? "." : scene.folder).string(),
+                .most_steps = most_steps(options, scene),
+                .until_rest = options.until_rest,
+                .no_picture = options.no_picture,
+                .checkpoint_every = options.checkpoint_every.value_or(0)};
+  return begin;
+}
+
+Begin begin_again(const RunOptions& options) {
+  FoundCheckpoint found = find_checkpoint(*options.resume);
+  for (const std::string& damage : found.damaged)
+    say_note(fmt::format("{}; going on from {}", damage, found.path.filename().string()));
+  RunPlan plan = found.checkpoint.plan;
+  plan.most_steps = options.steps.value_or(plan.most_steps);
+  plan.until_rest = plan.until_rest || options.until_rest;
+  plan.no_picture = plan.no_picture || options.no_picture;
+  plan.checkpoint_every = options.checkpoint_every.value_or(plan.checkpoint_every);
+  Scene scene = as_input([&] { return read_scene_text(plan.scene, plan.source, plan.scene_folder); });
+  return {.plan = std::move(plan),
+          .input = load_scene_input(std::move(scene)),
+          .folder = *options.resume,
+          .checkpoint = std::move(found)};
+}
+
+/// Puts the simulation where the checkpoint has it, if there is one.
+void take_up(const Begin& begin, Simulation& simulation) {
+  if (!begin.checkpoint) return;
+  try {
+    simulation.restore(begin.checkpoint->checkpoint.simulation);
+  } catch (const Error& error) {  // name the file, and not only what is in it
+    throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
-  return report;
+}
+
+/// Where the results of a run are written.
+struct Outputs {
+  explicit Outputs(const Begin& begin)
+      : frames(begin.folder, begin.input.scene.output.every,
+               begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
+        checkpoints(begin.folder, begin.plan,
+                    begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
+    remove_old_results(begin.folder, begin.input.scene);
+    const fs::path path = begin.folder / "metrics.csv";
+    if (begin.checkpoint) {
+      metrics.emplace(path, begin.checkpoint->checkpoint.metrics_bytes);
+    } else {
+      metrics.emplace(path, begin.input.scene.units);
+    }
+  }
+  FrameWriter frames;
+  CheckpointWriter checkpoints;
+  std::optional<MetricsFile> metrics;
+};
+
+RunOutcome step_through(const Begin& begin, Simulation& simulation, Outputs& outputs, bool quiet) {
+  // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
+  // there.
+  const InterruptFlag interrupt;
+  Progress progress(simulation.metrics().step, begin.plan.most_steps, quiet);
+  try {
+    return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt,
+                    {outputs.frames, *outputs.metrics, outputs.checkpoints, progress},
+                    begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
+  } catch (const Error& error) {
+    const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
+    if (!step) throw;
+    throw std::runtime_error(
+        fmt::format("{}; the last checkpoint is of step {}: {}", error.what(), *step, way_on(begin.folder)));
+  }
 }
 
 int run(const RunOptions& options) {
   Stopwatch watch;
-  SceneInput input = read_scene_input(options.scene);
-  Scene& scene = input.scene;
-  options.detection.apply(scene.settings.detection);
-  scene.output.every = options.every.value_or(scene.output.every);
-  const std::vector<std::uint8_t> obstacles = input.model.obstacles;
-  const std::int64_t steps = most_steps(options, scene);
-  const std::optional<RelaxReport> relaxed = relax_model(scene, input.model, options);
-  Simulation simulation = make_simulation(scene, std::move(input.model), options.threads);
-
+  Begin begin = options.resume ? begin_again(options) : begin_anew(options);
+  const Scene& scene = begin.input.scene;
+  const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
+  const std::optional<RelaxReport> relaxed =
+      relax_model(scene, begin.input.model, options.threads, options.quiet);
+  Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
+  take_up(begin, simulation);
+  const std::optional<std::int64_t> first =
+      begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
+  if (first && !options.quiet)
+    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), *first));
 
-  const fs::path folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
-  FrameWriter frames(folder, scene.output.every);
-  remove_old_results(folder, scene);
-  MetricsFile metrics(folder / "metrics.csv", scene.units);
-  RunOutcome outcome;
-  {
-    // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
-    // there.
-    const InterruptFlag interrupt;
-    Progress progress(steps, options.quiet);
-    outcome = run_loop(simulation, steps, options.until_rest, interrupt, frames, metrics, progress);
-  }
+  const fs::path& folder = begin.folder;
+  Outputs outputs(begin);
+  RunOutcome outcome = step_through(begin, simulation, outputs, options.quiet);
   const double wall_seconds = watch.lap();
   const auto report_with = [&](const std::vector<fs::path>& pictures) {
-    return RunReport{.scene_file = options.scene,
+    return RunReport{.scene_file = begin.plan.scene_file,
                      .scene = scene,
                      .simulation = simulation,
-                     .files = input.files,
+                     .files = begin.input.files,
                      .obstacles = obstacles,
                      .relaxed = relaxed,
                      .outcome = outcome,
+                     .resumed_from = first,
                      .folder = folder,
-                     .frames = frames.count(),
+                     .frames = outputs.frames.count(),
                      .pictures = pictures,
-                     .most_steps = steps,
+                     .most_steps = begin.plan.most_steps,
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
   };
@@ -166,7 +237,7 @@ int run(const RunOptions& options) {
   };
   write_report(report_with({}));
   std::vector<fs::path> pictures;
-  if (!options.no_picture && !outcome.interrupted && outcome.failure.empty()) {
+  if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     try {
       take_pictures({folder, scene, simulation, start, outcome, options.threads});
       pictures = picture_paths(folder, scene);
@@ -183,7 +254,7 @@ int run(const RunOptions& options) {
 
 void add_flags(CLI::App& app, RunOptions& options) {
   constexpr auto any_count = std::numeric_limits<std::int64_t>::max();
-  add_path(app, "SCENE", options.scene, "scene file (.json)");
+  add_path(app, "SCENE", options.scene, "scene file (.json); none with --resume")->required(false);
   add_value(app, "--steps", "N", "end after N steps, in place of the scene's duration",
             [&options](const std::string& flag, const std::string& text) {
               options.steps = parse_integer(flag, text, 0, any_count);
@@ -197,10 +268,21 @@ void add_flags(CLI::App& app, RunOptions& options) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--no-picture", options.no_picture, "take no picture");
+  add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
+            [&options](const std::string& flag, const std::string& text) {
+              options.checkpoint_every = parse_integer(flag, text, 1, any_count);
+            });
   add_threads(app, options.threads);
   add_detection_options(app, options.detection);
   add_json(app, options.json, "print run.json in place of the summary");
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
+  CLI::Option* const resume = add_value(
+      app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
+      [&options](const std::string&, const std::string& text) { options.resume = text; });
+  // What a run has begun with it keeps.
+  for (const char* other : {"SCENE", "--out", "--every", "--structure", "--order", "--sort", "--cell-size",
+                            "--cells-per-primitive"})
+    resume->excludes(app.get_option(other));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <palpate/error.hpp>
 
+#include "checkpoint.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -33,6 +34,9 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.regions_without_border.add(m.detection.regions_without_border);
   outcome.border_edges_without_crossing.add(m.detection.border_edges_without_crossing);
   outcome.folded_pairs.add(m.detection.folded_pairs);
+  outcome.late_steps += m.detection.late_clusters > 0 ? 1 : 0;
+  outcome.least_completeness = std::min(outcome.least_completeness, m.detection.completeness);
+  outcome.steps_without_foresight += m.looks_ahead ? 0 : 1;
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
   outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
@@ -72,20 +76,27 @@ void CuckooRun::add(const CuckooCounts& counts) {
 }
 
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
-                    const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
-                    Progress& progress) {
-  RunOutcome outcome;
+                    const InterruptFlag& interrupt, const RunOutputs& outputs,
+                    const std::optional<RunOutcome>& before) {
+  const auto& [frames, metrics, checkpoints, progress] = outputs;
+  RunOutcome outcome = before.value_or(RunOutcome{});
   outcome.shortest_edge = shortest_edge(simulation.bodies());
-  count(outcome, simulation.metrics(), simulation.settings().time_step);
-  metrics.add(simulation.metrics(), 0.0);
-  frames.add(simulation, true);
+  if (!before) {
+    count(outcome, simulation.metrics(), simulation.settings().time_step);
+    metrics.add(simulation.metrics(), 0.0);
+    frames.add(simulation, true);
+  }
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
     if (interrupt.requested() || !step(simulation, outcome, metrics)) break;
     frames.add(simulation);
+    checkpoints.add(simulation, outcome, frames, metrics);
     progress.update(simulation.metrics());
   }
-  metrics.flush();
   outcome.interrupted = interrupt.requested();
+  // Before the last frame, which a run that goes on does not have. At the end it lets the run be made longer.
+  const bool ends_well = outcome.failure.empty() && checkpoints.regular();
+  checkpoints.add(simulation, outcome, frames, metrics, outcome.interrupted || ends_well);
+  metrics.flush();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
   frames.add(simulation, true);  // after a failure: the last good state
   if (outcome.failure.empty()) progress.finish(simulation.metrics());

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include <palpate/simulation.hpp>
@@ -54,6 +55,9 @@ struct RunOutcome {
   Tally regions_without_border;
   Tally border_edges_without_crossing;
   Tally folded_pairs;
+  std::int64_t late_steps = 0;  ///< in which a budget did not suffice for all clusters
+  double least_completeness = 1.0;
+  std::int64_t steps_without_foresight = 0;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_at_solver_cap = 0;
   /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
@@ -62,11 +66,22 @@ struct RunOutcome {
   double shortest_edge = 0.0;  ///< smallest mean edge length of a body at rest
 };
 
+class CheckpointWriter;
+
+/// Where a run leaves what it does.
+struct RunOutputs {
+  FrameWriter& frames;
+  MetricsFile& metrics;
+  CheckpointWriter& checkpoints;
+  Progress& progress;
+};
+
 /// Steps until `most_steps`, until rest (if asked), an interrupt or a failure of the simulation. Writes a row
-/// for each step and the frames that are due, the first and the last state always. Throws Error where they
-/// cannot be written.
+/// for each step, the frames and checkpoints that are due, the first and the last state always, and a
+/// checkpoint where it is interrupted. Throws Error where they cannot be written.
+/// \param before  what a run that goes on had done; of a new one, nothing
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
-                    const InterruptFlag& interrupt, FrameWriter& frames, MetricsFile& metrics,
-                    Progress& progress);
+                    const InterruptFlag& interrupt, const RunOutputs& outputs,
+                    const std::optional<RunOutcome>& before);
 
 }  // namespace palpate::app

@@ -38,6 +38,7 @@ std::vector<io::Colour> colours(const Scene& scene) {
 template <class Otherwise>
 std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Otherwise&& otherwise) {
   std::vector<std::uint8_t> list;
+  list.reserve(scene.bodies.size());
   for (const SceneBody& body : scene.bodies) {
     const bool named = std::ranges::count(bodies.names, body.name) > 0;
     list.push_back(named || (bodies.names.empty() && otherwise(body)) ? 1 : 0);
@@ -111,6 +112,7 @@ io::Image take_view(const RunImages& run, const View& view) {
 
 std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) {
   std::vector<fs::path> paths{folder / "picture.png"};
+  paths.reserve(1 + scene.output.views.size());
   for (const View& view : scene.output.views) paths.push_back(folder / (view.name + ".png"));
   return paths;
 }

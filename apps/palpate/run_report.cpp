@@ -105,6 +105,20 @@ void add_build_and_machine(Json& json, const RunReport& report) {
   json["threads"] = report.threads;
 }
 
+/// What a budget left undone; null without one.
+Json budget_json(const RunReport& report) {
+  if (!report.simulation.settings().detection.budget) return {};
+  Json late = Json::array();
+  const auto bodies = report.simulation.detector().late_bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b] != 0) late.push_back(report.simulation.bodies().bodies()[b].name);
+  }
+  return {{"late_steps", report.outcome.late_steps},
+          {"least_completeness", report.outcome.least_completeness},
+          {"steps_without_foresight", report.outcome.steps_without_foresight},
+          {"late_bodies", late}};
+}
+
 Json relaxed_json(const std::optional<RelaxReport>& report) {
   if (!report) return {};
   return {{"done", report->relaxed},
@@ -126,6 +140,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["simulated_time"] = metrics.time;
   json["at_rest"] = outcome.at_rest;
   json["interrupted"] = outcome.interrupted;
+  json["resumed_from"] = report.resumed_from ? Json(*report.resumed_from) : Json();
   json["error"] = outcome.failure.empty() ? Json() : Json(utf8_text(outcome.failure));
   json["state_hash"] = report.simulation.state_hash();
   json["wall_seconds"] = report.wall_seconds;
@@ -140,6 +155,7 @@ void add_outcome(Json& json, const RunReport& report) {
                        ? Json()
                        : Json{{"points", cuckoo_json(outcome.cuckoo_points)},
                               {"edges", cuckoo_json(outcome.cuckoo_edges)}};
+  json["budget"] = budget_json(report);
   json["raised_depths"] = tally_json(outcome.raised_depths);
   json["cancelled_directions"] = tally_json(outcome.cancelled_directions);
   json["regions_without_border"] = tally_json(outcome.regions_without_border);

@@ -24,6 +24,7 @@ struct RunReport {
   const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
   const std::optional<RelaxReport>& relaxed;            ///< none: the scene did not ask for it
   const RunOutcome& outcome;
+  std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::filesystem::path folder;
   std::size_t frames = 0;
   std::vector<std::filesystem::path> pictures;  ///< picture.png and the views; empty where none was taken

@@ -61,10 +61,15 @@ SceneInput read_scene_input(const std::filesystem::path& path) {
   if (is_mesh_extension(lower_extension(path))) {
     throw BadInput(path.string(), "", "a mesh file", "a scene file (.json) that names the mesh");
   }
+  Scene scene = as_input([&] { return read_scene(path); });
+  if (scene.name.empty()) scene.name = path.stem().string();
+  return load_scene_input(std::move(scene));
+}
+
+SceneInput load_scene_input(Scene scene) {
   return as_input([&] {
     SceneInput input;
-    input.scene = read_scene(path);
-    if (input.scene.name.empty()) input.scene.name = path.stem().string();
+    input.scene = std::move(scene);
     std::vector<MeshRecord> records;
     input.model = load_model(input.scene, [&](const std::filesystem::path& file) {
       MeshInput mesh = read_checked(file);

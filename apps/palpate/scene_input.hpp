@@ -40,6 +40,8 @@ bool is_scene(const std::filesystem::path& path);
 /// Each throws BadInput: one line that names the file that is wrong.
 MeshInput read_mesh_input(const std::filesystem::path& path);
 SceneInput read_scene_input(const std::filesystem::path& path);
+/// The meshes of a scene that is there already.
+SceneInput load_scene_input(Scene scene);
 
 /// The simulation of a scene; takes the model. Throws BadInput where a setting is refused.
 Simulation make_simulation(const Scene& scene, Model model, int threads);

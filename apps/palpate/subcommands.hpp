@@ -17,6 +17,7 @@ struct Subcommand {
 Subcommand add_run(CLI::App& command);
 Subcommand add_info(CLI::App& command);
 Subcommand add_detect(CLI::App& command);
+Subcommand add_view(CLI::App& command);
 /// `generate` has one subcommand of its own for each kind of thing.
 std::vector<Subcommand> add_generate(CLI::App& command);
 /// `bench` has one for each report.

@@ -100,6 +100,10 @@ struct DetectionCounts : DepthCounts {
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots.
   std::size_t approximated_primitives = 0;
   std::size_t dropped_cells = 0;  ///< approximate mode: cells that were left out
+  /// With a budget: clusters of tets, and of triangles of penetrated bodies, that it did not suffice for, and
+  /// the share of those that it did.
+  std::size_t late_clusters = 0;
+  double completeness = 1.0;
   std::optional<Sort>
       sort;               ///< that put the points in order, never adaptive; none: the structure does not sort
   std::size_t cells = 0;  ///< cells of the domain
@@ -110,6 +114,13 @@ struct DetectionCounts : DepthCounts {
   std::optional<CuckooCounts> cuckoo_edges;
 };
 
+/// The cells of a detection (paper 4.1, eq. 2): cell (i, j, k) begins at lower + cell_size (i, j, k).
+struct CellDomain {
+  Vec3 lower{};
+  std::array<Index, 3> cells{0, 0, 0};  ///< along x, y, z
+  double cell_size = 0.0;
+};
+
 /// Seconds of the phases of one detection.
 struct DetectionTimes {
   double grid = 0.0;          ///< s, putting the points into cells
@@ -118,6 +129,22 @@ struct DetectionTimes {
   double crossings = 0.0;     ///< s, border edges with the surface
   double depth = 0.0;         ///< s, depths and directions
   DetectionTimes& operator+=(const DetectionTimes& other);
+};
+
+/// What a detector remembers of the frames before. The contacts found do not depend on it, but in approximate
+/// mode; counts do (movers, sort).
+struct DetectorMemory {
+  double cell_size = 0.0;             ///< as chosen at the first detection; 0 before it
+  std::vector<CellSizeTrial> trials;  ///< of that choice
+  Vec3 lower{};                       ///< corners of the domain
+  Vec3 upper{};
+  std::uint64_t detections = 0;  ///< so far
+  bool repairs = true;           ///< where the switch of Sort::adaptive stands
+  DetectionCounts counts;        ///< of the last detection
+  /// With a budget: what was known of each cluster before the last detection, and the share that it had.
+  std::vector<std::uint8_t> tet_notes;
+  std::vector<std::uint8_t> triangle_notes;
+  double share = 1.0;
 };
 
 /// Finds the contacts among bodies, and how deep they are, frame after frame.
@@ -139,7 +166,8 @@ class Detector {
 
   /// Finds all contacts at `positions` (n_points x 3). Expected time O(points + tets + contacts); with
   /// Structure::brute O(points x tets). Throws Error where a position is not finite.
-  void detect(std::span<const Vec3> positions);
+  /// \param share  of the budget that it may spend, > 0
+  void detect(std::span<const Vec3> positions, double share = 1.0);
 
   /// Results of the last detect(); valid until the next.
   [[nodiscard]] const Contacts& contacts() const;
@@ -149,10 +177,22 @@ class Detector {
   [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;
   [[nodiscard]] const DetectionTimes& times() const;
+  [[nodiscard]] CellDomain cell_domain() const;
+  /// (n_bodies) 1 where the budget did not suffice for all tets of a body, or for all its triangles: contacts
+  /// of points in it may be missing, and depths in it be less exact. Empty without a budget.
+  [[nodiscard]] std::span<const std::uint8_t> late_bodies() const;
+  /// Seconds that a detection takes, as far as is known; 0 without a budget.
+  [[nodiscard]] double expected_seconds() const;
   /// How the cell size was chosen, at the first detect().
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.
   [[nodiscard]] std::size_t structure_bytes() const;
+
+  /// What a new detector of the same bodies and settings needs to go on as this one would: then recall() it
+  /// there with the positions of the last detect(). That finds their contacts again. Throws Error on a memory
+  /// that no detector has.
+  [[nodiscard]] DetectorMemory memory() const;
+  void recall(const DetectorMemory& memory, std::span<const Vec3> positions);
 
  private:
   struct State;

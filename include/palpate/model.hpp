@@ -35,6 +35,10 @@ struct Motion {
   Interpolation interpolation = Interpolation::linear;  ///< between keyframes
 };
 
+/// Where a motion is at a time (s); the quaternion has length 1. Throws Error on a motion that a Simulation
+/// would refuse. O(keyframes).
+Keyframe pose_at(const Motion& motion, double time);
+
 /// A spring between a point and a place in space, force = stiffness (target - point).
 struct Grab {
   Index point = -1;
@@ -43,7 +47,7 @@ struct Grab {
 };
 
 /// A spring that holds a point to the place of a tet of another body where it is at the start: tissue that
-/// has grown together.
+/// has grown together. relax() comes before the start and does not know of ties.
 struct Tie {
   Index point = -1;
   Index tet = -1;                     ///< best the nearest one; the place may lie a little outside of it

@@ -23,8 +23,8 @@ struct RelaxReport {
   std::size_t contacts_after = 0;   ///< at the positions reached
   double deepest_before = 0.0;      ///< m, of contacts that can give way
   double deepest_after = 0.0;       ///< m, of those, too
-  double allowed_depth = 0.0;   ///< m
-  double largest_move = 0.0;    ///< m, of a point from its place before
+  double allowed_depth = 0.0;       ///< m
+  double largest_move = 0.0;        ///< m, of a point from its place before
 };
 
 /// Removes the overlaps of bodies that should only touch (organs from a segmentation), before a run.

@@ -70,6 +70,23 @@ inline constexpr std::array<std::string_view, 5> sort_names{"radix", "counting",
                                                             "adaptive"};
 inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "mean-edge", "max-edge"};
 
+/// A ball in space.
+struct InterestRegion {
+  Vec3 center{};
+  double radius = 0.0;  ///< > 0
+  friend bool operator==(const InterestRegion&, const InterestRegion&) = default;
+};
+/// What a detection may cost; where it does not suffice, contacts are missed, and the counts say so
+/// (docs/budget.md). Only for Structure::compact without cells_per_primitive.
+struct Budget {
+  /// So many tests of pairs in a detection (give or take the last few hundred), the same ones on every run.
+  std::optional<int> tests{};
+  /// So many milliseconds in all detections of a time step; which contacts are found depends on the machine.
+  std::optional<double> milliseconds{};
+  std::optional<InterestRegion> region{};  ///< looked at before others that are as near
+  friend bool operator==(const Budget&, const Budget&) = default;
+};
+
 /// How contacts are found.
 struct DetectionSettings {
   Structure structure = Structure::compact;
@@ -83,6 +100,8 @@ struct DetectionSettings {
   /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
   /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
+  std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
+  friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
 /// How contacts push back (DESIGN: penalty, friction).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -16,12 +17,13 @@ namespace palpate {
 
 /// What one step did. Counts and energies are the same on every run; times are of this one.
 struct StepMetrics {
-  std::int64_t step = 0;  ///< steps done; 0 is the start
-  double time = 0.0;      ///< s, of the simulation
+  std::int64_t step = 0;      ///< steps done; 0 is the start
+  double time = 0.0;          ///< s, of the simulation
   DetectionCounts detection;  ///< at the end of the step
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
   int detections = 0;                ///< more than one where bodies met within the step
+  bool looks_ahead = true;           ///< false: the budget left no time to foresee contacts
   int solver_iterations = 0;         ///< of all solves
   bool solver_converged = true;      ///< each solve
   double kinetic_energy = 0.0;       ///< J
@@ -42,8 +44,8 @@ class Simulation {
  public:
   /// \param model    what moves; points on rails start where their motion is at time 0
   /// \param threads  number of threads; 0 takes all
-  /// Throws Error on a setting, material, motion, force or grab out of range, and on arrays of another length
-  /// than the bodies have.
+  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another
+  /// length than the bodies have.
   Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.
@@ -55,6 +57,15 @@ class Simulation {
   /// this class tells (positions, velocities, contacts, metrics, forces) is that of the last good step.
   const StepMetrics& step();
 
+  /// Other settings from the next step on; positions, velocities, grabs and what contacts remember stay.
+  /// Other detection settings find the contacts at positions() anew. Throws Error, and changes nothing, on a
+  /// setting that the constructor would refuse and on another time step: steps are counted in it. O(1), and a
+  /// detection with its preparation where detection settings differ.
+  void change(const SimulationSettings& settings);
+  /// Another motion in place of a motion of the model: points on it are where it has them at the end of the
+  /// next step, wherever they were. Throws Error, and changes nothing, on a number out of range and on a
+  /// motion that the constructor would refuse. O(keyframes).
+  void set_motion(Index number, Motion motion);
   /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
   /// Throws Error on a point out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
@@ -89,6 +100,15 @@ class Simulation {
   /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
   /// bytes).
   [[nodiscard]] std::string state_hash() const;
+
+  /// The state as bytes: all that later steps depend on, and what this class tells of the last step but for
+  /// times. Checksummed; of one version of the library. O(points + tets + contacts).
+  [[nodiscard]] std::vector<std::byte> save() const;
+  /// Goes on from what save() gave: steps from there on have the bits that they would have had, for every
+  /// structure, order, sort and thread count. Loads and grabs come from the saved state. Throws Error, and
+  /// changes nothing, on bytes that are cut off, changed or of another version, and on the state of another
+  /// simulation: one with other bodies, materials, motions or settings that steps depend on.
+  void restore(std::span<const std::byte> saved);
 
  private:
   struct State;

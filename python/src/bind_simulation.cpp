@@ -22,6 +22,7 @@ void bind_metrics(nb::module_& m) {
       .add("detection", &StepMetrics::detection, doc::StepMetrics_detection)
       .add("solves", &StepMetrics::solves, doc::StepMetrics_solves)
       .add("detections", &StepMetrics::detections, doc::StepMetrics_detections)
+      .add("looks_ahead", &StepMetrics::looks_ahead, doc::StepMetrics_looks_ahead)
       .add("solver_iterations", &StepMetrics::solver_iterations, doc::StepMetrics_solver_iterations)
       .add("solver_converged", &StepMetrics::solver_converged, doc::StepMetrics_solver_converged)
       .add("kinetic_energy", &StepMetrics::kinetic_energy, doc::StepMetrics_kinetic_energy)
@@ -44,9 +45,8 @@ void bind_metrics(nb::module_& m) {
       .add("largest_move", &RelaxReport::largest_move, doc::RelaxReport_largest_move);
 }
 
-/// Where the library can save states.
-void bind_checkpoint([[maybe_unused]] nb::class_<Simulation>& simulation) {
-#if __has_include("sim/saved_state.hpp")
+/// States as bytes.
+void bind_checkpoint(nb::class_<Simulation>& simulation) {
   simulation
       .def(
           "save",
@@ -61,7 +61,6 @@ void bind_checkpoint([[maybe_unused]] nb::class_<Simulation>& simulation) {
             s.restore({static_cast<const std::byte*>(saved.data()), saved.size()});
           },
           nb::arg("saved"), doc::Simulation_restore);
-#endif
 }
 
 }  // namespace

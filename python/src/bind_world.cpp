@@ -117,6 +117,10 @@ void bind_world(nb::module_& m) {
           doc::World_crossings)
       .def_prop_ro("stats", &World::stats, doc::World_stats)
       .def_prop_ro("times", &World::times, doc::World_times)
+      .def_prop_ro(
+          "late_bodies", [](const World& world) { return moved<std::uint8_t>(world.late_bodies()); },
+          nb::rv_policy::reference, doc::World_late_bodies,
+          nb::sig("def late_bodies(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def_prop_ro("structure_bytes", &World::structure_bytes, doc::World_structure_bytes);
   m.def(
       "renumbered",

@@ -36,7 +36,6 @@ void Simulation::step() {
   crossings_.reset();
 }
 
-#if __has_include("sim/saved_state.hpp")
 void Simulation::restore(std::span<const std::byte> saved) {
   const Busy::Use use(busy_, "Simulation.restore");
   {
@@ -46,7 +45,6 @@ void Simulation::restore(std::span<const std::byte> saved) {
   contacts_.reset();
   crossings_.reset();
 }
-#endif
 
 std::shared_ptr<const Contacts> Simulation::contacts() {
   if (!contacts_) {

@@ -25,13 +25,9 @@ class Simulation {
   Simulation(const Model& model, const Scene& scene, int threads);
 
   void step();
-#if __has_include("sim/saved_state.hpp")
   void restore(std::span<const std::byte> saved);
-#endif
   /// How overlaps at the start were removed; None where the scene did not ask for it.
-  [[nodiscard]] const std::optional<RelaxReport>& relaxed() const {
-    return relaxed_;
-  }
+  [[nodiscard]] const std::optional<RelaxReport>& relaxed() const { return relaxed_; }
   /// The contacts at the present positions. They stay as they are when the simulation goes on.
   std::shared_ptr<const Contacts> contacts();
   /// Where border edges leave the bodies, at the present positions.

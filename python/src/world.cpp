@@ -79,6 +79,10 @@ DetectionCounts World::stats() const {
 DetectionTimes World::times() const {
   return updated().times();
 }
+std::vector<std::uint8_t> World::late_bodies() const {
+  const std::span<const std::uint8_t> late = updated().late_bodies();
+  return {late.begin(), late.end()};
+}
 std::size_t World::structure_bytes() const {
   return updated().structure_bytes();
 }

@@ -37,6 +37,9 @@ class World {
   [[nodiscard]] DetectionCounts stats() const;
   /// Seconds that the phases of the last update() took.
   [[nodiscard]] DetectionTimes times() const;
+  /// (n_bodies) 1 where a budget did not suffice for all of a body in the last update(); empty without a
+  /// budget.
+  [[nodiscard]] std::vector<std::uint8_t> late_bodies() const;
   /// Memory of the spatial structures, bytes.
   [[nodiscard]] std::size_t structure_bytes() const;
 

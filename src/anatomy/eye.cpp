@@ -63,6 +63,7 @@ Distance rectus_shape(double angle) {
   const double insertion = -20.0 * std::numbers::pi / 180.0;
   constexpr int parts = 6;
   std::vector<TubeStation> stations;
+  stations.reserve(parts + 2);
   for (int i = 0; i <= parts; ++i) {
     const double share = static_cast<double>(i) / parts;
     const double turn = insertion + share * (touch - insertion);

@@ -214,6 +214,7 @@ class Stuffing {
 
   void add_corner(const Place& a, const std::vector<Place>& on, const std::vector<Place>& outside) {
     std::vector<Index> tet{point(a)};
+    tet.reserve(4);
     for (const Place& p : on) tet.push_back(point(p));
     for (const Place& p : outside) tet.push_back(cut(a, p));
     emit({tet[0], tet[1], tet[2], tet[3]});

@@ -33,7 +33,7 @@ class ClusterQuery::Work {
  public:
   Work(const ClusterQuery& query, const Bodies& bodies, std::span<const Vec3> positions,
        const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed,
-       std::vector<PointInTet>& found)
+       std::vector<PointInTet>& found, std::span<std::uint8_t> answers = {})
       : query_(query),
         bodies_(bodies),
         positions_(positions),
@@ -42,10 +42,12 @@ class ClusterQuery::Work {
         fixed_(fixed),
         points_in_order_(fixed.rows()),
         asks_ahead_(positions.size() > most_in_cache),
-        found_(found) {}
+        found_(found),
+        answers_(answers) {}
 
   void run(std::span<const Cluster> clusters) {
     while (!clusters.empty()) {
+      block_begin_ = first_;
       const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
       block_.clusters = n;
       for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
@@ -54,6 +56,7 @@ class ClusterQuery::Work {
       prepare(n);
       prefetch_corners(clusters);
       look_up(n);
+      first_ += n;
     }
   }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
@@ -111,6 +114,11 @@ class ClusterQuery::Work {
     query_.kernels_.test(points_in_order_, block_);
     tally_.candidates += block_.pairs();
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
+    if (answers_.empty()) return;
+    for (std::size_t c = 0; c < block_.clusters; ++c) {
+      const bool near = block_.first_candidate[c + 1] > block_.first_candidate[c];
+      answers_[block_begin_ + c] |= ClusterQueue::asked | (near ? ClusterQueue::near : 0);
+    }
   }
 
   void take(const ClusterBlock::Hit& hit) {
@@ -123,22 +131,24 @@ class ClusterQuery::Work {
     for (std::uint32_t left = hit.primitives & 0xFFFFU & ~corners; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const bool surely = (hit.primitives >> 16 >> lane & 1) != 0;
-      add({point, tets[lane]}, own, surely);
+      const bool is_found = add({point, tets[lane]}, own, surely);
+      if (is_found && !answers_.empty()) answers_[block_begin_ + hit.cluster] |= ClusterQueue::found;
     }
   }
 
   /// \param own  whether the point is of the tet's body
-  void add(const PointInTet& pair, bool own, bool surely) {
+  bool add(const PointInTet& pair, bool own, bool surely) {
     const Tet& tet = at(bodies_.tets(), pair.tet);
     if (!surely && !point_in_tet(at(positions_, pair.point), at(positions_, tet[0]), at(positions_, tet[1]),
                                  at(positions_, tet[2]), at(positions_, tet[3])))
-      return;
+      return false;
     if (own && at(query_.upright_, bodies_.body_of(tet)) == 0 &&
         is_fold(bodies_, positions_, pair.point, pair.tet)) {
       ++tally_.folded_pairs;
-    } else {
-      found_.push_back(pair);
+      return false;
     }
+    found_.push_back(pair);
+    return true;
   }
 
   const ClusterQuery& query_;
@@ -150,6 +160,9 @@ class ClusterQuery::Work {
   simd::PointRows points_in_order_;
   bool asks_ahead_;
   std::vector<PointInTet>& found_;
+  std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
+  std::size_t first_ = 0;            ///< of the next block
+  std::size_t block_begin_ = 0;
   QueryTally tally_;
   std::array<CellRange, ClusterBlock::most_clusters> cells_;
   ClusterBlock block_;
@@ -192,6 +205,23 @@ void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                 tallies_[begin / grain] = work.tally();
               });
   lists_.join(found_);
+}
+
+void ClusterQuery::find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
+                               const parallel::Threads& threads, const Bodies& bodies,
+                               std::span<const Vec3> positions, const PairFilter& may_touch,
+                               const CompactGrid& grid, const FixedPositions& fixed) {
+  find_upright_bodies(threads, may_touch, fixed);
+  queue_.arrange(clusters_, positions, region, [](const Cluster&) { return true; });
+  run_.run(threads, queue_, allowance,
+           [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
+               std::vector<PointInTet>& found) {
+             Work work(*this, bodies, positions, may_touch, grid, fixed, found, answers);
+             work.run(clusters);
+             return work.tally();
+           });
+  std::swap(found_, run_.found());
+  tallies_.assign(1, run_.tally());
 }
 
 }  // namespace palpate

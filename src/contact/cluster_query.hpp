@@ -5,6 +5,8 @@
 
 #include <palpate/mesh.hpp>
 
+#include "contact/allowance.hpp"
+#include "contact/cluster_queue.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/point_in_tet.hpp"
 #include "contact/query_tally.hpp"
@@ -22,12 +24,20 @@ namespace palpate {
 class ClusterQuery {
  public:
   explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())
-      : clusters_(make_tet_clusters(bodies)), kernels_(kernels) {}
+      : clusters_(make_tet_clusters(bodies)), kernels_(kernels), queue_(clusters_.clusters.size()) {}
 
   /// \param grid   holds the points of `fixed`, which has their positions in the order of its L
   /// \param fixed  marks the points of immovable bodies
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+
+  /// The same as far as an allowance goes, in order of importance; close() the queue then. It finds what
+  /// find() finds, or less.
+  void find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
+                   const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+                   const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+  [[nodiscard]] ClusterQueue& queue() { return queue_; }
+  [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 
   /// In no order that means anything, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
@@ -43,6 +53,8 @@ class ClusterQuery {
 
   Clusters clusters_;
   simd::ClusterKernels kernels_;
+  ClusterQueue queue_;
+  QueueRun<PointInTet> run_;
   parallel::ChunkedList<PointInTet> lists_;
   std::vector<PointInTet> found_;
   std::vector<QueryTally> tallies_;

@@ -56,8 +56,9 @@ struct ClusteredCrossings::Problem {
 /// A chunk of clusters, block by block.
 class ClusteredCrossings::Work {
  public:
-  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<Crossing>& found)
-      : query_(query), problem_(problem), rows_(query.rows()), found_(found) {}
+  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<Crossing>& found,
+       std::span<std::uint8_t> answers = {})
+      : query_(query), problem_(problem), rows_(query.rows()), found_(found), answers_(answers) {}
 
   void run(std::span<const Cluster> clusters) {
     const simd::ClusterKernels kernels = simd::cluster_kernels();
@@ -68,6 +69,7 @@ class ClusteredCrossings::Work {
       kernels.load(problem_.fixed.points(), query_.clusters_.points, block_);
       look_up(n);
       clusters = clusters.subspan(n);
+      block_begin_ += n;
     }
   }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
@@ -94,6 +96,11 @@ class ClusteredCrossings::Work {
     simd::test_edges(rows_, query_.longest_, block_);
     tally_.candidates += block_.pairs();
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
+    if (answers_.empty()) return;
+    for (std::size_t c = 0; c < block_.clusters; ++c) {
+      const bool near = block_.first_candidate[c + 1] > block_.first_candidate[c];
+      answers_[block_begin_ + c] |= ClusterQueue::asked | (near ? ClusterQueue::near : 0);
+    }
   }
 
   void take(const ClusterBlock::Hit& hit) {
@@ -102,30 +109,34 @@ class ClusteredCrossings::Work {
     const std::span<const Index> triangles = query_.clusters_.primitives_of(cluster);
     for (std::uint32_t left = hit.primitives & 0xFFFFU; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      add(edge, triangles[lane], (hit.primitives >> 16 >> lane & 1) != 0);
+      const bool is_found = add(edge, triangles[lane], (hit.primitives >> 16 >> lane & 1) != 0);
+      if (is_found && !answers_.empty()) answers_[block_begin_ + hit.cluster] |= ClusterQueue::found;
     }
   }
 
-  void add(Index edge, Index t, bool surely) {
+  bool add(Index edge, Index t, bool surely) {
     const Triangle& triangle = at(problem_.bodies.triangles(), t);
     const auto ends = problem_.ends(edge);
     // A body's own triangles at the edge's ends: they meet it there and nowhere else.
     const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
-    if (std::any_of(triangle.begin(), triangle.end(), own)) return;
+    if (std::any_of(triangle.begin(), triangle.end(), own)) return false;
     const auto& x = problem_.positions;
     const Vec3& in = at(x, ends[0]);
     const Vec3& out = at(x, ends[1]);
     const Vec3& t0 = at(x, triangle[0]);
     const Vec3& t1 = at(x, triangle[1]);
     const Vec3& t2 = at(x, triangle[2]);
-    if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return;
+    if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return false;
     found_.push_back({edge, t, crossing_parameter(in, out, t0, t1, t2)});
+    return true;
   }
 
   const ClusteredCrossings& query_;
   const Problem& problem_;
   simd::EdgeRows rows_;
   std::vector<Crossing>& found_;
+  std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
+  std::size_t block_begin_ = 0;
   QueryTally tally_;
   ClusterBlock block_;
 };
@@ -172,10 +183,27 @@ simd::EdgeRows ClusteredCrossings::rows() const {
           row_[6].data()};
 }
 
-void ClusteredCrossings::choose_clusters(const Problem& problem) {
+void ClusteredCrossings::mark_penetrated(const Problem& problem) {
   penetrated_.assign(problem.bodies.bodies().size(), 0);
   for (const BorderEdge& edge : problem.border_edges)
     at(penetrated_, at(problem.contacts.body, edge.contact)) = 1;
+}
+
+void ClusteredCrossings::find_within(const parallel::Threads& threads, const Problem& problem) {
+  queue_.arrange(clusters_, problem.positions, region_,
+                 [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
+  run_.run(
+      threads, queue_, *allowance_,
+      [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers, std::vector<Crossing>& found) {
+        Work work(*this, problem, found, answers);
+        work.run(clusters);
+        return work.tally();
+      });
+  std::swap(found_, run_.found());
+  tallies_.assign(1, run_.tally());
+}
+
+void ClusteredCrossings::choose_clusters() {
   active_.clear();
   make_room(active_, clusters_.clusters.size());
   for (const Cluster& cluster : clusters_.clusters)
@@ -189,7 +217,9 @@ void ClusteredCrossings::find(const parallel::Threads& threads, const Bodies& bo
   const Problem problem{bodies, positions, contacts, border_edges, lattice, fixed};
   place_edges(threads, problem, left);
   put_in_order(threads, problem);
-  choose_clusters(problem);
+  mark_penetrated(problem);
+  if (allowance_ != nullptr) return find_within(threads, problem);
+  choose_clusters();
   constexpr std::size_t grain = ClusterBlock::most_clusters;
   const std::span<const Cluster> clusters = active_;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});

@@ -6,6 +6,8 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/allowance.hpp"
+#include "contact/cluster_queue.hpp"
 #include "contact/query_tally.hpp"
 #include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
@@ -21,7 +23,17 @@ namespace palpate {
 /// CrossingQuery finds.
 class ClusteredCrossings {
  public:
-  explicit ClusteredCrossings(const Bodies& bodies) : clusters_(make_triangle_clusters(bodies)) {}
+  explicit ClusteredCrossings(const Bodies& bodies)
+      : clusters_(make_triangle_clusters(bodies)), queue_(clusters_.clusters.size()) {}
+
+  /// The next find() goes as far as an allowance does, in order of importance; close() the queue then. None:
+  /// it finds all.
+  void limit(Allowance* allowance, const std::optional<InterestRegion>& region) {
+    allowance_ = allowance;
+    region_ = region;
+  }
+  [[nodiscard]] ClusterQueue& queue() { return queue_; }
+  [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 
   /// Finds the crossings of all border edges but long ones, whose indices it appends to `left`.
   /// \param fixed  the positions, in `lattice`
@@ -44,10 +56,16 @@ class ClusteredCrossings {
 
   void place_edges(const parallel::Threads& threads, const Problem& problem, std::vector<Index>& left);
   void put_in_order(const parallel::Threads& threads, const Problem& problem);
-  void choose_clusters(const Problem& problem);
+  void mark_penetrated(const Problem& problem);
+  void find_within(const parallel::Threads& threads, const Problem& problem);
+  void choose_clusters();
   [[nodiscard]] simd::EdgeRows rows() const;
 
   Clusters clusters_;
+  ClusterQueue queue_;
+  QueueRun<Crossing> run_;
+  Allowance* allowance_ = nullptr;
+  std::optional<InterestRegion> region_;
   CompactGrid grid_;
   std::vector<std::uint8_t> is_long_;  ///< (n_border_edges)
   std::vector<std::int32_t> longest_of_chunk_;

@@ -58,6 +58,10 @@ class CrossingQuery {
     if (fixed != nullptr) tally_ += clustered_->tally();
   }
 
+  /// With clusters.
+  [[nodiscard]] ClusteredCrossings& clustered() { return *clustered_; }
+  [[nodiscard]] const ClusteredCrossings& clustered() const { return *clustered_; }
+
   /// Sorted by (border edge, triangle).
   [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
   /// Crossings of border edge e: [begin()[e], begin()[e + 1]).

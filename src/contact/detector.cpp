@@ -14,6 +14,7 @@
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
+#include "contact/detection_budget.hpp"
 #include "contact/points_in_tets.hpp"
 #include "grid/brute.hpp"
 #include "grid/cell_size.hpp"
@@ -118,6 +119,7 @@ struct Detector::State {
     }
     points = make_structure(settings.structure, settings.order, settings.sort);
     edges = make_structure(settings.structure, settings.order, settings.sort);
+    if (settings.budget) budget.emplace(settings, bodies.bodies().size());
     // The slots of approximate mode are those of single tets.
     if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
       cluster_query = std::make_unique<ClusterQuery>(bodies);
@@ -139,6 +141,11 @@ struct Detector::State {
   void count_movers(std::span<const Vec3> positions);
   void update_grid(std::span<const Vec3> positions);
   void find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots);
+  /// What this detection may spend; none: it is not limited.
+  [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
+  void begin_budget(double share);
+  void end_budget();
+  void recall_budget(const DetectorMemory& memory);
 
   const Bodies& bodies;
   DetectionSettings settings;
@@ -159,6 +166,10 @@ struct Detector::State {
   PointsInTets points_in_tets;
   std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
   std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
+  std::optional<DetectionBudget> budget;
+  std::vector<std::uint8_t> tet_notes;  ///< of the budget, before the last detection
+  std::vector<std::uint8_t> triangle_notes;
+  double share = 1.0;
   QueryTally points_tally;
   ContactList contacts;
   parallel::ChunkedList<BorderEdge> border_scratch;
@@ -239,7 +250,14 @@ DetectionTimes& DetectionTimes::operator+=(const DetectionTimes& other) {
 void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots) {
   const PairFilter may_touch{immovable, settings.self_collision, settings.ignored_pairs};
   if (clustered()) {
-    cluster_query->find(threads, bodies, positions, may_touch, std::get<CompactGrid>(points), *fixed);
+    const Stopwatch watch;
+    if (Allowance* const allowance = limit()) {
+      cluster_query->find_within(*allowance, budget->region(), threads, bodies, positions, may_touch,
+                                 std::get<CompactGrid>(points), *fixed);
+    } else {
+      cluster_query->find(threads, bodies, positions, may_touch, std::get<CompactGrid>(points), *fixed);
+    }
+    if (budget) budget->end_points(watch.seconds());
     contacts.assign(threads, bodies, positions, cluster_query->found());
     points_tally = cluster_query->tally();
     return;
@@ -260,13 +278,41 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
-void Detector::detect(std::span<const Vec3> positions) {
+void Detector::State::begin_budget(double new_share) {
+  if (!budget) return;
+  share = new_share;
+  tet_notes = cluster_query->queue().notes();
+  triangle_notes = crossings.clustered().queue().notes();
+  budget->begin(share);
+}
+
+void Detector::State::recall_budget(const DetectorMemory& memory) {
+  if (!budget) return;
+  std::vector<std::uint8_t>& tets = cluster_query->queue().notes();
+  std::vector<std::uint8_t>& triangles = crossings.clustered().queue().notes();
+  if (memory.tet_notes.size() != tets.size() || memory.triangle_notes.size() != triangles.size() ||
+      !(memory.share > 0.0) || !(memory.share <= 1.0)) {
+    throw Error("detector", "memory", "a budget that is not that of these bodies", "that of a detector");
+  }
+  tets = memory.tet_notes;
+  triangles = memory.triangle_notes;
+}
+
+void Detector::State::end_budget() {
+  if (!budget) return;
+  const bool limited = limit() != nullptr;
+  budget->end(times, counts.contacts, limited ? &cluster_query->queue() : nullptr,
+              limited ? &crossings.clustered().queue() : nullptr, counts);
+}
+
+void Detector::detect(std::span<const Vec3> positions, double share) {
   State& s = *state_;
   if (positions.size() != s.bodies.points_rest().size()) {
     throw Error("positions", "", std::to_string(positions.size()) + " points",
                 std::to_string(s.bodies.points_rest().size()) + ", as the bodies have");
   }
   Stopwatch watch;
+  s.begin_budget(share);
   s.update_grid(positions);
   s.times.grid = watch.lap();
   const CellSlots slots(s.settings.cells_per_primitive.value_or(0), s.step);
@@ -277,6 +323,10 @@ void Detector::detect(std::span<const Vec3> positions) {
   find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
   s.times.border_edges = watch.lap();
 
+  if (s.budget) {
+    s.budget->begin_crossings(s.contacts.contacts().size());
+    s.crossings.clustered().limit(s.limit(), s.budget->region());
+  }
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
@@ -304,6 +354,7 @@ void Detector::detect(std::span<const Vec3> positions) {
   s.counts.cell_doublings = s.lattice.doublings();
   s.counts.cuckoo_points = cuckoo_counts(s.points);
   s.counts.cuckoo_edges = cuckoo_counts(s.edges);
+  s.end_budget();
 }
 
 const Contacts& Detector::contacts() const {
@@ -325,9 +376,54 @@ const DetectionTimes& Detector::times() const {
   return state_->times;
 }
 
+CellDomain Detector::cell_domain() const {
+  const Lattice& lattice = state_->lattice;
+  return {lattice.domain().lower, lattice.size(), lattice.cell_size()};
+}
+std::span<const std::uint8_t> Detector::late_bodies() const {
+  return state_->budget ? std::span<const std::uint8_t>(state_->budget->late_bodies())
+                        : std::span<const std::uint8_t>{};
+}
+double Detector::expected_seconds() const {
+  return state_->budget ? state_->budget->whole().high() : 0.0;
+}
 const CellSizeChoice& Detector::cell_size_choice() const {
   return state_->cell_size;
 }
+DetectorMemory Detector::memory() const {
+  const State& s = *state_;
+  const auto* const grid = std::get_if<CompactGrid>(&s.points);
+  return {.cell_size = s.cell_size.cell_size,
+          .trials = s.cell_size.trials,
+          .lower = s.lattice.domain().lower,
+          .upper = s.lattice.domain().upper,
+          .detections = s.step,
+          .repairs = grid == nullptr || grid->adaptive_switch().repairing(),
+          .counts = s.counts,
+          .tet_notes = s.tet_notes,
+          .triangle_notes = s.triangle_notes,
+          .share = s.share};
+}
+
+void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positions) {
+  State& s = *state_;
+  const Vec3 extent = memory.upper - memory.lower;
+  const auto size = [](double x) { return x >= 0.0 && x <= 4.0 * largest_coordinate; };
+  if (!(memory.cell_size > 0.0) || !std::isfinite(memory.cell_size) || memory.detections == 0 ||
+      !is_finite(memory.lower) || !size(extent.x) || !size(extent.y) || !size(extent.z)) {
+    throw Error("detector", "memory", "a domain or cell size that no detection leaves", "that of a detector");
+  }
+  s.cell_size.cell_size = memory.cell_size;
+  s.cell_size.trials = memory.trials;
+  s.lattice = Lattice({memory.lower, memory.upper}, memory.cell_size);
+  s.step = memory.detections - 1;
+  s.recall_budget(memory);
+  detect(positions, memory.share);
+  if (auto* const grid = std::get_if<CompactGrid>(&s.points))
+    grid->adaptive_switch().set_repairing(memory.repairs);
+  s.counts = memory.counts;
+}
+
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
   const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0);

@@ -73,6 +73,7 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
     const Vec3 velocity = at(velocities, i) - motion.velocity;
     motion.momentum += m * cross(arm, velocity);
     motion.energy += 0.5 * m * squared_length(velocity);
+    motion.whole_energy += 0.5 * m * squared_length(at(velocities, i));
     add_outer(inertia, -m, arm, arm);
     for (int k = 0; k < 3; ++k) inertia(k, k) += m * squared_length(arm);
   }
@@ -83,7 +84,7 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
 /// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
 bool BodyTurns::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - std::cos(length(angle));
-  constexpr double allowed = 1e-4;
+  constexpr double allowed = 1e-3;
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
@@ -113,7 +114,7 @@ void BodyTurns::begin(const parallel::Threads& threads, std::span<const Vec3> po
     starts_[body] = rigid_motion(body, positions, velocities);
     if (!starts_[body].dominates()) return;
     const Vec3 angle = free_angle(starts_[body], time_step);
-    if (swells(body, angle, starts_[body].energy)) set_frame(body, angle, starts_[body].momentum);
+    if (swells(body, angle, starts_[body].whole_energy)) set_frame(body, angle, starts_[body].momentum);
   });
 }
 
@@ -125,7 +126,7 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
     const RigidMotion mean = rigid_motion(body, positions, velocities);
     const double longer = mean.dominates() ? arc_share(mean, time_step_) : 0.0;
     const Vec3 angle = longer > 0.0 ? (longer * time_step_) * mean.angular_velocity() : Vec3{};
-    if (!swells(body, angle - frames_[body].angle, mean.energy)) return;
+    if (!swells(body, angle - frames_[body].angle, mean.whole_energy)) return;
     set_frame(body, angle, longer * mean.momentum);
     changed_[body] = 1;
   });

@@ -19,7 +19,8 @@ struct RigidMotion {
   Vec3 velocity{};  ///< of the centre, m/s
   Vec3 momentum{};  ///< angular, about the centre
   Matrix3 inverse_inertia{};
-  double energy = 0.0;  ///< kinetic, of the whole motion about the centre, J
+  double energy = 0.0;        ///< kinetic, of the motion about the centre, J
+  double whole_energy = 0.0;  ///< kinetic, J
   [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
   /// Whether it is most of the motion about the centre. Not so, and false, in a body that has collapsed.
   [[nodiscard]] bool dominates() const { return dot(momentum, angular_velocity()) > energy; }
@@ -44,8 +45,8 @@ class BodyTurns {
 
   /// Turns bodies as they turn at the start of a step: by the midpoint rule for a rigid body without torque.
   /// Only those that do little else than turn, and where the swelling by the turn would hold more than a
-  /// share of 1e-4 of the energy of their motion about the centre. O(n_points).
-  /// \param positions, velocities  (n_points x 3) at the start
+  /// share of 1e-3 of their kinetic energy: blocks of a pile that rock a little are not worth it.
+  /// O(n_points). \param positions, velocities  (n_points x 3) at the start
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
   /// Turns bodies as a solution does that moves the points by `velocities` in the step that has begun, where

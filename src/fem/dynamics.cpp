@@ -357,17 +357,19 @@ bool Dynamics::all_finite(std::span<const simd::Padded3> values) {
                        [&](std::size_t i) { return is_finite(unpadded(values[i])) ? 0.0 : 1.0; }) == 0.0;
 }
 
+void Dynamics::check_points(std::span<const Vec3> values, const char* name) {
+  check_length(name, values.size(), masses_.size(), "point");
+  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
+}
+
 void Dynamics::set_positions(std::span<const Vec3> positions) {
-  check_length("positions", positions.size(), masses_.size(), "point");
-  if (!all_finite(positions))
-    throw Error(source_name, "positions", "a value that is not finite", "finite values");
+  check_points(positions, "positions");
   std::copy(positions.begin(), positions.end(), positions_.begin());
   updated_ = false;
 }
 
 void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
-  check_length(name, values.size(), masses_.size(), "point");
-  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
+  check_points(values, name);
   for (std::size_t i = 0; i < values.size(); ++i) target[i] = system_.free()[i] != 0 ? values[i] : Vec3{};
 }
 
@@ -379,13 +381,17 @@ void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
   set_moving(changes, "velocity_changes", velocity_changes_);
 }
 
-void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+void Dynamics::check_strains(std::span<const SymmetricMatrix3> strains) const {
   check_length("plastic_strains", strains.size(), elements_.plastic_strains().size(),
                "element that can yield");
   for (const SymmetricMatrix3& strain : strains) {
     if (!std::isfinite(norm(strain)))
       throw Error(source_name, "plastic_strains", "a value that is not finite", "finite values");
   }
+}
+
+void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  check_strains(strains);
   updated_ = false;
   elements_.set_plastic_strains(strains);
 }
@@ -394,6 +400,31 @@ void Dynamics::set_inverted_steps(std::span<const Index> steps) {
   check_length("inverted_steps", steps.size(), inverted_steps_.size(), "element");
   for (const Index count : steps) require(count >= 0, "inverted_steps", count, "numbers >= 0");
   std::ranges::copy(steps, inverted_steps_.begin());
+}
+
+DynamicsState Dynamics::state() const {
+  const auto strains = elements_.plastic_strains();
+  return {.positions = positions_,
+          .velocities = velocities_,
+          .velocity_changes = velocity_changes_,
+          .plastic_strains = {strains.begin(), strains.end()},
+          .inverted_steps = inverted_steps_,
+          .two_level = two_level_};
+}
+
+void Dynamics::set_state(const DynamicsState& state) {
+  check_points(state.positions, "positions");
+  check_points(state.velocities, "velocities");
+  check_points(state.velocity_changes, "velocity_changes");
+  check_strains(state.plastic_strains);
+  set_inverted_steps(state.inverted_steps);  // the last that can fail
+  std::ranges::copy(state.positions, positions_.begin());
+  // Not through set_velocities(): what moves on rails has a velocity that friction feels.
+  std::ranges::copy(state.velocities, velocities_.begin());
+  std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
+  elements_.set_plastic_strains(state.plastic_strains);
+  two_level_ = state.two_level;
+  updated_ = false;
 }
 
 double Dynamics::kinetic_energy() {

@@ -19,6 +19,16 @@
 
 namespace palpate::fem {
 
+/// What a Dynamics carries from step to step.
+struct DynamicsState {
+  std::vector<Vec3> positions;         ///< (n_points x 3), m
+  std::vector<Vec3> velocities;        ///< (n_points x 3), m/s; of points that are not free too
+  std::vector<Vec3> velocity_changes;  ///< (n_points x 3), m/s: the guess of the next step
+  std::vector<SymmetricMatrix3> plastic_strains;
+  std::vector<Index> inverted_steps;
+  bool two_level = false;  ///< a solve took two levels
+};
+
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
 /// step.
 ///
@@ -122,6 +132,11 @@ class Dynamics {
   /// taken where the material can yield and stays zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
   void set_inverted_steps(std::span<const Index> steps);
+  /// All of it: steps after set_state(state()) have the bits that they would have had. set_state() throws
+  /// Error on another length or a value that is not finite, with the state as it was. O(n_points +
+  /// n_elements).
+  [[nodiscard]] DynamicsState state() const;
+  void set_state(const DynamicsState& state);
 
   /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
@@ -139,6 +154,8 @@ class Dynamics {
   void set_base_velocities();
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
+  void check_points(std::span<const Vec3> values, const char* name);
+  void check_strains(std::span<const SymmetricMatrix3> strains) const;
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
   [[nodiscard]] bool all_finite(std::span<const simd::Padded3> values);

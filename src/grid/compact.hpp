@@ -63,6 +63,9 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// Points whose key changed in the last build_points(); all of the first.
   [[nodiscard]] std::size_t movers() const { return movers_; }
+  /// Of Sort::adaptive.
+  [[nodiscard]] SortSwitch& adaptive_switch() { return point_sort_.adaptive_switch(); }
+  [[nodiscard]] const SortSwitch& adaptive_switch() const { return point_sort_.adaptive_switch(); }
   /// Whether each key is one cell.
   [[nodiscard]] bool tells_cells_apart() const { return key_shift_ == 0; }
 

@@ -65,6 +65,10 @@ void AtomicFile::write(std::string_view bytes) {
   }
 }
 
+void AtomicFile::sync() {
+  if (::fsync(descriptor_) != 0) fail(path_, "writing to the disk", errno, "room for the whole file");
+}
+
 void AtomicFile::commit() {
   // Some file systems report a failed write only here.
   if (::close(std::exchange(descriptor_, -1)) != 0) fail(path_, "closing", errno, "room for the whole file");

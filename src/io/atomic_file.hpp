@@ -7,9 +7,9 @@ namespace palpate::io {
 
 /// A file that appears whole or not at all: written under a temporary name in its own folder, then renamed.
 ///
-/// Readers see the old content or the new, also if the process is killed in between (not guaranteed across a
-/// power cut: nothing is forced to the disk). A symbolic link is followed, so that its target is replaced and
-/// not the link.
+/// Readers see the old content or the new, also if the process is killed in between (across a power cut only
+/// after sync(): else nothing is forced to the disk). A symbolic link is followed, so that its target is
+/// replaced and not the link.
 class AtomicFile {
  public:
   /// Opens the temporary. Throws Error naming `path` if its folder does not exist or cannot be written, or if
@@ -22,6 +22,8 @@ class AtomicFile {
 
   /// Appends bytes. Throws Error naming the path when the system refuses them (disk full, quota, size limit).
   void write(std::string_view bytes);
+  /// Waits until what is written is on the disk. Throws Error naming the path.
+  void sync();
   /// Closes and renames to the final path. Throws Error naming the path; the old content is then still there.
   /// To be called once.
   void commit();

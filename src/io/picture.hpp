@@ -34,7 +34,7 @@ struct PictureSettings {
   std::optional<Vec3> target;  ///< what the given camera looks at; none: the centre of all bodies
   bool edges = true;           ///< draw the edges of the surface triangles
   std::optional<ColourScale> scale{};  ///< of the subject's values; none: bodies have their own colours
-  std::string caption;               ///< one line at the bottom, ASCII; smaller where it is too wide
+  std::string caption;                 ///< one line at the bottom, ASCII; smaller where it is too wide
 };
 
 /// What is on a picture. Borrows everything.

@@ -13,7 +13,7 @@ class Cutter {
  public:
   Cutter(const Bodies& bodies, std::span<const Vec3> positions, std::span<const double> values,
          const CutSettings& settings)
-      : bodies_(bodies), settings_(settings), normal_(normalized(settings.normal)) {
+      : settings_(settings), normal_(normalized(settings.normal)) {
     result_.points.assign(positions.begin(), positions.end());
     result_.values.assign(values.begin(), values.end());
     result_.body_of_point.assign(bodies.body_of_point().begin(), bodies.body_of_point().end());
@@ -97,7 +97,6 @@ class Cutter {
     add({c[0], c[2], c[3]}, 0b110);
   }
 
-  const Bodies& bodies_;
   const CutSettings& settings_;
   Vec3 normal_;
   CutSurface result_;

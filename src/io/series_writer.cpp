@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
+
+#include <palpate/error.hpp>
 
 #include "io/atomic_file.hpp"
 
@@ -51,23 +54,33 @@ std::string collection_text(const std::vector<double>& times) {
 }
 
 /// A frame that cannot be removed is no error yet: that shows when a new frame is to take its place.
-void remove_frames(const fs::path& folder) {
+void remove_frames(const fs::path& folder, std::size_t kept) {
   std::error_code ignored;
+  std::set<std::string> stay;
+  for (std::size_t frame = 0; frame < kept; ++frame) stay.insert(frame_name(frame));
   std::vector<fs::path> frames;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (is_frame_name(entry.path().filename().string())) frames.push_back(entry.path());
+    const std::string name = entry.path().filename().string();
+    if (is_frame_name(name) && !stay.contains(name)) frames.push_back(entry.path());
   }
   for (const fs::path& frame : frames) fs::remove(frame, ignored);
 }
 
 }  // namespace
 
-SeriesWriter::SeriesWriter(fs::path folder, std::string name)
-    : folder_(std::move(folder)), collection_path_(folder_ / (std::move(name) + ".pvd")) {
+SeriesWriter::SeriesWriter(fs::path folder, std::string name, std::vector<double> times)
+    : folder_(std::move(folder)),
+      collection_path_(folder_ / (std::move(name) + ".pvd")),
+      times_(std::move(times)) {
   create_folder(folder_ / frames_folder);
+  for (std::size_t frame = 0; frame < times_.size(); ++frame) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(frame_path(frame), ignored))
+      throw Error(frame_path(frame).string(), "", "no such file", "the frame that the run wrote before");
+  }
   // First the list, then the frames: at no moment does the collection name a file that is not there.
   write_atomically(collection_path_, collection_text(times_));
-  remove_frames(folder_ / frames_folder);
+  remove_frames(folder_ / frames_folder, times_.size());
 }
 
 fs::path SeriesWriter::frame_path(std::size_t frame) const {

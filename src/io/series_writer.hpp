@@ -19,7 +19,11 @@ class SeriesWriter {
  public:
   /// Creates the folders, an empty collection, and removes the frames (frame_*.vtu, six digits or more) that
   /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
-  SeriesWriter(std::filesystem::path folder, std::string name);
+  ///
+  /// \param times  of the frames that are there already, of a run that goes on: they stay, and their files
+  /// are not
+  ///               looked at but for being there. Throws Error naming one that is not.
+  SeriesWriter(std::filesystem::path folder, std::string name, std::vector<double> times = {});
 
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
   /// series. O(n_points + n_tets + frames so far).
@@ -29,6 +33,7 @@ class SeriesWriter {
 
   [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }
   [[nodiscard]] std::size_t frame_count() const { return times_.size(); }
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }  ///< of the frames
   /// FOLDER/frames/frame_NNNNNN.vtu.
   [[nodiscard]] std::filesystem::path frame_path(std::size_t frame) const;
 

@@ -98,11 +98,15 @@ class ChunkedList {
   }
   /// Replaces `joined` by all lists in chunk order.
   void join(std::vector<T>& joined) const {
-    std::size_t total = 0;
-    for (std::size_t chunk = 0; chunk < used_; ++chunk) total += lists_[chunk].size();
     joined.clear();
+    append(joined, used_);
+  }
+  /// Appends the lists of the first so many chunks, in their order.
+  void append(std::vector<T>& joined, std::size_t chunks) const {
+    std::size_t total = joined.size();
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) total += lists_[chunk].size();
     make_room(joined, total);
-    for (std::size_t chunk = 0; chunk < used_; ++chunk) {
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
       joined.insert(joined.end(), lists_[chunk].begin(), lists_[chunk].end());
     }
   }

@@ -165,6 +165,22 @@ void describe(Visitor& v, SceneBody& body) {
   only_soft(body.grabs, "grabs");
 }
 
+template <class Visitor>
+void describe(Visitor& v, InterestRegion& region) {
+  v.required("center", region.center);
+  v.required("radius", region.radius, above(0));
+}
+
+template <class Visitor>
+void describe(Visitor& v, Budget& budget) {
+  v.optional("tests", budget.tests, at_least(1));
+  v.optional("milliseconds", budget.milliseconds, above(0));
+  v.optional("region", budget.region);
+  const char* const found = budget.tests ? "it with tests" : "neither tests nor milliseconds";
+  v.rule(budget.tests.has_value() != budget.milliseconds.has_value(), "milliseconds", found,
+         "one of tests and milliseconds");
+}
+
 /// The contact block joins how contacts are found and how they push back.
 struct ContactBlock {
   DetectionSettings& detection;
@@ -178,6 +194,11 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.choice("sort", contact.detection.sort, sort_names);
   v.words_or_number("cell_size", contact.detection.cell_size, cell_size_rule_names, above(0));
   v.word_or_number("cells_per_primitive", contact.detection.cells_per_primitive, "exact", within(1, 27));
+  v.optional("budget", contact.detection.budget);
+  v.rule(!contact.detection.budget ||
+             (contact.detection.structure == Structure::compact && !contact.detection.cells_per_primitive),
+         "budget", "it with another structure, or cells_per_primitive",
+         "the structure compact, and exact cells");
   v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
   v.field("damping", contact.response.damping, at_least(0));
   v.field("friction", contact.response.friction, at_least(0));

@@ -74,7 +74,8 @@ class Reader {
   void word_or_number(std::string_view key, std::optional<Number>& value, std::string_view word,
                       const Limits& limits) {
     const auto* json = find(key);
-    if (json == nullptr || *json == word) return;
+    if (json == nullptr) return;
+    if (*json == word) return value.reset();
     if (json->is_string()) {
       fail(context_, key_path(path_, key), describe_json(*json),
            "'" + std::string(word) + "' or " +

@@ -55,6 +55,7 @@ void name_bodies(Scene& scene) {
 
 void check_known(const Scene& scene, const BodyNames& bodies, const std::string& path) {
   std::vector<std::string_view> known;
+  known.reserve(scene.bodies.size());
   for (const SceneBody& body : scene.bodies) known.emplace_back(body.name);
   for (std::size_t i = 0; i < bodies.names.size(); ++i) {
     if (std::ranges::count(known, bodies.names[i]) > 0) continue;

@@ -176,11 +176,11 @@ inline constexpr std::array<std::string_view, 3> view_time_names{"end", "start",
 struct View {
   std::string name;
   std::array<int, 2> size{1280, 720};  ///< width and height in pixels
-  Camera camera;
+  Camera camera{};
   ViewTime when = ViewTime::end;
-  BodyNames bodies;  ///< that are shown; empty: all
-  std::optional<Cut> cut;
-  std::optional<DisplacementMap> displacement;
+  BodyNames bodies{};  ///< that are shown; empty: all
+  std::optional<Cut> cut{};
+  std::optional<DisplacementMap> displacement{};
   bool contacts = false;  ///< shows points in contact
 };
 /// What a run writes.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -54,6 +55,10 @@ class ContactMemory {
   /// Adds contacts that are not known yet, sorted by (point, body), to those of the last update(), as
   /// foreseen ones. One that is not there in the next, and never was, leaves no trace. O(all contacts).
   void add(std::span<const RememberedContact> contacts);
+
+  /// All that is remembered, sorted by (point, body).
+  [[nodiscard]] const std::vector<RememberedContact>& all() const { return all_; }
+  void set_all(std::vector<RememberedContact> contacts) { all_ = std::move(contacts); }
 
  private:
   void remember_lost(RememberedContact contact);

@@ -33,7 +33,7 @@ Index Grabs::add(const Grab& grab) {
   }
   check_target(grab.target);
   const auto unused =
-      std::find_if(held_.begin(), held_.end(), [](const Held& h) { return h.grab.point < 0; });
+      std::find_if(held_.begin(), held_.end(), [](const HeldGrab& h) { return h.grab.point < 0; });
   const auto number = static_cast<Index>(unused - held_.begin());
   if (unused == held_.end()) held_.emplace_back();
   at(held_, number) = {grab};
@@ -58,7 +58,7 @@ Vec3 Grabs::force(Index number) const {
 
 void Grabs::append(std::span<const Vec3> positions, std::span<const double> masses,
                    std::vector<fem::Coupling>& couplings) const {
-  for (const Held& held : held_) {
+  for (const HeldGrab& held : held_) {
     const auto& [point, target, k] = held.grab;
     if (point < 0) continue;
     const double damping = 2.0 * std::sqrt(k * at(masses, point));
@@ -75,7 +75,7 @@ void Grabs::append(std::span<const Vec3> positions, std::span<const double> mass
 void Grabs::take_forces(std::span<const fem::Coupling> couplings, double time_step,
                         std::span<const Vec3> velocities_end) {
   std::size_t next = 0;
-  for (Held& held : held_) {
+  for (HeldGrab& held : held_) {
     if (held.grab.point >= 0) held.force = fem::end_force(couplings[next++], time_step, velocities_end);
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <palpate/model.hpp>
@@ -8,6 +9,12 @@
 #include "fem/coupling.hpp"
 
 namespace palpate {
+
+/// A grab and what it did; point -1: released.
+struct HeldGrab {
+  Grab grab;
+  Vec3 force{};  ///< over the last step, N
+};
 
 /// The springs that pull on points, by number; numbers of released grabs are used again.
 class Grabs {
@@ -29,16 +36,16 @@ class Grabs {
   void take_forces(std::span<const fem::Coupling> couplings, double time_step,
                    std::span<const Vec3> velocities_end);
 
+  /// By number, released ones as well: part of the state that a resumed run needs.
+  [[nodiscard]] const std::vector<HeldGrab>& all() const { return held_; }
+  void set_all(std::vector<HeldGrab> held) { held_ = std::move(held); }
+
  private:
-  struct Held {
-    Grab grab;
-    Vec3 force{};
-  };
   void check(Index number) const;
   static void check_target(const Vec3& target);
 
   Index point_count_;
-  std::vector<Held> held_;  ///< by number; point -1: released
+  std::vector<HeldGrab> held_;  ///< by number
 };
 
 }  // namespace palpate

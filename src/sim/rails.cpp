@@ -20,7 +20,7 @@ struct Pose {
   Vec3 translate;
 };
 
-Pose pose_at(const Motion& motion, double time) {
+Pose pose(const Motion& motion, double time) {
   const auto& keys = motion.keyframes;
   const auto next = std::upper_bound(keys.begin(), keys.end(), time,
                                      [](double t, const Keyframe& key) { return t < key.time; });
@@ -65,6 +65,12 @@ void check_motion(const Motion& motion, const std::string& where) {
 
 }  // namespace
 
+Keyframe pose_at(const Motion& motion, double time) {
+  check_motion(motion, "");
+  const auto [turn, translate] = pose(motion, time);
+  return {time, translate, {turn.scalar, turn.vector.x, turn.vector.y, turn.vector.z}};
+}
+
 Rails::Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start)
     : motions_(std::move(motions)) {
   for (std::size_t m = 0; m < motions_.size(); ++m) check_motion(motions_[m], element("", m));
@@ -91,12 +97,12 @@ std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double 
   // less than a table.
   parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     Index last = -1;
-    Pose pose{};
+    Pose here{};
     for (std::size_t i = begin; i < end; ++i) {
       const Motion& motion = at(motions_, motion_[i]);
-      if (motion_[i] != last) pose = pose_at(motion, time);
+      if (motion_[i] != last) here = pose(motion, time);
       last = motion_[i];
-      positions_[i] = motion.center + rotated(pose.turn, start_[i] - motion.center) + pose.translate;
+      positions_[i] = motion.center + rotated(here.turn, start_[i] - motion.center) + here.translate;
     }
   });
   return positions_;
@@ -108,6 +114,14 @@ std::vector<Vec3> Rails::start_positions(const parallel::Threads& threads,
   const std::span<const Vec3> placed = positions(threads, 0.0);
   for (std::size_t k = 0; k < placed.size(); ++k) at(all, points_[k]) = placed[k];
   return all;
+}
+
+void Rails::replace(Index number, Motion motion) {
+  if (number < 0 || static_cast<std::size_t>(number) >= motions_.size()) {
+    throw Error("motions", "number", std::to_string(number), "less than " + std::to_string(motions_.size()));
+  }
+  check_motion(motion, element("", static_cast<std::size_t>(number)));
+  at(motions_, number) = std::move(motion);
 }
 
 double Rails::end() const {

@@ -24,6 +24,9 @@ class Rails {
   /// All points at the start (n_points x 3), with those on rails where their motion is at time 0.
   [[nodiscard]] std::vector<Vec3> start_positions(const parallel::Threads& threads,
                                                   std::span<const Vec3> points_rest);
+  /// Another motion in the place of one. Throws Error, and changes nothing, on a number out of range and as
+  /// the constructor does.
+  void replace(Index number, Motion motion);
   /// Time of the last keyframe, s; 0 without motions. From then on nothing moves.
   [[nodiscard]] double end() const;
 

@@ -47,6 +47,7 @@ double least_mean_edge(const Bodies& bodies) {
 /// What has overlaps removed must see them all.
 DetectionSettings exact(DetectionSettings settings) {
   settings.cells_per_primitive.reset();
+  settings.budget.reset();
   return settings;
 }
 

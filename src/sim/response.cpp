@@ -92,10 +92,7 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
       rims_(bodies.bodies().size()),
       masses_(masses),
       moves_(moves) {
-  if (settings.stiffness)
-    check(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
-  check(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
-  check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
+  check_settings(settings);
   for (Index b = 0; b < bodies.body_count(); ++b) {
     const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
     at(rims_, b).outer = 0.25 * h;
@@ -103,6 +100,13 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
     if (at(obstacles, b) != 0) continue;
     at(body_compliance_, b) = 1.0 / (10.0 * at(materials, b).young_modulus * h);
   }
+}
+
+void ContactResponse::check_settings(const ResponseSettings& settings) {
+  if (settings.stiffness)
+    check(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
+  check(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
+  check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
 }
 
 double ContactResponse::stiffness(Index body_a, Index body_b) const {

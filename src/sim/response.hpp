@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -64,6 +65,11 @@ class ContactResponse {
                   std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                   std::span<const double> masses, std::span<const std::uint8_t> moves);
 
+  /// Throws Error on a setting out of range.
+  static void check_settings(const ResponseSettings& settings);
+  /// Other settings from the next compute() on; they have passed check_settings().
+  void change(const ResponseSettings& settings) { settings_ = settings; }
+
   /// Appends one coupling for each contact, in their order; friction by the velocities at the start of the
   /// step. `positions` are those that the contacts were found at, `time_step` is the time since the last call
   /// and to the next; what contacts remember is kept from call to call. O(contacts), parallel.
@@ -88,6 +94,10 @@ class ContactResponse {
 
   /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
   void undo() { memory_.undo(); }
+
+  /// What contacts remember between steps: part of the state that a resumed run needs.
+  [[nodiscard]] const std::vector<RememberedContact>& remembered() const { return memory_.all(); }
+  void set_remembered(std::vector<RememberedContact> contacts) { memory_.set_all(std::move(contacts)); }
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times

@@ -17,6 +17,7 @@
 #include "sim/model_check.hpp"
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
+#include "sim/saved_state.hpp"
 #include "sim/state_hash.hpp"
 #include "sim/ties.hpp"
 #include "stopwatch.hpp"
@@ -42,6 +43,12 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(max_speed > 0.0, "limits.max_speed", max_speed, "a finite number > 0");
   check(s.limits.inverted_steps > 0, "limits.inverted_steps", s.limits.inverted_steps, "at least 1");
   return s;
+}
+
+constexpr Seal state_seal{.kind = "PALPSTAT", .version = 1};
+
+double total(const DetectionTimes& t) {
+  return t.grid + t.contacts + t.border_edges + t.crossings + t.depth;
 }
 
 /// The speed that LimitSettings says, or the one that stands for none.
@@ -76,7 +83,8 @@ std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
 
 struct Simulation::State {
   State(Model model, const SimulationSettings& s, int n)
-      : obstacles(rigid_bodies(model)),
+      : fingerprint(fingerprint_of(model, s)),
+        obstacles(rigid_bodies(model)),
         unfree(unfree_points(model)),
         bodies(std::move(model.bodies)),
         settings(checked(s)),
@@ -107,13 +115,18 @@ struct Simulation::State {
   }
 
   void detect(std::span<const Vec3> positions);
+  [[nodiscard]] double budget_left() const;
+  [[nodiscard]] bool can_look_ahead() const;
   void measure();
   void begin_step();
   bool solve();
   void find_way();
   void advance();
   void sum_contact_forces();
+  [[nodiscard]] SavedState saved_state() const;
+  void take_state(const SavedState& saved);
 
+  Fingerprint fingerprint;              ///< of the model while it is whole
   std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
   std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
   Bodies bodies;
@@ -136,11 +149,27 @@ struct Simulation::State {
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
   StepMetrics metrics;
-  int slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
+  std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
+/// Share of a budget in time that the detections of this step have left; else 1.
+double Simulation::State::budget_left() const {
+  const auto& budget = settings.detection.budget;
+  if (!budget || !budget->milliseconds) return 1.0;
+  constexpr double least = 0.01;  // a detection always begins
+  return std::max(1.0 - total(metrics.detection_seconds) / (1e-3 * *budget->milliseconds), least);
+}
+
+/// Whether time is left for a detection where the step leads to, and for that at its end.
+bool Simulation::State::can_look_ahead() const {
+  const auto& budget = settings.detection.budget;
+  if (!budget || !budget->milliseconds) return true;
+  return metrics.detection.completeness == 1.0 &&
+         2.0 * detector.expected_seconds() < budget_left() * 1e-3 * *budget->milliseconds;
+}
+
 void Simulation::State::detect(std::span<const Vec3> positions) {
-  detector.detect(positions);
+  detector.detect(positions, budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
 }
@@ -174,6 +203,7 @@ void Simulation::State::begin_step() {
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
   metrics.detections = 0;
+  metrics.looks_ahead = true;
   metrics.detection_seconds = {};
 }
 
@@ -213,13 +243,17 @@ void Simulation::State::find_way() {
   bool meets = true;
   while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
-    agrees = solve();
-    while (metrics.solves < settings.solver.max_solves && dynamics.follow_turns()) agrees = solve();
+    metrics.looks_ahead = can_look_ahead();
+    do {
+      agrees = solve();
+      while (metrics.solves < settings.solver.max_solves && dynamics.follow_turns()) agrees = solve();
+    } while (!metrics.looks_ahead && !agrees && metrics.solves < settings.solver.max_solves);
     const std::span<const Vec3> positions_end = dynamics.end_positions();
     metrics.solver_seconds += watch.lap();
     detect(positions_end);
     ++metrics.detections;
     watch.lap();
+    if (!metrics.looks_ahead) return;
     meets = metrics.solves < settings.solver.max_solves &&
             response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.mean_velocities(),
                              couplings);
@@ -289,6 +323,30 @@ const StepMetrics& Simulation::step() {
   return s.metrics;
 }
 
+void Simulation::change(const SimulationSettings& settings) {
+  State& s = *state_;
+  checked(settings);
+  ContactResponse::check_settings(settings.response);
+  if (settings.time_step != s.settings.time_step) {
+    throw Error("simulation settings", "time_step", number_text(settings.time_step),
+                number_text(s.settings.time_step) + ", as it is: steps are counted in it");
+  }
+  if (settings.detection != s.settings.detection) {
+    Detector detector(s.bodies, settings.detection, s.obstacles, s.threads.count());
+    detector.detect(s.dynamics.positions());
+    s.detector = std::move(detector);
+  }
+  s.response.change(settings.response);
+  s.settings = settings;
+  s.max_speed = speed_limit(s.bodies, settings);
+  s.slow_steps = 0;
+}
+
+void Simulation::set_motion(Index number, Motion motion) {
+  state_->rails.replace(number, std::move(motion));
+  state_->slow_steps = 0;
+}
+
 void Simulation::set_force(Index point, const Vec3& force) {
   State& s = *state_;
   const std::size_t count = s.bodies.points_rest().size();
@@ -347,6 +405,59 @@ std::span<const double> Simulation::masses() const {
 
 std::span<const Material> Simulation::contact_materials() const {
   return state_->contact_materials;
+}
+
+SavedState Simulation::State::saved_state() const {
+  return {.fingerprint = fingerprint,
+          .metrics = metrics,
+          .slow_steps = slow_steps,
+          .forces = forces,
+          .grabs = grabs.all(),
+          .dynamics = dynamics.state(),
+          .contacts = response.remembered(),
+          .detector = detector.memory(),
+          .contact_forces = contact_forces};
+}
+
+void Simulation::State::take_state(const SavedState& saved) {
+  dynamics.set_state(saved.dynamics);
+  detector.recall(saved.detector, dynamics.positions());
+  forces = saved.forces;
+  grabs.set_all(saved.grabs);
+  response.set_remembered(saved.contacts);
+  contact_forces = saved.contact_forces;
+  metrics = saved.metrics;
+  metrics.time = static_cast<double>(metrics.step) * settings.time_step;
+  slow_steps = saved.slow_steps;
+}
+
+std::vector<std::byte> Simulation::save() const {
+  SavedState saved = state_->saved_state();
+  ArchiveWriter writer;
+  writer(saved);
+  return sealed(state_seal, writer.take());
+}
+
+void Simulation::restore(std::span<const std::byte> bytes) {
+  State& s = *state_;
+  SavedState saved;
+  ArchiveReader reader(unsealed(state_seal, bytes, "saved state"), "saved state");
+  reader(saved);
+  reader.finish();
+  for (std::size_t i = 0; i < Fingerprint::names.size(); ++i) {
+    if (saved.fingerprint.hashes[i] != s.fingerprint.hashes[i]) {
+      throw Error("saved state", std::string(Fingerprint::names[i]), "those of another simulation",
+                  "the same as when it was saved");
+    }
+  }
+  check_saved(saved, s.bodies);
+  const SavedState before = s.saved_state();
+  try {
+    s.take_state(saved);
+  } catch (...) {
+    s.take_state(before);
+    throw;
+  }
 }
 
 std::string Simulation::state_hash() const {

@@ -39,6 +39,9 @@ class PointSort {
   Result update(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                 std::uint32_t key_count, std::vector<std::uint64_t>& words,
                 std::vector<std::uint32_t>* cell_begin = nullptr);
+  /// Of Sort::adaptive.
+  [[nodiscard]] SortSwitch& adaptive_switch() { return switch_; }
+  [[nodiscard]] const SortSwitch& adaptive_switch() const { return switch_; }
 
  private:
   [[nodiscard]] Sort choose(std::uint32_t key_count, bool wants_cells);

@@ -16,6 +16,9 @@ class SortSwitch {
 
   /// Whether to repair a frame with `movers` changes among `words`.
   bool repairs(std::size_t movers, std::size_t words);
+  /// What the last repairs() said: the state of the switch.
+  [[nodiscard]] bool repairing() const { return repairing_; }
+  void set_repairing(bool repairing) { repairing_ = repairing; }
 
  private:
   bool repairing_ = true;

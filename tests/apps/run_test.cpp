@@ -80,6 +80,9 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "folded_pairs",
                                        "approximated_primitives",
                                        "dropped_cells",
+                                       "late_clusters",
+                                       "completeness",
+                                       "looks_ahead",
                                        "sort",
                                        "cuckoo_occupancy",
                                        "cuckoo_retries",
@@ -296,7 +299,7 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
     return std::string(
                R"({"name": "shot", "time_step": 0.005, "duration": 0.02, "gravity": [0, 0, 0], "bodies": [
       {"name": "plate", "obstacle": true, "box": {"cells": [4, 4, 1], "size": [0.04, 0.04, 0.01]}},
-      {"name": "ball", "ball": {"radius": 0.01, "resolution": 2}, "translate": [0, 0, 0.06],
+      {"name": "ball", "ball": {"radius": 0.01, "resolution": 2}, "translate": [0, 0, 0.08],
        "velocity": [0, 0, )") +
            speed + R"(], "material": {"young_modulus": 1e5}}]})";
   };

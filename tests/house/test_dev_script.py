@@ -43,7 +43,8 @@ class DevScript(unittest.TestCase):
     def test_help_names_every_command(self):
         result = self.dev("help")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "bench", "format", "setup", "help"]:
+        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "bench", "fuzz", "coverage", "reliability", "format", "setup",
+                        "help"]:
             self.assertRegex(result.stdout, rf"(?m)^  {command}\b")
 
     def test_bad_usage_is_one_line_and_2(self):
@@ -101,6 +102,19 @@ class DevScript(unittest.TestCase):
         self.stand_in("dpkg-query", 'for p in "$@"; do printf "installed=%s " "$p"; done')
         result = self.dev("setup")
         self.assertEqual((result.returncode, result.stdout, result.stderr, self.calls()), (0, "", "", ""))
+
+    def test_a_ct_scene_without_its_ct_names_the_analytic_one(self):
+        self.stand_in("dpkg-query", 'for p in "$@"; do printf "installed=%s " "$p"; done')
+        self.stand_in("cmake", "exit 0")
+        self.stand_in("apt-get", 'echo "E: no such thing as a network"; exit 100')
+        for scene, stand_in in [("scenes/eye-ct.json", "scenes/eye.json"), ("skull-ct.json", "scenes/skull.json"),
+                                ("scenes/jaw-ct.json", "scenes/skull.json")]:
+            with self.subTest(scene=scene):
+                if pathlib.Path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3").exists() and "jaw" not in scene:
+                    self.skipTest("the CT is installed on this machine")
+                result = self.dev("run", scene)
+                self.assertEqual((result.returncode, result.stdout), (1, ""))
+                self.assertIn(f"{stand_in} is the scene from analytic shapes", result.stderr.splitlines()[-1])
 
 
 if __name__ == "__main__":

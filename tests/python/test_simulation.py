@@ -1,14 +1,11 @@
 """Simulation: the bits of the command, models built in code against analytic answers, grabs, callbacks, Ctrl-C."""
 
-import _thread
 import csv
 import io
 import json
-import pathlib
 import subprocess
 import sys
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -229,7 +226,7 @@ except KeyboardInterrupt:
     assert (rest, process.returncode) == ("interrupted True\n", 0)
 
 
-def test_two_simulations_in_two_threads_and_one_in_two():
+def test_two_simulations_in_two_threads():
     results = []
 
     def work():
@@ -243,6 +240,28 @@ def test_two_simulations_in_two_threads_and_one_in_two():
     for thread in threads:
         thread.join()
     assert len(results) == 2 and results[0] == results[1]
+
+
+def test_one_simulation_in_two_threads_makes_whole_steps_or_refuses():
+    scene = palpate.stacking_scene(count=4, cells=(4, 4, 1))
+    shared, refusals = palpate.Simulation(scene), []
+
+    def work():
+        for _ in range(20):
+            try:
+                shared.step()
+            except palpate.Error as error:
+                refusals.append(str(error))
+
+    threads = [threading.Thread(target=work) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all("one thread at a time" in text for text in refusals)
+    alone = palpate.Simulation(scene)
+    alone.run(shared.metrics.step)
+    assert shared.metrics.step >= 1 and alone.state_hash == shared.state_hash
 
 
 def test_scene_errors_name_file_and_key(tmp_path):
@@ -302,8 +321,6 @@ def test_bad_models_are_refused_and_stay_as_they_were():
 
 
 def test_a_restored_simulation_goes_on_with_the_same_bits(tmp_path):
-    if not hasattr(palpate.Simulation, "save"):
-        pytest.skip("this library cannot save states")
     scene = palpate.stacking_scene(count=4, cells=(4, 4, 1))
     one = palpate.Simulation(scene)
     one.run(20)

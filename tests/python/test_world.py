@@ -178,12 +178,9 @@ def test_what_cannot_be_is_refused_and_changes_nothing(stack):
         (points.T, "give positions.T"),
         (points[:-1], "374 points"),
         (np.where(points == points[3], np.nan, points), "finite"),
-        ([points], "125|375|points"),
         (None, "positions"),
         ("text", "positions"),
     ]:
-        if isinstance(bad, list):
-            continue
         with pytest.raises(palpate.Error, match=words):
             world.update(bad)
     with pytest.raises(palpate.Error, match="two share|zero volume|index"):
@@ -197,6 +194,20 @@ def test_what_cannot_be_is_refused_and_changes_nothing(stack):
         palpate.World(cell_size=float("nan"))
     with pytest.raises(TypeError):
         palpate.World(no_such_setting=1)
+
+
+def test_a_budget_says_what_it_missed(stack):
+    whole, points = stack
+    whole.update(points)
+    assert whole.stats.completeness == 1.0 and len(whole.late_bodies) == 0
+    world = palpate.World(budget={"tests": 500})
+    for i in range(3):
+        world.add(points[125 * i : 125 * (i + 1)], palpate.box((4, 4, 4), (1, 1, 1))[1])
+    world.update(points)
+    assert world.stats.completeness < 1.0 and world.stats.late_clusters > 0 and world.late_bodies.any()
+    assert len(world.contacts) < len(whole.contacts)
+    with pytest.raises(palpate.Error, match="budget"):
+        palpate.World(budget={"tests": 0})
 
 
 def test_two_worlds_in_two_threads(stack):

@@ -245,12 +245,15 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}},
                 NearSelection{"membrane 0", 0.1, BoxSelection{{-1, -2, -3}, {1, 2, 3}}}};
   body.attached = {{"membrane 0", PointSelection{{1}}, 1.0 / 3.0}};
-  scene.output.views = {{.name = "cut",
-                         .when = ViewTime::both,
-                         .bodies = {{"membrane 1"}},
-                         .cut = Cut{{1, 2, 3}, {0, 0, 1}, {}}}};
-  scene.output.views.push_back(
-      {.name = "map", .displacement = DisplacementMap{1.0 / 7.0, {{"membrane 1"}}}, .contacts = true});
+  View& cut = scene.output.views.emplace_back();
+  cut.name = "cut";
+  cut.when = ViewTime::both;
+  cut.bodies.names = {"membrane 1"};
+  cut.cut = Cut{{1, 2, 3}, {0, 0, 1}, {}};
+  View& map = scene.output.views.emplace_back();
+  map.name = "map";
+  map.displacement = DisplacementMap{1.0 / 7.0, {{"membrane 1"}}};
+  map.contacts = true;
   const std::string text = write_scene(scene);
   const Scene again = read(text);
   EXPECT_EQ(write_scene(again), text);

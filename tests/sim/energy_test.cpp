@@ -100,7 +100,7 @@ TEST(Energy, OfADampedIsolatedSceneNeverGrows) {
 
 /// A step about its start would swell what begins to spin: up to 36 times the energy in one step. While an
 /// edge slides over a face its depth grows without a force, so that k d^2 / 2 tells nothing here: motion and
-/// strain never gain more than a share of 1e-4 (what BodyTurns lets pass) in a step without contact, and in
+/// strain never gain more than a share of 1e-3 (what BodyTurns lets pass) in a step without contact, and in
 /// contact no more than penalty springs give back.
 TEST(Energy, OfStiffBoxesThatSpinAfterAHitNeverGrows) {
   for (const double time_step : {0.02, 0.01, 0.005, 0.002}) {
@@ -114,7 +114,7 @@ TEST(Energy, OfStiffBoxesThatSpinAfterAHitNeverGrows) {
         for (double time = 0.0; time < 0.4; time += time_step) {
           boxes.step();
           const double next = boxes.energy_apart_from_contact();
-          ASSERT_LE(next, boxes.pushed() ? 1.03 * least : (1.0 + 1e-4) * last)
+          ASSERT_LE(next, boxes.pushed() ? 1.03 * least : (1.0 + 1e-3) * last)
               << "time " << time << ", friction " << friction << ", time step " << time_step
               << ", Young's modulus " << young_modulus;
           least = std::min(least, next);

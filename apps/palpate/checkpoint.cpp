@@ -1,0 +1,156 @@
+#include "checkpoint.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "exit_codes.hpp"
+#include "io/atomic_file.hpp"
+#include "io/file_bytes.hpp"
+#include "sim/saved_state.hpp"
+
+namespace palpate::app {
+
+// What a checkpoint consists of, for archives; found by them in this namespace.
+
+template <class Archive>
+void describe(Archive& archive, RunPlan& p) {
+  archive(p.scene_file, p.scene, p.source, p.scene_folder, p.most_steps, p.until_rest, p.no_picture,
+          p.checkpoint_every);
+}
+
+template <class Archive>
+void describe(Archive& archive, Tally& tally) {
+  archive(tally.last, tally.largest, tally.total);
+}
+
+template <class Archive>
+void describe(Archive& archive, CuckooRun& run) {
+  archive(run.last, run.lowest_occupancy, run.highest_occupancy, run.bucket_retries, run.redistributions,
+          run.growths);
+}
+
+template <class Archive>
+void describe(Archive& archive, RunOutcome& o) {
+  archive(o.steps, o.contacts, o.border_edges, o.crossings, o.candidates, o.movers, o.depth_fallbacks,
+          o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions, o.regions_without_border,
+          o.border_edges_without_crossing, o.folded_pairs, o.late_steps, o.least_completeness,
+          o.steps_without_foresight, o.solver_iterations, o.steps_at_solver_cap, o.steps_too_far);
+}
+
+template <class Archive>
+void describe(Archive& archive, FramesSoFar& frames) {
+  archive(frames.times, frames.last_step);
+}
+
+template <class Archive>
+void describe(Archive& archive, Checkpoint& c) {
+  archive(c.plan, c.outcome, c.metrics_bytes, c.frames, c.simulation);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 1};
+constexpr std::string_view folder_name = "checkpoints";
+constexpr std::string_view extension = ".palpate";
+
+std::string file_name(std::int64_t step) {
+  return fmt::format("step_{:09}{}", step, extension);
+}
+
+/// The files of a folder that may be checkpoints, the latest step first; none where there is no such folder.
+std::vector<fs::path> checkpoints_in(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("step_") && name.ends_with(extension)) files.push_back(entry.path());
+  }
+  // By length first: steps beyond nine digits.
+  std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
+    const std::string x = a.filename().string();
+    const std::string y = b.filename().string();
+    return std::pair(x.size(), x) > std::pair(y.size(), y);
+  });
+  return files;
+}
+
+Checkpoint read_checkpoint(const fs::path& path) {
+  const std::string bytes = io::read_file(path, "a checkpoint");
+  ArchiveReader reader(unsealed(checkpoint_seal, std::as_bytes(std::span(bytes)), path.string()),
+                       path.string());
+  Checkpoint checkpoint;
+  reader(checkpoint);
+  reader.finish();
+  return checkpoint;
+}
+
+}  // namespace
+
+CheckpointWriter::CheckpointWriter(const fs::path& results, RunPlan plan,
+                                   const std::optional<fs::path>& resumed_from)
+    : folder_(results / folder_name), plan_(std::move(plan)), last_(resumed_from) {
+  if (!resumed_from) remove_but({});
+}
+
+void CheckpointWriter::remove_but(const std::vector<fs::path>& kept) const {
+  for (const fs::path& path : checkpoints_in(folder_)) {
+    if (std::ranges::count(kept, path) > 0) continue;
+    std::error_code failed;
+    fs::remove(path, failed);
+    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
+  }
+}
+
+void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
+                           MetricsFile& metrics, bool always) {
+  const std::int64_t step = outcome.steps;
+  const bool due = regular() && step % plan_.checkpoint_every == 0 && step > 0;
+  if (step == last_step_ || (!due && !always)) return;
+  metrics.sync();
+  Checkpoint checkpoint{.plan = plan_,
+                        .outcome = outcome,
+                        .metrics_bytes = metrics.bytes(),
+                        .frames = frames.so_far(),
+                        .simulation = simulation.save()};
+  ArchiveWriter writer;
+  writer(checkpoint);
+  const std::vector<std::byte> bytes = sealed(checkpoint_seal, writer.take());
+  io::create_folder(folder_);
+  const fs::path path = folder_ / file_name(step);
+  io::AtomicFile file(path);
+  file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  file.sync();
+  file.commit();
+  remove_but({path, last_.value_or(path)});
+  last_ = path;
+  last_step_ = step;
+}
+
+FoundCheckpoint find_checkpoint(const fs::path& results) {
+  const std::vector<fs::path> files = checkpoints_in(results / folder_name);
+  if (files.empty()) {
+    throw BadInput((results / folder_name).string(), "", "no checkpoint",
+                   "the folder of results of a run that was interrupted, or run with --checkpoint-every");
+  }
+  FoundCheckpoint found;
+  for (const fs::path& path : files) {
+    try {
+      found.checkpoint = read_checkpoint(path);
+      found.path = path;
+      return found;
+    } catch (const Error& error) {
+      found.damaged.emplace_back(error.what());
+    }
+  }
+  throw BadInput(found.damaged.front() +
+                 (files.size() > 1 ? fmt::format(" (nor is one of {} others whole)", files.size() - 1) : ""));
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "frame_writer.hpp"
+#include "metrics_file.hpp"
+#include "run_loop.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
+struct RunPlan {
+  std::string scene_file;
+  std::string scene;         ///< write_scene(), with the settings that were used
+  std::string source;        ///< Scene::source
+  std::string scene_folder;  ///< Scene::folder, absolute
+  std::int64_t most_steps = 0;
+  bool until_rest = false;
+  bool no_picture = false;
+  std::int64_t checkpoint_every = 0;  ///< steps; 0: only where the run is interrupted
+};
+
+/// A run at the end of a step, with what it had written by then.
+struct Checkpoint {
+  RunPlan plan;
+  RunOutcome outcome;  ///< without times
+  std::uint64_t metrics_bytes = 0;
+  FramesSoFar frames;
+  std::vector<std::byte> simulation;  ///< Simulation::save()
+};
+
+/// The checkpoints of a run: RESULTS/checkpoints/step_NNNNNNNNN.palpate, the last two.
+class CheckpointWriter {
+ public:
+  /// Removes those of an earlier run but the one that this run goes on from. Throws Error naming what cannot
+  /// be removed.
+  CheckpointWriter(const std::filesystem::path& results, RunPlan plan,
+                   const std::optional<std::filesystem::path>& resumed_from);
+
+  /// Writes a checkpoint if its step is due, or if `always`; never the same step twice. Rows and frames so
+  /// far reach the disk before it. Then removes all but this one and the one before it. Throws Error naming
+  /// the file that cannot be written: those that are there stay.
+  void add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
+           MetricsFile& metrics, bool always = false);
+
+  [[nodiscard]] bool regular() const { return plan_.checkpoint_every > 0; }
+  /// The step of the last one; none: there is none yet.
+  [[nodiscard]] std::optional<std::int64_t> last_step() const { return last_step_; }
+
+ private:
+  void remove_but(const std::vector<std::filesystem::path>& kept) const;
+
+  std::filesystem::path folder_;
+  RunPlan plan_;
+  std::optional<std::filesystem::path> last_;
+  std::optional<std::int64_t> last_step_;
+};
+
+/// A checkpoint that can be gone on from.
+struct FoundCheckpoint {
+  std::filesystem::path path;
+  Checkpoint checkpoint;
+  std::vector<std::string> damaged;  ///< later ones that are cut off or changed: what is wrong with each
+};
+
+/// The last whole checkpoint in a folder of results. Throws BadInput, in one line, where there is none.
+FoundCheckpoint find_checkpoint(const std::filesystem::path& results);
+
+}  // namespace palpate::app

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+
+#include <palpate/model.hpp>
+#include <palpate/relax.hpp>
+
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// Removes the overlaps at the start where the scene asks for it, and tells on stderr what is left. Ctrl-C
+/// ends it with an exception; what the scene is to blame for is a BadInput.
+std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, int threads, bool quiet);
+
+}  // namespace palpate::app

@@ -1,0 +1,108 @@
+#include "usage.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "exit_codes.hpp"
+#include "messages.hpp"
+#include "scene/suggest.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// "run", "generate box": how messages name a subcommand.
+std::string title(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  if (parent == nullptr) return "command line";
+  return parent->get_parent() == nullptr ? app.get_name() : title(*parent) + " " + app.get_name();
+}
+
+std::vector<std::string> subcommand_names(CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
+  return names;
+}
+
+std::string nearest_of(const std::string& word, const std::vector<std::string>& known) {
+  return expected_name(word, std::vector<std::string_view>(known.begin(), known.end()));
+}
+
+/// The parsed subcommand that is deepest, or the command itself.
+CLI::App& innermost(CLI::App& app) {
+  const std::vector<CLI::App*> parsed = app.get_subcommands();
+  return parsed.empty() ? app : innermost(*parsed.back());
+}
+
+std::vector<std::string> flag_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+/// What is wrong with the arguments, in one line: an unknown flag first, since it is what others follow from.
+BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
+  CLI::App& app = innermost(command);
+  for (CLI::App* level : {&app, &command}) {
+    for (const std::string& word : level->remaining()) {
+      if (!word.starts_with('-')) continue;
+      const std::string flag = word.substr(0, word.find('='));
+      return {title(app), "", "unknown flag '" + flag + "'", nearest_of(flag, flag_names(app))};
+    }
+  }
+  for (const std::string& word : app.remaining())
+    return {title(app), "", "'" + word + "'", "no such argument"};
+  return BadInput(title(app) + ": " + error.what() + " (see --help)");
+}
+
+}  // namespace
+
+void check_subcommands(CLI::App& app, std::span<const char* const> words) {
+  const std::vector<std::string> known = subcommand_names(app);
+  if (known.empty()) return;
+  if (words.empty()) throw BadInput(title(app), "", "no subcommand", nearest_of("", known) + ", or --help");
+  const std::string word = words.front();
+  if (word.starts_with('-')) return;
+  if (std::ranges::count(known, word) == 0) {
+    throw BadInput(title(app), "", "unknown subcommand '" + word + "'", nearest_of(word, known));
+  }
+  check_subcommands(*app.get_subcommand(word), words.subspan(1));
+}
+
+bool parse_or_explain(CLI::App& command, int argc, const char* const* argv) {
+  try {
+    command.parse(argc, argv);
+    return false;
+  } catch (const CLI::Success& asked) {  // --help, --version
+    std::ostringstream text;
+    command.exit(asked, text, text);
+    print_out(text.str());
+    return true;
+  } catch (const CLI::ParseError& error) {
+    throw usage_error(command, error);
+  }
+}
+
+int as_exit_code(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const BadInput& error) {
+    say_error(error.what());
+    return exit_bad_input;
+  } catch (const std::bad_alloc&) {
+    say_error("out of memory");
+  } catch (const std::exception& error) {
+    say_error(error.what());
+  } catch (...) {
+    say_error("unknown exception");
+  }
+  return exit_failed;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,138 @@
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/error.hpp>
+
+#include "exit_codes.hpp"
+#include "interrupt.hpp"
+#include "messages.hpp"
+#include "open_browser.hpp"
+#include "option_values.hpp"
+#include "relax_model.hpp"
+#include "scene_input.hpp"
+#include "subcommands.hpp"
+#include "view/gate.hpp"
+#include "view/live.hpp"
+#include "view/page.hpp"
+#include "view/replay.hpp"
+#include "view/server.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* examples = R"(Examples:
+  palpate view scenes/stacking.json              run a scene and look at it in the browser
+  palpate view results/stacking                  look at what a run left
+  palpate view scene.json --port 8080 --no-browser --speed max
+
+The page is served on this machine alone, at an address that holds a random token; Ctrl-C ends it. On a remote
+machine: ssh -L 8080:127.0.0.1:8080 HOST, then palpate view scene.json --port 8080 there.
+PALPATE_VIEW_TOKEN sets the token, so that open pages find the server again after a restart.)";
+
+struct ViewOptions {
+  fs::path what;
+  view::ServerSettings server;
+  view::PlayerSettings player{.playing = true, .alone = false, .speed = 1.0};
+  bool no_browser = false;
+  bool json = false;
+  int threads = 0;
+};
+
+std::string token() {
+  const char* given = std::getenv("PALPATE_VIEW_TOKEN");
+  if (given == nullptr || *given == '\0') return view::random_token();
+  if (view::is_token(given)) return given;
+  throw BadInput("PALPATE_VIEW_TOKEN", "", fmt::format("{} characters", std::string_view(given).size()),
+                 "16 to 128 letters, digits, '-' and '_'");
+}
+
+std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
+  if (fs::is_directory(options.what)) {
+    return as_input([&] { return std::make_unique<view::ReplaySource>(options.what, options.threads); });
+  }
+  SceneInput input = read_scene_input(options.what);
+  relax_model(input.scene, input.model, options.threads, options.json);
+  return as_input([&] {
+    return std::make_unique<view::LiveSource>(input.scene, std::move(input.model), options.threads);
+  });
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "::1" || host.starts_with("127.");
+}
+
+int serve(ViewOptions options) {
+  if (view::page_files().empty()) {
+    throw Error("view", "", "no page in this build", "one: install nodejs and npm, then build again");
+  }
+  options.server.token = token();
+  std::unique_ptr<view::Source> source = open_source(options);
+  const InterruptFlag interrupt;
+  view::Server server(options.server, std::move(source), options.player);
+  if (!is_loopback(options.server.host)) {
+    say_note(fmt::format(
+        "--host {}: every machine that reaches this one can use the page, if it knows the address; "
+        "what is sent is not encrypted",
+        options.server.host));
+  }
+  const std::string address = server.address();
+  if (options.json) {
+    print_out(nlohmann::ordered_json{{"address", address}, {"port", server.port()}}.dump() + "\n");
+  } else {
+    print_out(fmt::format("{}\nCtrl-C ends\n", address));
+  }
+  if (!options.no_browser) open_browser(address);
+  constexpr std::chrono::milliseconds look_up(100);
+  while (!interrupt.requested()) server.run_for(look_up);
+  return exit_done;
+}
+
+void add_flags(CLI::App& app, ViewOptions& options) {
+  add_path(app, "SCENE|DIR", options.what, "scene file (.json), or the folder of a run");
+  add_value(app, "--port", "N", "port to serve at; default: any that is free",
+            [&options](const std::string& flag, const std::string& text) {
+              options.server.port = static_cast<std::uint16_t>(parse_integer(flag, text, 1, 65535));
+            });
+  add_value(
+      app, "--host", "ADDRESS",
+      "address to serve at; default 127.0.0.1: this machine alone. 0.0.0.0: every machine that reaches it",
+      [&options](const std::string& flag, const std::string& text) {
+        if (!view::is_address(text)) throw BadInput(flag, "", "'" + text + "'", "an IP address");
+        options.server.host = text;
+      });
+  add_value(
+      app, "--name", "HOST", "a further name or address that the page may be opened by (with --host)",
+      [&options](const std::string&, const std::string& text) { options.server.names.push_back(text); });
+  add_value(app, "--speed", "X|max", "simulated time per time, at most; default 1",
+            [&options](const std::string& flag, const std::string& text) {
+              options.player.speed.reset();
+              if (text != "max") options.player.speed = parse_number(flag, text, scene_format::above(0));
+            });
+  app.add_flag_callback(
+      "--paused", [&options] { options.player.playing = false; }, "wait for 'play'");
+  app.add_flag("--alone", options.player.alone, "run on while no page looks");
+  app.add_flag("--no-browser", options.no_browser, "only print the address");
+  add_threads(app, options.threads);
+  add_json(app, options.json, "print the address as JSON");
+}
+
+}  // namespace
+
+Subcommand add_view(CLI::App& command) {
+  CLI::App* app = command.add_subcommand("view", "look at a scene, and touch it, in the browser");
+  app->footer(examples);
+  auto options = std::make_shared<ViewOptions>();
+  add_flags(*app, *options);
+  return {app, [options] { return serve(*options); }};
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,191 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <itkGDCMImageIO.h>
+#include <itkGDCMSeriesFileNames.h>
+#include <itkImage.h>
+#include <itkImageFileReader.h>
+#include <itkImageSeriesReader.h>
+#include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkVersion.h>
+#include <sstream>
+#include <string_view>
+
+#include <palpate/error.hpp>
+
+#include "label_map.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Image = itk::Image<double, 3>;
+
+constexpr std::int64_t most_voxels = 300'000'000;
+constexpr double largest_label = 1e9;
+
+std::string lower_name(const fs::path& path) {
+  std::string name = path.filename().string();
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name;
+}
+
+/// The reader for an extension; null where there is none.
+itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
+  const std::string name = lower_name(path);
+  const auto ends = [&](std::string_view end) { return name.ends_with(end); };
+  if (ends(".nrrd") || ends(".nhdr")) return itk::NrrdImageIO::New().GetPointer();
+  if (ends(".nii") || ends(".nii.gz")) return itk::NiftiImageIO::New().GetPointer();
+  if (ends(".mha") || ends(".mhd")) return itk::MetaImageIO::New().GetPointer();
+  return nullptr;
+}
+
+/// The first line of what ITK says, without the place in its sources.
+std::string short_message(const itk::ExceptionObject& error) {
+  std::string text = error.GetDescription();
+  std::ranges::replace(text, '\n', ' ');
+  if (const auto place = text.find("): "); text.starts_with("ITK ERROR") && place != std::string::npos) {
+    text.erase(0, place + 3);
+  }
+  return text;
+}
+
+void check_header(const itk::ImageIOBase& io, const std::string& source) {
+  if (io.GetNumberOfComponents() != 1) {
+    throw Error(
+        source, "header", fmt::format("{} values a voxel", io.GetNumberOfComponents()),
+        "one: a label map without overlapping segments (3D Slicer: export the segmentation to a label map)");
+  }
+  std::int64_t voxels = 1;
+  for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
+    const auto count = static_cast<std::int64_t>(io.GetDimensions(axis));
+    if (axis >= 3 && count != 1) {
+      throw Error(source, "header", fmt::format("{} dimensions", io.GetNumberOfDimensions()), "three");
+    }
+    if (count > most_voxels || (voxels *= count) > most_voxels) {
+      throw Error(source, "header", "more than " + std::to_string(most_voxels) + " voxels",
+                  "fewer: crop the map to the organs");
+    }
+  }
+  if (io.GetNumberOfDimensions() < 3) {
+    throw Error(source, "header", fmt::format("{} dimensions", io.GetNumberOfDimensions()), "three");
+  }
+}
+
+Image::Pointer read_file(const fs::path& path, const itk::ImageIOBase::Pointer& io) {
+  io->SetFileName(path.string());
+  io->ReadImageInformation();
+  check_header(*io, path.string());
+  const auto reader = itk::ImageFileReader<Image>::New();
+  reader->SetImageIO(io);
+  reader->SetFileName(path.string());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+std::string text_of(const itk::MetaDataDictionary& header, const std::string& key) {
+  std::string text;
+  itk::ExposeMetaData(header, key, text);
+  return text;
+}
+
+/// GDCM leaves the position out of slices that are no CT or MR ("secondary capture"), and says nothing.
+void check_position(const Image& image, const itk::MetaDataDictionary& first, const std::string& source) {
+  std::string text = text_of(first, "0020|0032");
+  std::ranges::replace(text, '\\', ' ');
+  std::istringstream position(text);
+  constexpr double near = 1e-3;
+  for (unsigned a = 0; a < 3; ++a) {
+    double value = 0.0;
+    if (position >> value && std::abs(value - image.GetOrigin()[a]) > near) {
+      throw Error(source, "", "a position in the slices that their kind of DICOM object does not count",
+                  "CT or MR slices; or the map as NRRD or NIfTI");
+    }
+  }
+}
+
+Image::Pointer read_series(const fs::path& folder) {
+  const auto names = itk::GDCMSeriesFileNames::New();
+  names->SetGlobalWarningDisplay(false);
+  names->SetUseSeriesDetails(true);
+  names->SetDirectory(folder.string());
+  const auto series = names->GetSeriesUIDs();
+  if (series.size() != 1) {
+    throw Error(folder.string(), "", fmt::format("{} DICOM series", series.size()),
+                series.empty() ? "a folder with one" : "one: a folder for each");
+  }
+  const auto reader = itk::ImageSeriesReader<Image>::New();
+  reader->SetImageIO(itk::GDCMImageIO::New());
+  reader->SetFileNames(names->GetFileNames(series.front()));
+  reader->Update();
+  check_position(*reader->GetOutput(), *reader->GetMetaDataDictionaryArray()->front(), folder.string());
+  return reader->GetOutput();
+}
+
+/// The segments that 3D Slicer names in the header of a .seg.nrrd.
+std::vector<LabelName> segments_of(const itk::MetaDataDictionary& header) {
+  std::vector<LabelName> names;
+  for (int segment = 0;; ++segment) {
+    const auto value = [&](const char* key) {
+      return text_of(header, fmt::format("Segment{}_{}", segment, key));
+    };
+    std::istringstream label(value("LabelValue"));
+    LabelName name;
+    if (!(label >> name.label)) return names;
+    name.name = value("Name");
+    std::istringstream color(value("Color"));
+    if (std::array<double, 3> rgb{}; color >> rgb[0] >> rgb[1] >> rgb[2]) name.color = rgb;
+    names.push_back(name);
+  }
+}
+
+std::int32_t label_of(double value, const std::string& source, std::size_t voxel) {
+  if (value >= 0.0 && value <= largest_label && value == std::floor(value))
+    return static_cast<std::int32_t>(value);
+  throw Error(source, fmt::format("voxel {}", voxel), fmt::format("the value {}", value),
+              "a whole number >= 0: a label map, not the image that was segmented");
+}
+
+LabelMap label_map_of(const Image& image, const std::string& source) {
+  LabelMap map;
+  const auto size = image.GetLargestPossibleRegion().GetSize();
+  const std::array<double Vec3::*, 3> components{&Vec3::x, &Vec3::y, &Vec3::z};
+  for (unsigned a = 0; a < 3; ++a) {
+    map.size[a] = static_cast<int>(size[a]);
+    map.spacing.*components[a] = image.GetSpacing()[a];
+    map.frame.origin.*components[a] = image.GetOrigin()[a];
+    for (unsigned b = 0; b < 3; ++b) map.frame.axes[b].*components[a] = image.GetDirection()[a][b];
+  }
+  const std::size_t voxels = image.GetLargestPossibleRegion().GetNumberOfPixels();
+  map.labels.reserve(voxels);
+  for (std::size_t v = 0; v < voxels; ++v)
+    map.labels.push_back(label_of(image.GetBufferPointer()[v], source, v));
+  map.names = segments_of(image.GetMetaDataDictionary());
+  return map;
+}
+
+}  // namespace
+
+bool is_label_map(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) || reader_of(path) != nullptr;
+}
+
+LabelMap read_label_map(const fs::path& path) {
+  const std::string source = path.string();
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) throw Error(source, "", "no such file or folder", "a label map");
+  itk::Object::SetGlobalWarningDisplay(false);
+  try {
+    const auto io = reader_of(path);
+    return label_map_of(*(io ? read_file(path, io) : read_series(path)), source);
+  } catch (const itk::ExceptionObject& error) {
+    throw Error(source, "", short_message(error), "a label map that can be read");
+  }
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,245 @@
+#include "lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+namespace palpate::app {
+namespace {
+
+/// Cell and place in it along one axis; the ends of the lattice are held.
+struct Place {
+  int cell;
+  double share;
+};
+
+Place place_of(double x, double origin, double spacing, int size) {
+  const double steps = std::clamp((x - origin) / spacing, 0.0, static_cast<double>(size - 1));
+  const int cell = std::min(static_cast<int>(steps), size - 2);
+  return {cell, steps - cell};
+}
+
+double mixed(double a, double b, double share) {
+  return a + (b - a) * share;
+}
+
+/// The eight corner values of a cell, x fastest.
+std::array<double, 8> corners(const Lattice& lattice, int i, int j, int k) {
+  std::array<double, 8> values{};
+  for (std::size_t c = 0; c < 8; ++c) {
+    const int corner = static_cast<int>(c);
+    values[c] = static_cast<double>(
+        lattice.values[lattice.index(i + corner % 2, j + corner / 2 % 2, k + corner / 4)]);
+  }
+  return values;
+}
+
+double inside(const std::array<double, 8>& v, double x, double y, double z) {
+  const double low = mixed(mixed(v[0], v[1], x), mixed(v[2], v[3], x), y);
+  const double high = mixed(mixed(v[4], v[5], x), mixed(v[6], v[7], x), y);
+  return mixed(low, high, z);
+}
+
+constexpr int samples = 2;  // of a cell along each axis
+
+/// Calls f(value, range) for each part of a cell: the value in its middle, and how far values spread about
+/// that.
+template <class Function>
+void for_samples(const std::array<double, 8>& cell, Function&& f) {
+  for_points({samples, samples, samples}, [&](int i, int j, int k) {
+    const auto at = [&](double x, double y, double z) {
+      return inside(cell, (i + x) / samples, (j + y) / samples, (k + z) / samples);
+    };
+    const double range = std::abs(at(1, 0.5, 0.5) - at(0, 0.5, 0.5)) +
+                         std::abs(at(0.5, 1, 0.5) - at(0.5, 0, 0.5)) +
+                         std::abs(at(0.5, 0.5, 1) - at(0.5, 0.5, 0));
+    f(at(0.5, 0.5, 0.5), range);
+  });
+}
+
+/// Counts of values in bins of equal width. A value with a range is spread evenly over it, so that flat
+/// surfaces between two samples count by their place.
+class Histogram {
+ public:
+  Histogram(double low, double high) : low_(low), width_((high - low) / bins), starts_(bins + 2) {}
+
+  void add(double value, double range, double times) {
+    if (range < width_) {
+      const double bin = std::clamp(std::floor((value - low_) / width_), 0.0, bins - 1.0);
+      starts_[static_cast<std::size_t>(bin)] += times;
+      starts_[static_cast<std::size_t>(bin) + 1] -= times;
+    } else {
+      step(value - 0.5 * range, times * width_ / range);
+      step(value + 0.5 * range, -times * width_ / range);
+    }
+  }
+  /// The value above which there are so many.
+  [[nodiscard]] double level(double count) const {
+    std::vector<double> counts;
+    counts.reserve(starts_.size());
+    double here = 0.0;
+    for (const double start : starts_) counts.push_back(here += start);
+    for (int bin = bins; bin >= 0; --bin) {
+      const double in_bin = counts[static_cast<std::size_t>(bin)];
+      if (in_bin >= count && in_bin > 0.0) return low_ + width_ * (bin + 1 - count / in_bin);
+      count -= in_bin;
+    }
+    return low_;
+  }
+
+ private:
+  static constexpr int bins = 4096;
+  /// All values from here on count `share` a bin more.
+  void step(double from, double share) {
+    const double place = std::clamp((from - low_) / width_, 0.0, static_cast<double>(bins));
+    const auto bin = static_cast<std::size_t>(place);
+    const double over = place - static_cast<double>(bin);
+    starts_[bin] += share * (1.0 - over);
+    starts_[bin + 1] += share * over;
+  }
+  double low_;
+  double width_;
+  std::vector<double> starts_;
+};
+
+std::array<int, 3> cells_of(const Lattice& lattice) {
+  return {lattice.size[0] - 1, lattice.size[1] - 1, lattice.size[2] - 1};
+}
+
+double sample_volume(const Lattice& lattice) {
+  return lattice.spacing.x * lattice.spacing.y * lattice.spacing.z / (samples * samples * samples);
+}
+
+/// The component of each positive point, from 0; -1 elsewhere. Filled from point to point along the edges.
+std::vector<std::int32_t> components_of(const Lattice& lattice, std::vector<std::size_t>& sizes) {
+  std::vector<std::int32_t> component(lattice.values.size(), -1);
+  const std::array<std::size_t, 3> strides{1, lattice.index(0, 1, 0), lattice.index(0, 0, 1)};
+  std::vector<std::size_t> open;
+  const auto reach = [&](std::size_t point) {
+    if (component[point] >= 0 || lattice.values[point] <= 0.0F) return;
+    component[point] = static_cast<std::int32_t>(sizes.size()) - 1;
+    ++sizes.back();
+    open.push_back(point);
+  };
+  for (std::size_t first = 0; first < component.size(); ++first) {
+    if (component[first] >= 0 || lattice.values[first] <= 0.0F) continue;
+    sizes.push_back(0);
+    reach(first);
+    while (!open.empty()) {
+      const std::size_t point = open.back();
+      open.pop_back();
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto along = point / strides[a] % static_cast<std::size_t>(lattice.size[a]);
+        if (along > 0) reach(point - strides[a]);
+        if (along + 1 < static_cast<std::size_t>(lattice.size[a])) reach(point + strides[a]);
+      }
+    }
+  }
+  return component;
+}
+
+double squared_distance(const Vec3& a, const Vec3& b) {
+  const double x = a.x - b.x;
+  const double y = a.y - b.y;
+  const double z = a.z - b.z;
+  return x * x + y * y + z * z;
+}
+
+/// Takes points that are no closer than a distance to those that it has taken.
+class Thinner {
+ public:
+  explicit Thinner(double distance) : distance_(distance) {}
+  bool take(const Vec3& p) {
+    const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / distance_)); };
+    const std::array<std::int64_t, 3> at{cell(p.x), cell(p.y), cell(p.z)};
+    bool free = true;
+    for_points({3, 3, 3}, [&](int i, int j, int k) {
+      const auto [begin, end] = taken_.equal_range({at[0] + i - 1, at[1] + j - 1, at[2] + k - 1});
+      for (auto it = begin; it != end; ++it)
+        free = free && squared_distance(it->second, p) >= distance_ * distance_;
+    });
+    if (free) taken_.emplace(at, p);
+    return free;
+  }
+
+ private:
+  double distance_;
+  std::multimap<std::array<std::int64_t, 3>, Vec3> taken_;
+};
+
+}  // namespace
+
+double Lattice::operator()(const Vec3& p) const {
+  const Place x = place_of(p.x, origin.x, spacing.x, size[0]);
+  const Place y = place_of(p.y, origin.y, spacing.y, size[1]);
+  const Place z = place_of(p.z, origin.z, spacing.z, size[2]);
+  return inside(corners(*this, x.cell, y.cell, z.cell), x.share, y.share, z.share);
+}
+
+double level_of_volume(const Lattice& lattice, double volume) {
+  const auto [least, most] = std::ranges::minmax(lattice.values);
+  if (!(least < most)) return static_cast<double>(least);
+  Histogram values(static_cast<double>(least), static_cast<double>(most));
+  for_points(cells_of(lattice), [&](int i, int j, int k) {
+    const std::array<double, 8> cell = corners(lattice, i, j, k);
+    const auto [low, high] = std::ranges::minmax(cell);
+    if (low == high) {
+      values.add(low, 0.0, samples * samples * samples);
+    } else {
+      for_samples(cell, [&](double value, double range) { values.add(value, range, 1.0); });
+    }
+  });
+  return values.level(volume / sample_volume(lattice));
+}
+
+double positive_volume(const Lattice& lattice) {
+  double count = 0.0;
+  for_points(cells_of(lattice), [&](int i, int j, int k) {
+    const std::array<double, 8> cell = corners(lattice, i, j, k);
+    const auto [least, most] = std::ranges::minmax(cell);
+    if (least > 0.0) {
+      count += samples * samples * samples;
+    } else if (most > 0.0) {
+      for_samples(cell, [&](double value, double range) {
+        const double tiny = 1e-12 * most;
+        count += std::clamp(value / std::max(range, tiny) + 0.5, 0.0, 1.0);
+      });
+    }
+  });
+  return count * sample_volume(lattice);
+}
+
+SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {
+  std::vector<std::size_t> sizes;
+  const std::vector<std::int32_t> component = components_of(lattice, sizes);
+  std::vector<Thinner> thinners;
+  const double point_volume = lattice.spacing.x * lattice.spacing.y * lattice.spacing.z;
+  for (const std::size_t size : sizes) {
+    constexpr double of_a_small_one = 0.6;  // some dozen points on a ball
+    thinners.emplace_back(
+        std::min(spacing, of_a_small_one * std::cbrt(static_cast<double>(size) * point_volume)));
+  }
+  SurfaceSeeds seeds;
+  seeds.components = static_cast<int>(sizes.size());
+  for_points(lattice.size, [&](int i, int j, int k) {
+    const std::size_t here = lattice.index(i, j, k);
+    for (int a = 0; a < 3; ++a) {
+      const std::array<int, 3> next{i + (a == 0 ? 1 : 0), j + (a == 1 ? 1 : 0), k + (a == 2 ? 1 : 0)};
+      if (next[static_cast<std::size_t>(a)] >= lattice.size[static_cast<std::size_t>(a)]) continue;
+      const std::size_t there = lattice.index(next[0], next[1], next[2]);
+      const auto from = static_cast<double>(lattice.values[here]);
+      const auto to = static_cast<double>(lattice.values[there]);
+      if ((from > 0.0) == (to > 0.0)) continue;
+      const double share = from / (from - to);
+      const Vec3 low = lattice.place(i, j, k);
+      const Vec3 high = lattice.place(next[0], next[1], next[2]);
+      const Vec3 seed{mixed(low.x, high.x, share), mixed(low.y, high.y, share), mixed(low.z, high.z, share)};
+      const auto part = static_cast<std::size_t>(std::max(component[here], component[there]));
+      if (thinners[part].take(seed)) seeds.points.push_back(seed);
+    }
+  });
+  return seeds;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "mesh_options.hpp"
+#include "mesh_plan.hpp"
+
+namespace palpate::app {
+
+/// What the report says of an organ.
+struct OrganReport {
+  std::string name;
+  std::string file;  ///< in the folder
+  MeshStatistics statistics;
+  double input_volume = 0.0;  ///< mm^3
+  MeshedOrgan meshed;         ///< without the mesh
+  std::vector<std::string> warnings;
+};
+
+/// Writes a .vtu for each organ and then scene.json to a folder, each whole or not at all.
+std::vector<OrganReport> write_bodies(const std::filesystem::path& folder, const MeshOptions& options,
+                                      const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed);
+
+nlohmann::ordered_json report_json(const OrganReport& report);
+/// A table with a line for each organ.
+std::string report_text(const std::vector<OrganReport>& reports);
+
+}  // namespace palpate::app

@@ -1,0 +1,201 @@
+#include "mesh_plan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "organ_mesher.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Parts of a mesh that no path through faces joins.
+int components_of(const TetMesh& mesh) {
+  Bodies bodies;
+  bodies.add("mesh", mesh);
+  std::vector<bool> seen(mesh.tets.size());
+  std::vector<std::size_t> open;
+  int components = 0;
+  for (std::size_t first = 0; first < seen.size(); ++first) {
+    if (seen[first]) continue;
+    ++components;
+    seen[first] = true;
+    open.push_back(first);
+    while (!open.empty()) {
+      const auto tet = open.back();
+      open.pop_back();
+      for (const Index next : bodies.tet_neighbors()[tet]) {
+        if (next < 0 || seen[static_cast<std::size_t>(next)]) continue;
+        seen[static_cast<std::size_t>(next)] = true;
+        open.push_back(static_cast<std::size_t>(next));
+      }
+    }
+  }
+  return components;
+}
+
+class Mesher {
+ public:
+  Mesher(const std::vector<Organ>& organs, const Fineness& fineness, const MeshingStarts& starts,
+         const std::function<void()>& check)
+      : organs_(&organs), fineness_(&fineness), starts_(&starts), check_(&check), meshed_(organs.size()) {
+    for (std::size_t o = 0; o < organs.size(); ++o)
+      meshed_[o].shape_volume = positive_volume(organs[o].field);
+  }
+
+  /// Meshes some organs at one size, in place of what was there. Returns their tets.
+  double mesh(const std::vector<std::size_t>& group, double size) {
+    double tets = 0.0;
+    for (const std::size_t organ : group) tets += mesh(organ, size);
+    return tets;
+  }
+
+  /// Meshes some organs to a number of tets together.
+  void search(const std::vector<std::size_t>& group, double wanted) {
+    constexpr double tets_in_a_cube = 6.0;  // of the size, to begin with
+    constexpr double near = 0.02;
+    constexpr int most = 8;
+    double volume = 0.0;
+    for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
+    double size = std::cbrt(volume * tets_in_a_cube / wanted);
+    std::vector<std::pair<double, double>> tried;  // logarithms of size and of tets over what is wanted
+    double best_off = std::numeric_limits<double>::infinity();
+    std::vector<MeshedOrgan> best;
+    for (int meshing = 0; meshing < most; ++meshing) {
+      const double off = std::log(std::max(mesh(group, size), 1.0) / wanted);
+      tried.emplace_back(std::log(size), off);
+      if (std::abs(off) < best_off) {
+        best_off = std::abs(off);
+        best = meshes_of(group);
+      }
+      if (std::abs(off) <= near) break;
+      size = next_size(tried);
+    }
+    for (std::size_t g = 0; g < group.size(); ++g) {
+      MeshedOrgan& organ = meshed_[group[g]];
+      const int meshings = organ.meshings;
+      const double seconds = organ.seconds;
+      organ = best[g];
+      organ.meshings = meshings;
+      organ.seconds = seconds;
+    }
+  }
+
+  std::vector<MeshedOrgan> take() {
+    for (std::size_t o = 0; o < meshed_.size(); ++o) finish((*organs_)[o], meshed_[o]);
+    return std::move(meshed_);
+  }
+
+  /// Meshes one organ, in place of what was there. Returns its tets.
+  double mesh(std::size_t index, double size) {
+    (*starts_)(index, size);
+    Stopwatch watch;
+    const Organ& organ = (*organs_)[index];
+    const Lattice& field = organ.field;
+    ImplicitOrgan shape{
+        {}, field.origin, field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1), {}};
+    int calls = 0;
+    shape.field = [&](const Vec3& p) {
+      constexpr int calls_between = 1024;
+      if (++calls % calls_between == 0) (*check_)();
+      return field(p);
+    };
+    MeshedOrgan& meshed = meshed_[index];
+    meshed.mesh = {};
+    // A slender organ may need more seeds than its size asks for, or CGAL finds no triangle to begin with.
+    constexpr std::array<double, 4> seeds_apart{2.0, 1.0, 0.5, 0.25};  // sizes
+    for (const double apart : seeds_apart) {
+      SurfaceSeeds seeds = surface_seeds(field, apart * size);
+      meshed.shape_components = seeds.components;
+      shape.seeds = std::move(seeds.points);
+      meshed.mesh = mesh_organ(shape, {size, fineness_->distance_share * size, fineness_->cell_share * size,
+                                       fineness_->max_points});
+      if (!meshed.mesh.tets.empty()) break;
+    }
+    meshed.size = size;
+    ++meshed.meshings;
+    meshed.seconds += watch.lap();
+    return static_cast<double>(meshed.mesh.tets.size());
+  }
+
+ private:
+  [[nodiscard]] std::vector<MeshedOrgan> meshes_of(const std::vector<std::size_t>& group) const {
+    std::vector<MeshedOrgan> meshes;
+    meshes.reserve(group.size());
+    for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
+    return meshes;
+  }
+
+  /// Where the line through the last two tries meets the wanted number; between the nearest tries on both
+  /// sides where there are any, so that the search cannot run away.
+  static double next_size(const std::vector<std::pair<double, double>>& tried) {
+    constexpr double power = -2.6;  // tets go with the size: -3 in thick organs, -2 in thin ones
+    double slope = power;
+    const auto [size, off] = tried.back();
+    if (tried.size() >= 2) {
+      const auto [before, off_before] = tried[tried.size() - 2];
+      slope = std::clamp((off - off_before) / (size - before), -4.0, -1.5);
+    }
+    double next = size - off / slope;
+    double low = -1e300;
+    double high = 1e300;
+    for (const auto& [s, o] : tried) (o > 0.0 ? low : high) = o > 0.0 ? std::max(low, s) : std::min(high, s);
+    if (low < high && (next <= low || next >= high)) next = 0.5 * (low + high);
+    return std::exp(next);
+  }
+
+  static void finish(const Organ& organ, MeshedOrgan& meshed) {
+    if (meshed.mesh.tets.empty()) {
+      throw Error(organ.name, "", "no tet at size " + std::to_string(meshed.size) + " mm",
+                  "a smaller --size, or more --tets");
+    }
+    for (Vec3& point : meshed.mesh.points) point = organ.frame.to_world(point);
+    check_mesh(meshed.mesh, organ.name);  // turns the tets of a left-handed image
+    meshed.mesh_components = components_of(meshed.mesh);
+  }
+
+  const std::vector<Organ>* organs_;
+  const Fineness* fineness_;
+  const MeshingStarts* starts_;
+  const std::function<void()>* check_;
+  std::vector<MeshedOrgan> meshed_;
+};
+
+std::optional<double> named(const std::vector<Fineness::Named>& values, const std::string& organ) {
+  for (const auto& value : values) {
+    if (value.organ == organ) return value.value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<MeshedOrgan> mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
+                                     const MeshingStarts& starts, const std::function<void()>& check) {
+  Mesher mesher(organs, fineness, starts, check);
+  std::vector<std::size_t> together;
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    if (const auto size = named(fineness.sizes, organs[o].name)) {
+      mesher.mesh(o, *size);
+    } else if (const auto tets = named(fineness.named_tets, organs[o].name)) {
+      mesher.search(std::vector{o}, *tets);
+    } else if (fineness.size > 0.0) {
+      mesher.mesh(o, fineness.size);
+    } else if (fineness.tets_each > 0.0) {
+      mesher.search(std::vector{o}, fineness.tets_each);
+    } else {
+      together.push_back(o);
+    }
+  }
+  if (!together.empty()) mesher.search(together, fineness.tets);
+  return mesher.take();
+}
+
+}  // namespace palpate::app

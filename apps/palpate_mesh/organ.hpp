@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "label_map.hpp"
+#include "lattice.hpp"
+
+namespace palpate::app {
+
+/// Something to mesh: a label of a map, or a closed surface.
+struct Organ {
+  std::string name;
+  std::optional<std::array<double, 3>> color;
+  Lattice field;              ///< about the distance to the surface, > 0 inside, mm; in the organ's frame
+  Frame frame;                ///< from the axes of the field to the world
+  double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
+};
+
+/// How the shape of an organ is taken from voxels or a surface.
+struct Shaping {
+  double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
+  double gap = 0.0;        ///< mm between the surfaces of organs that touch
+};
+
+/// The smooth shape of a label: its blurred mask, cut at the value at which it has the volume of its voxels,
+/// and away from other labels by half the gap. `map` must hold the label in `extent`. O(voxels of the box),
+/// 20 bytes each.
+Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shaping& shaping);
+
+/// The smooth shape of a closed surface mesh (.stl .obj .ply .vtp): its signed distance at the points of a
+/// lattice with 150 steps along the diagonal of its box, less half the gap. Throws Error naming the file
+/// where it is missing or damaged, empty, or not closed. `volume` becomes that inside the surface.
+Lattice surface_field(const std::filesystem::path& path, const Shaping& shaping, double& volume);
+
+/// Whether surface_field() is for this path, by extension.
+bool is_surface(const std::filesystem::path& path);
+
+}  // namespace palpate::app

@@ -1,0 +1,172 @@
+#include "organ_source.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "exit_codes.hpp"
+#include "label_table.hpp"
+#include "scene/suggest.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// A label that is in the map, with its name.
+struct NamedLabel {
+  LabelExtent extent;
+  LabelName name;
+};
+
+std::string expected_organ(const std::string& word, const std::vector<std::string>& names) {
+  return expected_name(word, std::vector<std::string_view>(names.begin(), names.end()));
+}
+
+/// Throws BadInput where a flag names an organ that there is not.
+void check_names(const std::string& flag, const std::vector<std::string>& wanted,
+                 const std::vector<std::string>& names) {
+  for (const std::string& word : wanted) {
+    if (std::ranges::count(names, word) == 0)
+      throw BadInput(flag, "", "'" + word + "'", expected_organ(word, names));
+  }
+}
+
+std::vector<std::string> words_of(const std::vector<Fineness::Named>& values) {
+  std::vector<std::string> words;
+  words.reserve(values.size());
+  for (const auto& value : values) words.push_back(value.organ);
+  return words;
+}
+
+void check_named_organs(const MeshOptions& options, const std::vector<std::string>& names) {
+  check_names("--only", options.only, names);
+  check_names("--rigid", options.rigid, names);
+  check_names("--size", words_of(options.fineness.sizes), names);
+  check_names("--tets", words_of(options.fineness.named_tets), names);
+}
+
+void make_unique(std::vector<NamedLabel>& labels) {
+  std::set<std::string> seen;
+  for (NamedLabel& label : labels) {
+    if (!seen.insert(label.name.name).second) {
+      label.name.name += fmt::format(" {}", label.name.label);
+      seen.insert(label.name.name);
+    }
+  }
+}
+
+std::vector<NamedLabel> named_labels(const LabelMap& map, const std::vector<LabelName>& names) {
+  std::vector<NamedLabel> labels;
+  for (const LabelExtent& extent : labels_in(map)) {
+    const auto name = std::ranges::find(names, extent.label, &LabelName::label);
+    labels.push_back({extent, name == names.end() ? LabelName{extent.label, "", {}} : *name});
+    if (labels.back().name.name.empty()) labels.back().name.name = fmt::format("label {}", extent.label);
+  }
+  make_unique(labels);
+  return labels;
+}
+
+/// One line on labels that have a name but no voxel; empty without any.
+std::string empty_labels(const std::vector<NamedLabel>& labels, const std::vector<LabelName>& names) {
+  constexpr std::size_t most = 5;
+  std::vector<std::string> missing;
+  for (const LabelName& name : names) {
+    const bool is_there =
+        std::ranges::any_of(labels, [&](const auto& l) { return l.extent.label == name.label; });
+    if (name.label != 0 && !is_there) missing.push_back(fmt::format("{} ({})", name.label, name.name));
+  }
+  if (missing.empty()) return {};
+  const std::size_t count = missing.size();
+  missing.resize(std::min(count, most));
+  return fmt::format("no voxel has label {}{}", fmt::join(missing, ", "),
+                     count > most ? fmt::format(" and {} more of the table", count - most) : "");
+}
+
+Frame in_space(Frame frame, bool ras) {
+  if (!ras) return frame;
+  const auto turn = [](Vec3& v) { v = {-v.x, -v.y, v.z}; };
+  turn(frame.origin);
+  for (Vec3& axis : frame.axes) turn(axis);
+  return frame;
+}
+
+/// The number of a label is as good as its name.
+void use_names(MeshOptions& options, const std::vector<NamedLabel>& labels) {
+  const auto use = [&](std::string& word) {
+    for (const NamedLabel& label : labels) {
+      if (word == std::to_string(label.extent.label)) word = label.name.name;
+    }
+  };
+  for (auto* words : {&options.only, &options.rigid}) std::ranges::for_each(*words, use);
+  for (auto* values : {&options.fineness.sizes, &options.fineness.named_tets}) {
+    for (auto& value : *values) use(value.organ);
+  }
+}
+
+void check_gap(const LabelMap& map, const Shaping& shaping, const std::string& source) {
+  constexpr double most_voxels = 20.0;
+  const double least = std::min({map.spacing.x, map.spacing.y, map.spacing.z});
+  if (shaping.gap > most_voxels * least) {
+    throw BadInput("--gap", source, fmt::format("{} mm", shaping.gap),
+                   fmt::format("at most {} voxels: {} mm", most_voxels, most_voxels * least));
+  }
+}
+
+OrganList organs_of_map(MeshOptions& options) {
+  const auto& input = options.inputs.front();
+  const LabelMap map = read_label_map(input);
+  check_gap(map, options.shaping, input.string());
+  const std::vector<LabelName> names = options.labels ? read_label_table(*options.labels) : map.names;
+  const std::vector<NamedLabel> labels = named_labels(map, names);
+  if (labels.empty()) throw Error(input.string(), "", "no voxel that is not 0", "labels");
+  use_names(options, labels);
+  std::vector<std::string> known;
+  known.reserve(labels.size());
+  for (const NamedLabel& label : labels) known.push_back(label.name.name);
+  check_named_organs(options, known);
+
+  OrganList list;
+  if (std::string warning = empty_labels(labels, names); !warning.empty())
+    list.warnings.push_back(std::move(warning));
+  const double voxel = map.spacing.x * map.spacing.y * map.spacing.z;
+  for (const NamedLabel& label : labels) {
+    if (!options.only.empty() && std::ranges::count(options.only, label.name.name) == 0) continue;
+    list.organs.push_back({label.name.name, label.name.color, label_field(map, label.extent, options.shaping),
+                           in_space(map.frame, options.ras),
+                           static_cast<double>(label.extent.voxels) * voxel});
+  }
+  return list;
+}
+
+OrganList organs_of_surfaces(const MeshOptions& options) {
+  std::vector<std::string> known;
+  for (const auto& input : options.inputs) {
+    known.push_back(input.stem().string());
+    if (std::ranges::count(known, known.back()) > 1) {
+      throw BadInput(input.string(), "", "a second organ '" + known.back() + "'", "files of different names");
+    }
+  }
+  check_named_organs(options, known);
+  OrganList list;
+  for (std::size_t o = 0; o < known.size(); ++o) {
+    if (!options.only.empty() && std::ranges::count(options.only, known[o]) == 0) continue;
+    Organ organ{known[o], {}, {}, {}, 0.0};
+    organ.field = surface_field(options.inputs[o], options.shaping, organ.input_volume);
+    organ.frame = in_space(organ.frame, options.ras);
+    list.organs.push_back(std::move(organ));
+  }
+  return list;
+}
+
+}  // namespace
+
+OrganList read_organs(MeshOptions& options) {
+  return is_label_map(options.inputs.front()) ? organs_of_map(options) : organs_of_surfaces(options);
+}
+
+}  // namespace palpate::app

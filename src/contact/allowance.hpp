@@ -1,0 +1,75 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include <palpate/settings.hpp>
+
+namespace palpate {
+
+/// What is left of a budget in one detection. Queries ask it, chunk by chunk, whether they may go on.
+///
+/// In tests it is deterministic: queries spend the tests that they did. In time it looks at the clock, and
+/// keeps back what the work that follows from a find will take: `seconds_per_find` for each.
+class Allowance {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// What may be spent: tests or seconds, from now on.
+  static Allowance of_tests(std::uint64_t tests) {
+    Allowance allowance;
+    allowance.tests_ = tests;
+    return allowance;
+  }
+  static Allowance of_seconds(double seconds) {
+    Allowance allowance;
+    allowance.seconds_ = seconds;
+    return allowance;
+  }
+  Allowance() = default;
+  Allowance(const Allowance& other)
+      : start_(other.start_), seconds_(other.seconds_), tests_(other.tests_), kept_back_(other.kept_back_) {}
+  Allowance& operator=(const Allowance& other) {
+    start_ = other.start_;
+    seconds_ = other.seconds_;
+    tests_ = other.tests_;
+    kept_back_ = other.kept_back_;
+    finds_.store(0);
+    return *this;
+  }
+
+  [[nodiscard]] bool timed() const { return seconds_.has_value(); }
+
+  /// Keeps back so much for each find from now on, and so much in any case.
+  void keep_back(double seconds, double seconds_per_find) {
+    kept_back_ = seconds;
+    seconds_per_find_ = seconds_per_find;
+    finds_.store(0);
+  }
+  /// From any thread, once for each chunk.
+  void add_finds(std::size_t finds) { finds_.fetch_add(finds, std::memory_order_relaxed); }
+  /// Whether a chunk may begin, when this share of the budget may be spent.
+  [[nodiscard]] bool time_left(double share) const {
+    const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
+    const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
+    return spent + kept_back_ + seconds_per_find_ * finds < share * *seconds_;
+  }
+
+  [[nodiscard]] std::uint64_t tests() const { return tests_; }
+  void grant(std::uint64_t tests) { tests_ += tests; }
+  void spend(std::uint64_t tests) { tests_ -= tests < tests_ ? tests : tests_; }
+
+ private:
+  Clock::time_point start_ = Clock::now();
+  std::optional<double> seconds_;
+  std::uint64_t tests_ = std::numeric_limits<std::uint64_t>::max();
+  double kept_back_ = 0.0;
+  double seconds_per_find_ = 0.0;
+  std::atomic<std::size_t> finds_{0};
+};
+
+}  // namespace palpate

@@ -1,0 +1,194 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <palpate/settings.hpp>
+
+#include "contact/allowance.hpp"
+#include "contact/query_tally.hpp"
+#include "mesh/clusters.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// Clusters in the order of their importance, for a query that may not get to all of them: those that found
+/// something when they were last asked; those that have waited for 31 detections; those that had candidates
+/// when they were last asked (the near ones), in the region of interest before elsewhere; then the others, in
+/// the region before elsewhere. In each of these classes those come first that have waited longest.
+class ClusterQueue {
+ public:
+  explicit ClusterQueue(std::size_t clusters) : notes_(clusters, 0) {}
+
+  /// Puts those of `all` that `takes(cluster)` in order. O(clusters).
+  template <class Takes>
+  void arrange(const Clusters& all, std::span<const Vec3> positions,
+               const std::optional<InterestRegion>& region, Takes&& takes) {
+    count_.fill(0);
+    class_of_.resize(notes_.size());
+    for (std::size_t c = 0; c < notes_.size(); ++c) {
+      const Cluster& cluster = all.clusters[c];
+      class_of_[c] =
+          takes(cluster) ? place_of(notes_[c], region && in(*region, all, cluster, positions)) : none;
+      if (class_of_[c] != none) ++count_[class_of_[c] + 1U];
+    }
+    for (std::size_t k = 1; k < count_.size(); ++k) count_[k] += count_[k - 1];
+    urgent_ = count_[ages];
+    resize(count_.back());
+    for (std::size_t c = 0; c < notes_.size(); ++c) {
+      if (class_of_[c] == none) continue;
+      const std::size_t place = count_[class_of_[c]]++;
+      number_[place] = static_cast<std::uint32_t>(c);
+      ordered_[place] = all.clusters[c];
+    }
+  }
+
+  [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
+  /// So many of the first found something last time.
+  [[nodiscard]] std::size_t urgent() const { return urgent_; }
+  /// For each of ordered(): what the query says of it.
+  [[nodiscard]] std::span<std::uint8_t> answers() { return answers_; }
+  static constexpr std::uint8_t asked = 1;  ///< the query got to it
+  static constexpr std::uint8_t near = 2;   ///< it had candidates
+  static constexpr std::uint8_t found = 4;
+
+  /// Takes over the answers; those that were not asked are older by one. Marks their bodies. Returns how
+  /// many. O(clusters).
+  std::size_t close(std::span<std::uint8_t> late_bodies);
+
+  /// What is remembered of each cluster: part of the state that a resumed run needs.
+  [[nodiscard]] const std::vector<std::uint8_t>& notes() const { return notes_; }
+  [[nodiscard]] std::vector<std::uint8_t>& notes() { return notes_; }
+
+ private:
+  static constexpr std::uint8_t age_bits = 0x1f;
+  static constexpr std::uint8_t note_near = 0x40;
+  static constexpr std::uint8_t note_found = 0x80;
+  static constexpr std::size_t ages = 32;
+  static constexpr std::size_t classes = 6;
+  static constexpr std::uint8_t none = 0xff;
+
+  /// Class by class, the oldest first.
+  [[nodiscard]] static std::uint8_t place_of(std::uint8_t note, bool of_interest) {
+    const bool is_near = (note & note_near) != 0;
+    std::size_t importance = of_interest ? 4U : 5U;
+    if (is_near) importance = of_interest ? 2U : 3U;
+    if ((note & age_bits) == age_bits) importance = 1;
+    if ((note & note_found) != 0) importance = 0;
+    return static_cast<std::uint8_t>(importance * ages + (ages - 1 - (note & age_bits)));
+  }
+  [[nodiscard]] static bool in(const InterestRegion& region, const Clusters& all, const Cluster& cluster,
+                               std::span<const Vec3> positions);
+  void resize(std::size_t size);
+
+  std::vector<std::uint8_t> notes_;     ///< (n_clusters)
+  std::vector<std::uint8_t> class_of_;  ///< (n_clusters)
+  std::array<std::size_t, classes * ages + 1> count_{};
+  std::vector<std::uint32_t> number_;  ///< of ordered_
+  std::vector<Cluster> ordered_;
+  std::vector<std::uint8_t> answers_;
+  std::size_t urgent_ = 0;
+};
+
+/// What a part of a queue may spend of an allowance, and the clusters of a chunk.
+struct QueuePart {
+  std::size_t begin;
+  std::size_t end;
+  double share;
+};
+
+/// Asks the clusters of a queue, chunk by chunk in their order, until the allowance is spent. At most seven
+/// eighths of it go to clusters that found something last time while others wait, so that none waits for
+/// ever. `ask(clusters, answers, list)` asks some, and returns its tally. In tests, the clusters asked are
+/// the same for every thread count: what is done beyond them is thrown away.
+template <class T>
+class QueueRun {
+ public:
+  template <class Ask>
+  void run(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance, Ask&& ask) {
+    constexpr double urgent_share = 0.875;
+    found_.clear();
+    tally_ = {};
+    const std::size_t urgent = queue.urgent();
+    const std::size_t all = queue.ordered().size();
+    const auto tests = static_cast<double>(allowance.tests());
+    const std::size_t done = part(threads, queue, allowance, {0, urgent, urgent_share},
+                                  static_cast<std::uint64_t>(urgent_share * tests), ask);
+    const std::uint64_t least = 1;  // a chunk of those that wait is always asked
+    part(threads, queue, allowance, {urgent, all, 1.0}, std::max(allowance.tests(), least), ask);
+    part(threads, queue, allowance, {done, urgent, 1.0}, allowance.tests(), ask);
+  }
+
+  [[nodiscard]] std::vector<T>& found() { return found_; }
+  [[nodiscard]] const std::vector<T>& found() const { return found_; }
+  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+
+ private:
+  /// So small that a chunk is a few microseconds: the clock is looked at before each.
+  static constexpr std::size_t grain = 16;
+  static constexpr std::size_t chunks_at_a_time = 16;  ///< in tests
+
+  /// Returns the first that was not asked.
+  template <class Ask>
+  std::size_t part(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance,
+                   QueuePart rest, std::uint64_t tests, Ask&& ask) {
+    while (rest.begin < rest.end && (allowance.timed() || tests > 0)) {
+      const std::size_t most = allowance.timed() ? rest.end : rest.begin + grain * chunks_at_a_time;
+      const QueuePart now{rest.begin, std::min(rest.end, most), rest.share};
+      ask_chunks(threads, queue, allowance, now, ask);
+      const std::size_t kept = take(queue, allowance, now, tests);
+      rest.begin += kept * grain;
+      if (kept < tallies_.size() || allowance.timed()) break;
+    }
+    return std::min(rest.begin, rest.end);
+  }
+
+  template <class Ask>
+  void ask_chunks(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance,
+                  const QueuePart& now, Ask&& ask) {
+    const std::size_t count = now.end - now.begin;
+    tallies_.assign(parallel::chunk_count(count, grain), {});
+    lists_.fill(threads, count, grain, [&](std::size_t begin, std::size_t end, std::vector<T>& list) {
+      const std::size_t first = now.begin + begin;
+      if (queue.answers()[first] != 0) return;  // asked while the share before lasted
+      if (allowance.timed() && !allowance.time_left(now.share)) return;
+      tallies_[begin / grain] =
+          ask(queue.ordered().subspan(first, end - begin), queue.answers().subspan(first, end - begin), list);
+      allowance.add_finds(list.size());
+    });
+  }
+
+  /// Keeps the chunks that the tests allow, the one that spends the last of them included. Returns how many:
+  /// in time, those before the first that was not asked.
+  std::size_t take(ClusterQueue& queue, Allowance& allowance, const QueuePart& now, std::uint64_t& tests) {
+    std::size_t kept = 0;
+    if (allowance.timed()) {
+      lists_.append(found_, tallies_.size());
+      for (const QueryTally& tally : tallies_) tally_ += tally;
+      const auto answers = queue.answers().subspan(now.begin, now.end - now.begin);
+      const auto first_left = std::ranges::find(answers, std::uint8_t{0});
+      return static_cast<std::size_t>(first_left - answers.begin()) / grain;
+    }
+    while (kept < tallies_.size() && tests > 0) {
+      const std::uint64_t spent = tallies_[kept].candidates;
+      tests -= std::min(tests, spent);
+      allowance.spend(spent);
+      tally_ += tallies_[kept++];
+    }
+    lists_.append(found_, kept);
+    const std::size_t end = std::min(now.begin + kept * grain, now.end);
+    std::ranges::fill(queue.answers().subspan(end, now.end - end), std::uint8_t{0});
+    return kept;
+  }
+
+  parallel::ChunkedList<T> lists_;
+  std::vector<T> found_;
+  std::vector<QueryTally> tallies_;
+  QueryTally tally_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,109 @@
+#include "contact/detection_budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "number_text.hpp"
+
+namespace palpate {
+namespace {
+
+/// Of the tests, for points in tets; the rest is for edges.
+constexpr double points_share = 0.75;
+/// Of the time, what is planned with: forecasts are not always right.
+constexpr double planned_share = 0.9;
+/// What follows from the contacts costs about as much for none as for so many.
+constexpr double contacts_for_none = 256.0;
+
+double for_each(double seconds, std::size_t contacts) {
+  return seconds / (static_cast<double>(contacts) + contacts_for_none);
+}
+
+void check(const DetectionSettings& settings) {
+  const Budget& budget = *settings.budget;
+  if (budget.tests.has_value() == budget.milliseconds.has_value()) {
+    throw Error("detection settings", "budget", budget.tests ? "tests and milliseconds" : "neither",
+                "either tests or milliseconds");
+  }
+  if (budget.tests && *budget.tests < 1)
+    throw Error("detection settings", "budget.tests", std::to_string(*budget.tests), "at least 1");
+  const double milliseconds = budget.milliseconds.value_or(1.0);
+  if (!(milliseconds > 0.0) || !std::isfinite(milliseconds)) {
+    throw Error("detection settings", "budget.milliseconds", number_text(milliseconds),
+                "a finite number > 0");
+  }
+  if (budget.region && (!(budget.region->radius > 0.0) || !std::isfinite(budget.region->radius) ||
+                        !is_finite(budget.region->center))) {
+    throw Error("detection settings", "budget.region", "a radius of " + number_text(budget.region->radius),
+                "a finite centre and a finite radius > 0");
+  }
+  if (settings.structure != Structure::compact || settings.cells_per_primitive) {
+    throw Error("detection settings", "budget",
+                settings.cells_per_primitive
+                    ? "it with cells_per_primitive"
+                    : "it with the structure " +
+                          std::string(structure_names[static_cast<std::size_t>(settings.structure)]),
+                "the structure compact, and exact cells");
+  }
+}
+
+}  // namespace
+
+DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies)
+    : budget_(*settings.budget), late_bodies_(bodies, 0) {
+  check(settings);
+}
+
+void DetectionBudget::begin(double share) {
+  allowance_.reset();
+  std::ranges::fill(late_bodies_, std::uint8_t{0});
+  if (budget_.tests) {
+    const double tests = points_share * share * static_cast<double>(*budget_.tests);
+    allowance_ = Allowance::of_tests(static_cast<std::uint64_t>(std::ceil(tests)));
+  } else {
+    constexpr double no_limit = std::numeric_limits<double>::infinity();
+    const double seconds = planned_share * share * 1e-3 * *budget_.milliseconds;
+    allowance_ = Allowance::of_seconds(after_.known() ? seconds : no_limit);
+    allowance_->keep_back(after_.high() * contacts_for_none, after_.high());
+  }
+}
+
+void DetectionBudget::begin_crossings(std::size_t contacts) {
+  if (!allowance_) return;
+  if (budget_.tests) {
+    const double tests = (1.0 - points_share) * static_cast<double>(*budget_.tests);
+    allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
+  } else {
+    allowance_->keep_back(depths_.high() * (static_cast<double>(contacts) + contacts_for_none), 0.0);
+  }
+}
+
+void DetectionBudget::end_points(double seconds) {
+  points_seconds_ = seconds;
+}
+
+void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets,
+                          ClusterQueue* triangles, DetectionCounts& counts) {
+  const double depth = times.depth;
+  const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + depth;
+  after_.add(for_each(after, contacts));
+  depths_.add(for_each(depth, contacts));
+  counts.late_clusters = 0;
+  counts.completeness = 1.0;
+  std::size_t all = 0;
+  for (ClusterQueue* queue : {tets, triangles}) {
+    if (queue == nullptr) continue;
+    all += queue->ordered().size();
+    counts.late_clusters += queue->close(late_bodies_);
+  }
+  if (all > 0)
+    counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
+  whole_.add(times.grid + times.contacts + times.border_edges + times.crossings + depth);
+}
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/settings.hpp>
+
+#include "contact/allowance.hpp"
+#include "contact/cluster_queue.hpp"
+#include "contact/recent_cost.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate {
+
+/// A Budget over detections: what each may spend, what of it is kept back for the work that follows, and what
+/// was left undone.
+class DetectionBudget {
+ public:
+  /// Throws Error where the budget is not one number > 0, or detection is not by clusters.
+  DetectionBudget(const DetectionSettings& settings, std::size_t bodies);
+
+  /// At the start of a detection that may spend a share of the budget. In time, the first is not limited:
+  /// nothing is known of what it will cost.
+  void begin(double share);
+  /// None: this detection is not limited.
+  [[nodiscard]] Allowance* allowance() { return allowance_ ? &*allowance_ : nullptr; }
+  [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
+  /// When the points in tets are known (those so many pairs), and before their edges are looked at.
+  void end_points(double seconds);
+  void begin_crossings(std::size_t contacts);
+  /// At the end, with what the phases took; without a limit, queues are empty.
+  void end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets, ClusterQueue* triangles,
+           DetectionCounts& counts);
+
+  /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
+  [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
+  /// Seconds that a detection takes lately.
+  [[nodiscard]] const RecentCost& whole() const { return whole_; }
+
+ private:
+  Budget budget_;
+  std::optional<Allowance> allowance_;
+  RecentCost after_;   ///< s for each contact, once the pairs are known
+  RecentCost depths_;  ///< s for each contact, once crossings are known
+  RecentCost whole_;   ///< s
+  double points_seconds_ = 0.0;
+  std::vector<std::uint8_t> late_bodies_;
+};
+
+}  // namespace palpate

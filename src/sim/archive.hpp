@@ -1,0 +1,180 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <palpate/error.hpp>
+#include <palpate/types.hpp>
+
+/// Values as bytes, and back: little-endian, one after the other, without names. What a type consists of is
+/// said once, by a function `describe(archive, value)` that hands each part to the archive; it serves both
+/// directions.
+namespace palpate {
+
+/// A number, a truth value or an enumerator.
+template <class T>
+concept Scalar = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+template <class Archive>
+void describe(Archive& archive, Vec3& v) {
+  archive(v.x, v.y, v.z);
+}
+
+/// Appends values to bytes.
+class ArchiveWriter {
+ public:
+  template <Scalar T>
+  void operator()(const T& value) {
+    const std::size_t place = bytes_.size();
+    bytes_.resize(place + sizeof(T));
+    std::memcpy(bytes_.data() + place, &value, sizeof(T));
+  }
+  void operator()(std::string& text) {
+    const std::uint64_t size = text.size();
+    (*this)(size);
+    const auto bytes = std::as_bytes(std::span(text));
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  template <class T>
+  void operator()(std::vector<T>& values) {
+    const std::uint64_t size = values.size();
+    (*this)(size);
+    for (T& value : values) (*this)(value);
+  }
+  template <class T, std::size_t n>
+  void operator()(std::array<T, n>& values) {
+    for (T& value : values) (*this)(value);
+  }
+  template <class T>
+  void operator()(std::optional<T>& value) {
+    (*this)(value.has_value());
+    if (value) (*this)(*value);
+  }
+  template <class T>
+  requires(!Scalar<T>) void operator()(T& value) { describe(*this, value); }
+  template <class First, class Second, class... More>
+  void operator()(First& first, Second& second, More&... more) {
+    (*this)(first);
+    (*this)(second, more...);
+  }
+  /// An enumerator of [0, count).
+  template <class Enum>
+  void choice(Enum& value, std::size_t) {
+    (*this)(value);
+  }
+
+  [[nodiscard]] std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// Reads what an ArchiveWriter wrote. Whatever the bytes are, it reads only them, and asks for no more memory
+/// than a small multiple of their number.
+class ArchiveReader {
+ public:
+  /// \param source  what errors name
+  ArchiveReader(std::span<const std::byte> bytes, std::string source)
+      : bytes_(bytes), source_(std::move(source)) {}
+
+  /// Each throws Error where the bytes end too early, or hold no such value.
+  template <Scalar T>
+  void operator()(T& value) {
+    const std::span<const std::byte> bytes = next(sizeof(T));
+    if constexpr (std::same_as<T, bool>) {
+      if (bytes[0] > std::byte{1}) fail(std::to_string(static_cast<int>(bytes[0])), "0 or 1");
+      value = bytes[0] == std::byte{1};
+    } else {
+      std::memcpy(&value, bytes.data(), sizeof(T));
+    }
+  }
+  void operator()(std::string& text) {
+    const std::span<const std::byte> bytes = next(length());
+    text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  template <class T>
+  void operator()(std::vector<T>& values) {
+    values.clear();
+    values.resize(length());
+    for (T& value : values) (*this)(value);
+  }
+  template <class T, std::size_t n>
+  void operator()(std::array<T, n>& values) {
+    for (T& value : values) (*this)(value);
+  }
+  template <class T>
+  void operator()(std::optional<T>& value) {
+    bool there = false;
+    (*this)(there);
+    value.reset();
+    if (there) (*this)(value.emplace());
+  }
+  template <class T>
+  requires(!Scalar<T>) void operator()(T& value) { describe(*this, value); }
+  template <class First, class Second, class... More>
+  void operator()(First& first, Second& second, More&... more) {
+    (*this)(first);
+    (*this)(second, more...);
+  }
+  template <class Enum>
+  void choice(Enum& value, std::size_t count) {
+    std::underlying_type_t<Enum> number{};
+    (*this)(number);
+    if (number < 0 || static_cast<std::size_t>(number) >= count)
+      fail(std::to_string(number), "a number below " + std::to_string(count));
+    value = static_cast<Enum>(number);
+  }
+
+  /// Throws Error where bytes are left.
+  void finish() const {
+    if (place_ != bytes_.size()) fail("more bytes", "the end");
+  }
+  [[noreturn]] void fail(std::string found, std::string expected) const {
+    throw Error(source_, "byte " + std::to_string(place_), std::move(found), std::move(expected));
+  }
+
+ private:
+  /// A number of items that may be there: each has a byte at least.
+  std::size_t length() {
+    std::uint64_t count = 0;
+    (*this)(count);
+    if (count > bytes_.size() - place_) fail("a list of " + std::to_string(count), "one that fits the rest");
+    return static_cast<std::size_t>(count);
+  }
+  std::span<const std::byte> next(std::size_t size) {
+    if (size > bytes_.size() - place_) fail("the end", std::to_string(size) + " more bytes");
+    place_ += size;
+    return bytes_.subspan(place_ - size, size);
+  }
+
+  std::span<const std::byte> bytes_;
+  std::string source_;
+  std::size_t place_ = 0;
+};
+
+/// What sealed bytes are of: the first eight, and the version of what follows.
+struct Seal {
+  std::string_view kind;  ///< of eight characters
+  std::uint32_t version;
+};
+
+/// Bytes that can tell whether they are whole: kind, version, content, and the FNV-1a hash (64 bits) of all
+/// before. A changed byte always changes the hash; other damage goes unseen in one of 2^64 cases. It is no
+/// protection against intent. O(n).
+std::vector<std::byte> sealed(const Seal& seal, std::span<const std::byte> content);
+/// The content of sealed bytes. Throws Error, naming `source`, where they are of another kind or version, cut
+/// off, or changed. O(n).
+std::span<const std::byte> unsealed(const Seal& seal, std::span<const std::byte> bytes,
+                                    const std::string& source);
+
+}  // namespace palpate

@@ -1,0 +1,132 @@
+#include "sim/saved_state.hpp"
+
+#include <string>
+#include <utility>
+
+#include "geometry/vector.hpp"
+#include "number_text.hpp"
+#include "sim/state_hash.hpp"
+
+namespace palpate {
+
+// What fingerprints are of; found by the archive in this namespace.
+
+template <class Archive>
+void describe(Archive& archive, Material& m) {
+  archive(m.young_modulus, m.poisson_ratio, m.density, m.mass_damping, m.stiffness_damping, m.plastic_yield,
+          m.plastic_creep, m.plastic_maximum);
+}
+
+template <class Archive>
+void describe(Archive& archive, Keyframe& key) {
+  archive(key.time, key.translate, key.quaternion);
+}
+
+template <class Archive>
+void describe(Archive& archive, Motion& motion) {
+  archive(motion.center, motion.keyframes, motion.interpolation);
+}
+
+template <class Archive>
+void describe(Archive& archive, Tie& tie) {
+  archive(tie.point, tie.tet, tie.stiffness);
+}
+
+template <class Archive>
+void describe(Archive& archive, InterestRegion& region) {
+  archive(region.center, region.radius);
+}
+
+template <class Archive>
+void describe(Archive& archive, Budget& budget) {
+  archive(budget.tests, budget.milliseconds, budget.region);
+}
+
+template <class Archive>
+void describe(Archive& archive, SimulationSettings& s) {
+  archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
+          s.detection.budget, s.detection.ignored_pairs);
+  archive(s.response.stiffness, s.response.damping, s.response.friction);
+  archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
+          s.solver.fixed_iterations, s.solver.max_solves);
+  archive(s.rest.speed, s.rest.time, s.limits.max_speed, s.limits.inverted_steps);
+}
+
+namespace {
+
+constexpr const char* source_name = "saved state";
+
+/// Of copies, since an archive takes what it could change.
+template <class... Parts>
+std::uint64_t hash_of(Parts... parts) {
+  ArchiveWriter writer;
+  (writer(parts), ...);
+  return fnv1a(writer.take());
+}
+
+template <class T>
+std::vector<T> copy_of(std::span<const T> values) {
+  return {values.begin(), values.end()};
+}
+
+void check_length(const char* name, std::size_t found, std::size_t expected) {
+  if (found != expected)
+    throw Error(source_name, name, std::to_string(found) + " values", std::to_string(expected));
+}
+
+void check_finite(const char* name, const Vec3& value) {
+  if (!is_finite(value))
+    throw Error(source_name, name, "a number that is not finite", "three finite numbers");
+}
+
+void check_index(const char* name, Index found, Index low, std::size_t count) {
+  if (found < low || (found >= 0 && static_cast<std::size_t>(found) >= count)) {
+    throw Error(source_name, name, std::to_string(found),
+                std::to_string(low) + " to " + std::to_string(static_cast<std::int64_t>(count) - 1));
+  }
+}
+
+void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies& bodies) {
+  std::pair<Index, Index> last(-1, -1);
+  for (const RememberedContact& c : contacts) {
+    check_index("contact.point", c.point, 0, bodies.points_rest().size());
+    check_index("contact.body", c.body, 0, bodies.bodies().size());
+    if (std::pair(c.point, c.body) <= last)
+      throw Error(source_name, "contacts", "another order", "that of point and body");
+    last = {c.point, c.body};
+    for (const Vec3& vector : {c.slip, c.force, c.direction, c.velocity}) check_finite("contact", vector);
+    check_finite("contact", {c.stiffness, c.damping, c.calming});
+  }
+}
+
+}  // namespace
+
+Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings) {
+  const Bodies& bodies = model.bodies;
+  std::vector<Index> ends;
+  for (const Body& body : bodies.bodies()) ends.push_back(body.points.end);
+  return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
+                   model.obstacles),
+           hash_of(model.materials, model.material_of_tet),
+           hash_of(model.motions, model.motion_of_point, model.ties), hash_of(settings)}};
+}
+
+void check_saved(const SavedState& saved, const Bodies& bodies) {
+  const std::size_t points = bodies.points_rest().size();
+  if (!saved.forces.empty()) check_length("forces", saved.forces.size(), points);
+  for (const Vec3& force : saved.forces) check_finite("forces", force);
+  check_length("contact_forces", saved.contact_forces.size(), bodies.bodies().size());
+  for (const HeldGrab& held : saved.grabs) {
+    check_index("grab.point", held.grab.point, -1, points);
+    check_finite("grab", held.grab.target);
+    check_finite("grab", {held.grab.stiffness, 0.0, 0.0});
+  }
+  check_contacts(saved.contacts, bodies);
+  constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // counts as a double in the time
+  if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
+      saved.slow_steps > saved.metrics.step) {
+    throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <palpate/model.hpp>
+#include <palpate/simulation.hpp>
+
+#include "fem/dynamics.hpp"
+#include "sim/archive.hpp"
+#include "sim/contact_memory.hpp"
+#include "sim/grabs.hpp"
+
+namespace palpate {
+
+/// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
+/// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
+struct Fingerprint {
+  static constexpr std::array<std::string_view, 4> names{"bodies", "materials", "motions", "settings"};
+  std::array<std::uint64_t, names.size()> hashes{};
+};
+/// O(points + tets).
+Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
+
+/// Everything that the steps to come depend on, and what a Simulation tells of the last one.
+struct SavedState {
+  Fingerprint fingerprint;
+  StepMetrics metrics;  ///< without times
+  std::int64_t slow_steps = 0;
+  std::vector<Vec3> forces;
+  std::vector<HeldGrab> grabs;
+  fem::DynamicsState dynamics;
+  std::vector<RememberedContact> contacts;
+  DetectorMemory detector;
+  std::vector<Vec3> contact_forces;
+};
+
+/// Throws Error where indices are out of range, numbers not finite or arrays of another length than a
+/// simulation of these bodies has; what Dynamics and Detector check themselves is left to them.
+void check_saved(const SavedState& saved, const Bodies& bodies);
+
+template <class Archive>
+void describe(Archive& archive, CuckooCounts& c) {
+  archive(c.cells, c.slots, c.buckets, c.bucket_retries, c.redistributions, c.growths);
+}
+
+template <class Archive>
+void describe(Archive& archive, DetectionCounts& c) {
+  archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
+          c.border_edges_without_crossing, c.contacts, c.border_edges, c.crossings, c.candidates,
+          c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.late_clusters,
+          c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points, c.cuckoo_edges);
+  bool sorts = c.sort.has_value();
+  archive(sorts);
+  if (!sorts) return c.sort.reset();
+  Sort sort = c.sort.value_or(Sort::radix);
+  archive.choice(sort, sort_names.size());
+  c.sort = sort;
+}
+
+template <class Archive>
+void describe(Archive& archive, StepMetrics& m) {
+  archive(m.step, m.time, m.detection, m.solves, m.detections, m.looks_ahead, m.solver_iterations,
+          m.solver_converged, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest);
+}
+
+template <class Archive>
+void describe(Archive& archive, HeldGrab& held) {
+  archive(held.grab.point, held.grab.target, held.grab.stiffness, held.force);
+}
+
+template <class Archive>
+void describe(Archive& archive, fem::SymmetricMatrix3& m) {
+  archive(m.xx, m.yy, m.zz, m.xy, m.xz, m.yz);
+}
+
+template <class Archive>
+void describe(Archive& archive, fem::DynamicsState& s) {
+  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps, s.two_level);
+}
+
+template <class Archive>
+void describe(Archive& archive, RememberedContact& c) {
+  archive(c.point, c.body, c.seen, c.lost, c.foreseen, c.slip, c.force, c.direction, c.velocity, c.stiffness,
+          c.damping, c.calming);
+}
+
+template <class Archive>
+void describe(Archive& archive, CellSizeTrial& trial) {
+  archive(trial.cell_size, trial.lookups, trial.visits, trial.work);
+}
+
+template <class Archive>
+void describe(Archive& archive, DetectorMemory& m) {
+  archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_notes,
+          m.triangle_notes, m.share);
+}
+
+template <class Archive>
+void describe(Archive& archive, SavedState& s) {
+  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.grabs, s.dynamics, s.contacts,
+          s.detector, s.contact_forces);
+}
+
+}  // namespace palpate

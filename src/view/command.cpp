@@ -1,0 +1,129 @@
+#include "view/command.hpp"
+
+#include <array>
+#include <limits>
+
+#include <palpate/error.hpp>
+
+#include "scene/fields.hpp"
+#include "scene/reader.hpp"
+#include "scene/writer.hpp"
+
+namespace palpate::view {
+namespace {
+
+using scene_format::Context;
+using scene_format::Limits;
+using namespace nlohmann::literals;
+
+const std::string source = "message from the page";
+
+/// What of a simulation can change while it runs.
+struct LiveSettings {
+  SimulationSettings& settings;
+};
+
+template <class Visitor>
+void describe(Visitor& v, LiveSettings& live) {
+  v.field("gravity", live.settings.gravity);
+  scene_format::ContactBlock contact{live.settings.detection, live.settings.response};
+  v.object("contact", contact);
+}
+
+}  // namespace
+
+template <class Visitor>
+void describe(Visitor& v, Play& play) {
+  v.required("on", play.on);
+}
+template <class Visitor>
+void describe(Visitor& /*v*/, StepOnce& /*step*/) {}
+template <class Visitor>
+void describe(Visitor& /*v*/, Reset& /*reset*/) {}
+template <class Visitor>
+void describe(Visitor& v, SetSpeed& speed) {
+  v.word_or_number("speed", speed.speed, "max", scene_format::above(0));
+}
+template <class Visitor>
+void describe(Visitor& v, Pull& pull) {
+  v.required("vertex", pull.vertex, scene_format::at_least(0));
+  v.required("target", pull.target);
+  v.field("strength", pull.strength, scene_format::within(1e-3, 1e3));
+}
+template <class Visitor>
+void describe(Visitor& v, MovePull& pull) {
+  v.required("target", pull.target);
+}
+template <class Visitor>
+void describe(Visitor& /*v*/, LetGo& /*pull*/) {}
+template <class Visitor>
+void describe(Visitor& v, MoveRails& rails) {
+  v.required("motion", rails.motion, scene_format::at_least(0));
+  v.optional("time", rails.time);
+  v.optional("offset", rails.offset);
+}
+template <class Visitor>
+void describe(Visitor& v, RunRails& rails) {
+  v.required("motion", rails.motion, scene_format::at_least(0));
+}
+template <class Visitor>
+void describe(Visitor& v, Seek& seek) {
+  v.required("frame", seek.frame, scene_format::at_least(0));
+}
+template <class Visitor>
+void describe(Visitor& v, Look& look) {
+  v.field("contacts", look.contacts);
+  v.field("borders", look.borders);
+  v.field("cells", look.cells);
+}
+template <class Visitor>
+void describe(Visitor& v, Shown& shown) {
+  constexpr double largest_exact = 9007199254740992.0;  // 2^53
+  v.required("frame", shown.frame, scene_format::within(0, largest_exact));
+}
+/// Refuses what no simulation takes, so that the page hears of it at once.
+void decode(const Context& /*context*/, const std::string& /*path*/, const nlohmann::json& json,
+            Change& change, const Limits& /*limits*/) {
+  static_cast<void>(changed({}, json));
+  change.settings = json;
+}
+
+Command parse_command(std::string_view text) {
+  constexpr std::array<std::string_view, std::variant_size_v<Command>> names{
+      "play",   "step",       "reset",     "speed", "change", "pull", "move_pull",
+      "let_go", "move_rails", "run_rails", "seek",  "look",   "shown"};
+  const nlohmann::json json = parse_json(text, source);
+  Context context{source};
+  scene_format::Reader reader(context, "", json);
+  Command command;
+  reader.one_of(command, names);
+  reader.finish();
+  return command;
+}
+
+nlohmann::ordered_json settings_json(const SimulationSettings& settings) {
+  SimulationSettings copy =
+      settings;  // the tables serve reading too, so they take references that are not const
+  LiveSettings live{copy};
+  scene_format::Writer writer("");
+  describe(writer, live);
+  return writer.take();
+}
+
+SimulationSettings changed(const SimulationSettings& settings, const nlohmann::json& change) {
+  SimulationSettings copy = settings;
+  nlohmann::json named = change;
+  // A scene has no word for "no budget": it leaves the key out, which here means "as it is".
+  if (named.contains("/contact/budget"_json_pointer) && named["contact"]["budget"].is_null()) {
+    copy.detection.budget.reset();
+    named["contact"].erase("budget");
+  }
+  LiveSettings live{copy};
+  Context context{source};
+  scene_format::Reader reader(context, "", named);
+  describe(reader, live);
+  reader.finish();
+  return copy;
+}
+
+}  // namespace palpate::view

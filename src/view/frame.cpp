@@ -1,0 +1,136 @@
+#include "view/frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/vector.hpp"
+#include "view/message.hpp"
+
+namespace palpate::view {
+namespace {
+
+/// More cells than that are not drawn; the page is told how many there are.
+constexpr std::size_t most_cells = 1 << 16;
+
+/// Writes vectors one behind the other.
+class Writer {
+ public:
+  Writer(std::span<float> place, const Vec3& origin) : place_(place), origin_(origin) {}
+  void add(double value) { place_[next_++] = static_cast<float>(value); }
+  void add_vector(const Vec3& v) {
+    add(v.x);
+    add(v.y);
+    add(v.z);
+  }
+  void add_position(const Vec3& p) { add_vector(p - origin_); }
+
+ private:
+  std::span<float> place_;
+  std::size_t next_ = 0;
+  const Vec3& origin_;
+};
+
+void add_positions(Message& message, const char* name, const Surface& surface,
+                   std::span<const Vec3> positions, const Vec3& origin) {
+  Writer writer(message.add_floats(name, 3 * surface.points().size()), origin);
+  for (const Index point : surface.points()) writer.add_position(at(positions, point));
+}
+
+/// Of each contact: position, direction, depth; vertex (-1 for a point inside) and penetrated body.
+void add_contacts(Message& message, const Source& source, const Surface& surface) {
+  const Contacts& contacts = source.detector().contacts();
+  {
+    Writer writer(message.add_floats("contacts", 7 * contacts.size()), source.stage().origin);
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      writer.add_position(at(source.positions(), contacts.point[c]));
+      writer.add_vector(contacts.direction[c]);
+      writer.add(contacts.depth[c]);
+    }
+  }
+  const std::span<std::int32_t> where = message.add_integers("contact_places", 2 * contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    where[2 * c] = surface.vertex_of(contacts.point[c]);
+    where[2 * c + 1] = contacts.body[c];
+  }
+}
+
+/// Of each border edge its two ends, the one in contact first; of each crossing its position.
+void add_borders(Message& message, const Source& source) {
+  const Detector& detector = source.detector();
+  const std::span<const Vec3> positions = source.positions();
+  const auto ends = [&](Index border_edge) {
+    const BorderEdge& edge = at(detector.border_edges(), border_edge);
+    return std::array{at(positions, at(detector.contacts().point, edge.contact)),
+                      at(positions, edge.free_point)};
+  };
+  const std::size_t count = detector.border_edges().size();
+  Writer edges(message.add_floats("border_edges", 6 * count), source.stage().origin);
+  for (std::size_t e = 0; e < count; ++e) {
+    for (const Vec3& end : ends(static_cast<Index>(e))) edges.add_position(end);
+  }
+  Writer crossings(message.add_floats("crossings", 3 * detector.crossings().size()), source.stage().origin);
+  for (const Crossing& crossing : detector.crossings()) {
+    const auto [in, out] = ends(crossing.border_edge);
+    crossings.add_position(in + crossing.parameter * (out - in));
+  }
+}
+
+/// Lower corners of the cells that hold a point.
+void add_cells(Message& message, const Source& source, nlohmann::ordered_json& header) {
+  const CellDomain domain = source.detector().cell_domain();
+  const auto coordinate = [&](double x, double lower, Index cells) {
+    const auto cell = static_cast<std::int64_t>(std::floor((x - lower) / domain.cell_size));
+    return std::clamp<std::int64_t>(cell, 0, cells - 1);
+  };
+  const auto [nx, ny, nz] = domain.cells;
+  std::vector<std::int64_t> occupied;
+  for (const Vec3& p : source.positions()) {
+    occupied.push_back(coordinate(p.x, domain.lower.x, nx) +
+                       nx * (coordinate(p.y, domain.lower.y, ny) + ny * coordinate(p.z, domain.lower.z, nz)));
+  }
+  std::sort(occupied.begin(), occupied.end());
+  occupied.erase(std::unique(occupied.begin(), occupied.end()), occupied.end());
+  header["occupied_cells"] = occupied.size();
+  occupied.resize(std::min(occupied.size(), most_cells));
+  Writer writer(message.add_floats("cells", 3 * occupied.size()), source.stage().origin);
+  for (const std::int64_t cell : occupied) {
+    const auto i = static_cast<double>(cell % nx);
+    const auto j = static_cast<double>(cell / nx % ny);
+    const auto k = static_cast<double>(cell / nx / ny);
+    writer.add_position(domain.lower + domain.cell_size * Vec3{i, j, k});
+  }
+}
+
+}  // namespace
+
+std::string stage_message(const Source& source, const Surface& surface) {
+  Message message;
+  add_positions(message, "rest", surface, source.bodies().points_rest(), source.stage().origin);
+  const std::span<std::int32_t> corners = message.add_integers("triangles", 3 * surface.triangles().size());
+  for (std::size_t t = 0; t < surface.triangles().size(); ++t) {
+    std::copy(surface.triangles()[t].begin(), surface.triangles()[t].end(),
+              corners.begin() + static_cast<std::ptrdiff_t>(3 * t));
+  }
+  nlohmann::ordered_json header = source.stage().about;
+  const Vec3& origin = source.stage().origin;
+  header["kind"] = "stage";
+  header["origin"] = {origin.x, origin.y, origin.z};
+  return message.finish(std::move(header));
+}
+
+std::string frame_message(const Source& source, const Surface& surface, const Look& look,
+                          nlohmann::ordered_json header) {
+  Message message;
+  header["kind"] = "frame";
+  header["time"] = source.time();
+  header["counts"] = source.counts();
+  add_positions(message, "positions", surface, source.positions(), source.stage().origin);
+  if (look.contacts) add_contacts(message, source, surface);
+  if (look.borders) add_borders(message, source);
+  if (look.cells) add_cells(message, source, header);
+  return message.finish(std::move(header));
+}
+
+}  // namespace palpate::view

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "view/source.hpp"
+
+namespace palpate::view {
+
+/// What does not change: bodies, triangles, rest positions. Sent once to each page.
+std::string stage_message(const Source& source, const Surface& surface);
+
+/// The state of a source: surface positions (float32, relative to the origin), and what `look` asks for.
+/// `header` is what else the page is told. Time and length O(vertices + what is asked for).
+std::string frame_message(const Source& source, const Surface& surface, const Look& look,
+                          nlohmann::ordered_json header);
+
+}  // namespace palpate::view

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate::view {
+
+/// What a request says of itself.
+struct Knock {
+  std::string_view method;
+  std::string_view target;  ///< path and query
+  std::string_view host;    ///< of the Host header; empty: none, or several
+  std::optional<std::string_view> origin;
+  bool is_socket = false;  ///< asks for a WebSocket
+};
+
+/// Why a request is turned away, or what it asks for.
+struct Verdict {
+  int status = 200;         ///< of HTTP
+  std::string_view why{};   ///< for people, where status is not 200
+  std::string_view path{};  ///< behind the token: "", "app.js", "socket"
+};
+
+/// Decides who may talk to the server. A page of a foreign site can make the browser of the user send
+/// requests to this machine: it does not know the token, cannot hide its Origin, and where it plays with
+/// names (DNS rebinding) the Host gives it away.
+class Gate {
+ public:
+  /// \param token  what addresses must begin with
+  /// \param names  hosts that the server answers for, without a port
+  Gate(std::string token, std::vector<std::string> names, std::uint16_t port);
+
+  /// 405 another method than GET; 403 a Host that is not ours, or an Origin that is not the Host's (a socket
+  /// must have one); 401 no token or a wrong one.
+  [[nodiscard]] Verdict judge(const Knock& knock) const;
+
+ private:
+  [[nodiscard]] bool is_our_host(std::string_view host) const;
+
+  std::string token_;
+  std::vector<std::string> names_;
+  std::uint16_t port_;
+};
+
+/// 32 hexadecimal digits from the random numbers of the system.
+std::string random_token();
+/// Whether a text can be a token: 16 to 128 letters, digits, '-' and '_'.
+bool is_token(std::string_view text);
+/// Takes as long wherever the texts differ, so that a token cannot be guessed letter by letter.
+bool equal_in_constant_time(std::string_view a, std::string_view b);
+
+}  // namespace palpate::view

@@ -1,0 +1,198 @@
+#include "view/live.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate::view {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<double> mean_edge_lengths(const Bodies& bodies) {
+  std::vector<double> lengths;
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    lengths.push_back(mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
+  }
+  return lengths;
+}
+
+Json names_json(std::span<const std::string_view> names) {
+  Json list = Json::array();
+  for (const std::string_view name : names) list.push_back(name);
+  return list;
+}
+
+Json vector_json(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+}  // namespace
+
+LiveSource::LiveSource(const Scene& scene, Model model, int threads)
+    : model_(std::move(model)),
+      threads_(threads),
+      simulation_(Model(model_), scene.settings, threads),
+      surface_(simulation_.bodies()),
+      edge_lengths_(mean_edge_lengths(simulation_.bodies())),
+      // A fifth of an edge in a step: what tissue in contact can follow.
+      rails_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
+      stage_{about(scene), extent_of(simulation_.positions()).center} {}
+
+Index LiveSource::body_of_motion(Index motion) const {
+  for (Index b = 0; b < bodies().body_count(); ++b) {
+    const Index first = at(bodies().bodies(), b).points.begin;
+    const bool rigid = !model_.obstacles.empty() && at(model_.obstacles, b) != 0;
+    if (rigid && !model_.motion_of_point.empty() && at(model_.motion_of_point, first) == motion) return b;
+  }
+  return -1;
+}
+
+Json LiveSource::motions_json() const {
+  Json list = Json::array();
+  for (std::size_t m = 0; m < model_.motions.size(); ++m) {
+    const std::vector<Keyframe>& keys = model_.motions[m].keyframes;
+    list.push_back({{"body", body_of_motion(static_cast<Index>(m))},
+                    {"begin", keys.front().time},
+                    {"end", keys.back().time}});
+  }
+  return list;
+}
+
+Json LiveSource::about(const Scene& scene) const {
+  Json json =
+      about_json(scene, bodies_json(bodies(), surface_, scene), extent_of(bodies().points_rest()).diagonal);
+  json["mode"] = "live";
+  json["motions"] = motions_json();
+  json["typical_stiffness"] = typical_contact_stiffness();
+  json["choices"] = {{"structure", names_json(structure_names)},
+                     {"order", names_json(order_names)},
+                     {"sort", names_json(sort_names)},
+                     {"budget", {"none", "milliseconds"}}};
+  return json;
+}
+
+void LiveSource::advance() {
+  Stopwatch watch;
+  rails_.lead(simulation_, time(), simulation_.settings().time_step);
+  const StepMetrics& m = simulation_.step();
+  const DetectionTimes& t = m.detection_seconds;
+  seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
+              t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
+}
+
+void LiveSource::reset() {
+  simulation_ = Simulation(Model(model_), simulation_.settings(), threads_);
+  rails_.reset();
+  pulls_.clear();
+  seconds_ = {};
+}
+
+Json LiveSource::counts() const {
+  const StepMetrics& m = simulation_.metrics();
+  Json json = detection_json(m.detection);
+  json["step"] = m.step;
+  json["kinetic_energy"] = m.kinetic_energy;
+  json["elastic_energy"] = m.elastic_energy;
+  json["largest_speed"] = m.largest_speed;
+  json["deepest"] = m.deepest;
+  json["solver_iterations"] = m.solver_iterations;
+  json["at_rest"] = simulation_.at_rest();
+  json["pulls"] = pulls_json();
+  json["rails"] = rails_.json(m.time);
+  return json;
+}
+
+Json LiveSource::pulls_json() const {
+  Json list = Json::array();
+  for (const auto& [client, held] : pulls_) {
+    list.push_back({{"client", client},
+                    {"vertex", held.vertex},
+                    {"target", vector_json(held.target - stage_.origin)},
+                    {"force", vector_json(simulation_.grab_force(held.grab))}});
+  }
+  return list;
+}
+
+/// N/m: what one layer of tets of the body resists about as much as.
+double LiveSource::usual_stiffness(Index body) const {
+  return at(simulation_.contact_materials(), body).young_modulus * at(edge_lengths_, body);
+}
+
+/// The contact stiffness that bodies like these choose (ContactResponse::stiffness()), as a place to start
+/// from.
+double LiveSource::typical_contact_stiffness() const {
+  double softest = 0.0;
+  for (Index b = 0; b < bodies().body_count(); ++b) {
+    if (!model_.obstacles.empty() && at(model_.obstacles, b) != 0) continue;
+    const double k = 5.0 * usual_stiffness(b);
+    softest = softest == 0.0 ? k : std::min(softest, k);
+  }
+  return softest;
+}
+
+bool LiveSource::is_free(Index point) const {
+  const bool fixed = !model_.fixed_points.empty() && at(model_.fixed_points, point) != 0;
+  const bool on_rails = !model_.motion_of_point.empty() && at(model_.motion_of_point, point) >= 0;
+  const bool rigid =
+      !model_.obstacles.empty() && at(model_.obstacles, at(bodies().body_of_point(), point)) != 0;
+  return !fixed && !on_rails && !rigid;
+}
+
+void LiveSource::apply(Client /*client*/, const Change& change) {
+  simulation_.change(changed(simulation_.settings(), change.settings));
+}
+
+void LiveSource::apply(Client client, const Pull& pull) {
+  if (pull.vertex < 0 || pull.vertex >= surface_.vertex_count()) {
+    throw Error("message from the page", "pull.vertex", std::to_string(pull.vertex),
+                "less than " + std::to_string(surface_.vertex_count()));
+  }
+  const Index point = at(surface_.points(), pull.vertex);
+  if (!is_free(point)) {
+    throw Error("pull", "", "a point that is fixed, rigid or on rails", "one of tissue that can move");
+  }
+  const Vec3 target = stage_.origin + pull.target;
+  const double stiffness = pull.strength * usual_stiffness(at(bodies().body_of_point(), point));
+  const Index grab = simulation_.grab({point, target, stiffness});
+  forget(client);
+  pulls_[client] = {grab, pull.vertex, target};
+}
+
+void LiveSource::apply(Client client, const MovePull& pull) {
+  const auto held = pulls_.find(client);
+  if (held == pulls_.end()) return;  // a reset has taken it
+  const Vec3 target = stage_.origin + pull.target;
+  simulation_.move_grab(held->second.grab, target);
+  held->second.target = target;
+}
+
+void LiveSource::apply(Client client, const LetGo& /*pull*/) {
+  forget(client);
+}
+
+void LiveSource::apply(Client /*client*/, const MoveRails& rails) {
+  rails_.move(rails, time());
+}
+
+void LiveSource::apply(Client /*client*/, const RunRails& rails) {
+  rails_.run(rails, time());
+}
+
+void LiveSource::apply(Client /*client*/, const Seek& /*seek*/) {
+  throw Error("seek", "", "a running simulation", "stored results: time only goes on");
+}
+
+void LiveSource::forget(Client client) {
+  const auto held = pulls_.find(client);
+  if (held == pulls_.end()) return;
+  simulation_.release(held->second.grab);
+  pulls_.erase(held);
+}
+
+}  // namespace palpate::view

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include <palpate/simulation.hpp>
+
+#include "scene/scene.hpp"
+#include "view/rails_control.hpp"
+#include "view/source.hpp"
+
+namespace palpate::view {
+
+/// A simulation that runs while it is looked at, and can be touched.
+class LiveSource : public Source {
+ public:
+  /// \param scene    tells name, units, colours and settings
+  /// \param model    what load_model() made of it; overlaps may have been taken out
+  /// Throws Error where Simulation does.
+  LiveSource(const Scene& scene, Model model, int threads);
+
+  [[nodiscard]] const Stage& stage() const override { return stage_; }
+  [[nodiscard]] const Bodies& bodies() const override { return simulation_.bodies(); }
+  [[nodiscard]] std::span<const Vec3> positions() const override { return simulation_.positions(); }
+  [[nodiscard]] const Detector& detector() const override { return simulation_.detector(); }
+  [[nodiscard]] double time() const override { return simulation_.metrics().time; }
+  [[nodiscard]] std::optional<double> interval() const override { return simulation_.settings().time_step; }
+  void advance() override;
+  void reset() override;
+  [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
+  [[nodiscard]] nlohmann::ordered_json counts() const override;
+  [[nodiscard]] nlohmann::ordered_json settings() const override {
+    return settings_json(simulation_.settings());
+  }
+  void apply(Client client, const Change& change) override;
+  void apply(Client client, const Pull& pull) override;
+  void apply(Client client, const MovePull& pull) override;
+  void apply(Client client, const LetGo& pull) override;
+  void apply(Client client, const MoveRails& rails) override;
+  void apply(Client client, const RunRails& rails) override;
+  void apply(Client client, const Seek& seek) override;
+  void forget(Client client) override;
+
+  [[nodiscard]] const Simulation& simulation() const { return simulation_; }
+
+ private:
+  struct Held {
+    Index grab = -1;
+    Index vertex = -1;
+    Vec3 target{};
+  };
+  [[nodiscard]] nlohmann::ordered_json about(const Scene& scene) const;
+  [[nodiscard]] nlohmann::ordered_json motions_json() const;
+  [[nodiscard]] nlohmann::ordered_json pulls_json() const;
+  [[nodiscard]] Index body_of_motion(Index motion) const;
+  [[nodiscard]] double usual_stiffness(Index body) const;
+  [[nodiscard]] double typical_contact_stiffness() const;
+  [[nodiscard]] bool is_free(Index point) const;
+
+  Model model_;  ///< as at the start
+  int threads_;
+  Simulation simulation_;
+  Surface surface_;
+  std::vector<double> edge_lengths_;  ///< (n_bodies) mean, at rest
+  RailsControl rails_;
+  Stage stage_;
+  PhaseSeconds seconds_{};
+  std::map<Client, Held> pulls_;
+};
+
+}  // namespace palpate::view

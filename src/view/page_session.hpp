@@ -1,0 +1,54 @@
+#pragma once
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "view/sessions.hpp"
+
+namespace palpate::view {
+
+/// A page that is open: takes its commands, sends it stage, states and frames.
+class PageSession : public std::enable_shared_from_this<PageSession> {
+ public:
+  using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+
+  PageSession(boost::beast::tcp_stream stream, std::shared_ptr<Hub> hub);
+  ~PageSession();
+  PageSession(const PageSession&) = delete;
+  PageSession& operator=(const PageSession&) = delete;
+
+  void begin(Request request);
+  /// Sends what is new to the page, one message at a time.
+  void send_news();
+  void tell_refusal(const std::string& why);
+  [[nodiscard]] const Look& look() const { return look_; }
+
+ private:
+  void read();
+  void take(std::string_view text);
+  void send(std::shared_ptr<const std::string> message, bool binary);
+  void leave();
+
+  /// Frames that are sent but not yet drawn, at most: one to draw, one on its way.
+  static constexpr std::size_t most_on_the_way = 2;
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::flat_buffer buffer_;
+  Request request_;
+  std::shared_ptr<Hub> hub_;
+  Client client_;
+  Look look_;
+  bool joined_ = false;
+  bool sending_ = false;
+  bool knows_stage_ = false;
+  std::uint64_t state_ = 0;                     ///< the last sent
+  std::uint64_t frame_ = 0;                     ///< the last sent
+  std::deque<std::uint64_t> on_the_way_;        ///< numbers of the frames
+  std::shared_ptr<const std::string> refusal_;  ///< the newest that is not yet sent
+};
+
+}  // namespace palpate::view

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "view/source.hpp"
+
+namespace palpate::view {
+
+/// How a player starts.
+struct PlayerSettings {
+  bool playing = true;
+  bool alone = false;           ///< goes on while no page looks
+  std::optional<double> speed;  ///< see SetSpeed
+};
+
+/// The newest of what pages are told; none before there is one.
+struct News {
+  std::shared_ptr<const std::string> frame;  ///< a binary message
+  std::uint64_t frame_number = 0;            ///< 0: none yet
+  std::shared_ptr<const std::string> state;  ///< JSON: playing, speed, settings, error
+  std::uint64_t state_number = 0;
+};
+
+/// Why a command was refused, for the page that sent it.
+struct Refusal {
+  Client client;
+  std::string why;
+};
+
+/// Runs a source in a thread of its own, takes commands of pages and keeps the newest frame for them.
+///
+/// Nothing here waits for a page: frames are made when one asked for (want_frame()), at most 60 in a second
+/// of the clock, and replace each other; commands wait in a queue of bounded length. All members may be
+/// called from any thread.
+class Player {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Commands that wait at most; further ones are refused.
+  static constexpr std::size_t most_commands = 1024;
+
+  /// \param on_news  called in the thread of the player when there is something new; must be short
+  Player(std::unique_ptr<Source> source, const PlayerSettings& settings, std::function<void()> on_news);
+  ~Player() { stop(); }
+  Player(const Player&) = delete;
+  Player& operator=(const Player&) = delete;
+
+  /// Ends the thread after the step at hand; from then on nothing is new.
+  void stop();
+
+  /// False where the queue is full.
+  bool post(Client client, Command command);
+  void join(Client client);
+  void leave(Client client);
+  /// What any page wants to see beside positions.
+  void look(const Look& look);
+  /// A page is ready for a frame newer than any it knows.
+  void want_frame();
+
+  [[nodiscard]] News news() const;
+  [[nodiscard]] std::vector<Refusal> take_refusals();
+  /// The message that tells the page of the bodies.
+  [[nodiscard]] const std::shared_ptr<const std::string>& stage() const { return stage_; }
+  /// JSON for scripts: steps and simulated time since the start of the player, seconds of the clock while it
+  /// played.
+  [[nodiscard]] std::string status() const;
+
+ private:
+  struct Totals {
+    std::int64_t steps = 0;
+    PhaseSeconds seconds{};
+    double longest = 0.0;
+  };
+  void run();
+  bool wait();
+  void take_commands();
+  void execute(Client client, Command& command);
+  void advance();
+  void fail(const std::string& why);
+  void publish_frame();
+  void publish_state();
+  void refuse(Client client, const std::string& why);
+  [[nodiscard]] bool runs() const;
+  [[nodiscard]] bool frame_is_due(Clock::time_point now) const;
+
+  // Of the thread of the player alone:
+  std::unique_ptr<Source> source_;
+  Surface surface_;
+  std::shared_ptr<const std::string> stage_;
+  std::function<void()> on_news_;
+  bool alone_;
+  bool playing_;
+  std::optional<double> speed_;
+  std::string error_;
+  Clock::time_point next_step_{};
+  Clock::time_point next_frame_{};
+  bool frame_stale_ = true;
+  bool state_stale_ = true;
+  Totals since_frame_;
+  Totals since_start_;
+  double simulated_ = 0.0;
+  std::vector<std::pair<Client, Command>> taken_;
+
+  mutable std::mutex mutex_;  ///< for what follows; held for moments only
+  std::condition_variable changed_;
+  std::vector<std::pair<Client, Command>> commands_;
+  std::vector<Client> gone_;
+  std::vector<Refusal> refusals_;
+  News news_;
+  Look look_;
+  std::size_t pages_ = 0;
+  bool frame_wanted_ = false;
+  bool looks_changed_ = false;
+  bool stopping_ = false;
+  std::string status_ = "{}";
+
+  std::thread thread_;
+};
+
+}  // namespace palpate::view

@@ -1,0 +1,152 @@
+#include "view/replay.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "io/file_bytes.hpp"
+#include "io/mesh_reader.hpp"
+#include "scene/json_text.hpp"
+
+namespace palpate::view {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw Error(what, "", "stored results", "a running simulation: 'palpate view SCENE'");
+}
+
+}  // namespace
+
+ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
+  read_run(folder);
+  const std::filesystem::path collection = folder / "frames.pvd";
+  frames_ = io::read_series(collection);
+  if (frames_.empty()) throw Error(collection.string(), "", "no frame", "one or more");
+  steps_ = read_stored_times(folder / "metrics.csv");
+  make_bodies(folder);
+  std::vector<std::uint8_t> obstacles;
+  for (const Listed& body : listed_) obstacles.push_back(body.obstacle ? 1 : 0);
+  detector_.emplace(bodies_, scene_.settings.detection, obstacles, threads);
+  show(0);
+  stage_.origin = extent_of(positions_).center;
+  stage_.about = about();
+}
+
+void ReplaySource::read_run(const std::filesystem::path& folder) {
+  const std::string source = (folder / "run.json").string();
+  const nlohmann::json run = parse_json(io::read_file(folder / "run.json", "the report of a run"), source);
+  try {
+    scene_ = read_scene_text(run.at("scene").dump(), source);
+    for (const nlohmann::json& body : run.at("bodies")) {
+      listed_.push_back({body.at("name"), body.at("points"), body.at("tets"), body.at("obstacle")});
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(source, "", error.what(), "what 'palpate run' writes");
+  }
+  if (listed_.size() != scene_.bodies.size()) {
+    throw Error(source, "bodies", std::to_string(listed_.size()),
+                std::to_string(scene_.bodies.size()) + ", as the scene has");
+  }
+}
+
+/// Cuts the first frame into bodies: points and tets of a frame lie body by body.
+void ReplaySource::make_bodies(const std::filesystem::path& folder) {
+  const TetMesh all = io::read_mesh(frames_.front().file).mesh;
+  std::size_t points = 0;
+  std::size_t tets = 0;
+  for (const Listed& body : listed_) {
+    points += body.points;
+    tets += body.tets;
+  }
+  if (points != all.points.size() || tets != all.tets.size()) {
+    throw Error((folder / "run.json").string(), "bodies",
+                std::to_string(points) + " points and " + std::to_string(tets) + " tets",
+                "those of " + frames_.front().file.string());
+  }
+  auto point = all.points.begin();
+  auto tet = all.tets.begin();
+  Index first = 0;
+  for (const Listed& body : listed_) {
+    TetMesh mesh;
+    mesh.points.assign(point, point + body.points);
+    mesh.tets.assign(tet, tet + body.tets);
+    for (Tet& corners : mesh.tets) {
+      for (Index& corner : corners) corner -= first;
+    }
+    point += body.points;
+    tet += body.tets;
+    first += static_cast<Index>(body.points);
+    bodies_.add(body.name, std::move(mesh));
+  }
+}
+
+void ReplaySource::show(std::size_t frame) {
+  io::MeshFile file = io::read_mesh(frames_[frame].file);
+  if (file.mesh.points.size() != bodies_.points_rest().size()) {
+    throw Error(frames_[frame].file.string(), "", std::to_string(file.mesh.points.size()) + " points",
+                std::to_string(bodies_.points_rest().size()) + ", as the first frame has");
+  }
+  detector_->detect(file.mesh.points);
+  positions_ = std::move(file.mesh.points);
+  const double before = frame == 0 ? frames_[0].time : frames_[frame - 1].time;
+  seconds_ = mean_seconds(steps_, before, frames_[frame].time);
+  frame_ = frame;
+}
+
+std::optional<double> ReplaySource::interval() const {
+  if (frame_ + 1 >= frames_.size()) return std::nullopt;
+  return frames_[frame_ + 1].time - frames_[frame_].time;
+}
+
+Json ReplaySource::about() const {
+  const Surface surface(bodies_);
+  Json list = bodies_json(bodies_, surface, scene_);
+  Json json = about_json(scene_, list, extent_of(bodies_.points_rest()).diagonal);
+  json["mode"] = "replay";
+  json["frames"] = frames_.size();
+  json["motions"] = Json::array();
+  return json;
+}
+
+Json ReplaySource::counts() const {
+  Json json = detection_json(detector_->counts());
+  const std::vector<double>& depth = detector_->contacts().depth;
+  json["deepest"] = depth.empty() ? 0.0 : *std::ranges::max_element(depth);
+  json["frame"] = frame_;
+  return json;
+}
+
+void ReplaySource::apply(Client /*client*/, const Seek& seek) {
+  if (seek.frame < 0 || static_cast<std::size_t>(seek.frame) >= frames_.size()) {
+    throw Error("message from the page", "seek.frame", std::to_string(seek.frame),
+                "less than " + std::to_string(frames_.size()) + ", the number of frames");
+  }
+  show(static_cast<std::size_t>(seek.frame));
+}
+
+void ReplaySource::apply(Client /*client*/, const Change& /*change*/) {
+  refuse("change");
+}
+void ReplaySource::apply(Client /*client*/, const Pull& /*pull*/) {
+  refuse("pull");
+}
+void ReplaySource::apply(Client /*client*/, const MovePull& /*pull*/) {
+  refuse("move_pull");
+}
+void ReplaySource::apply(Client /*client*/, const LetGo& /*pull*/) {
+  refuse("let_go");
+}
+void ReplaySource::apply(Client /*client*/, const MoveRails& /*rails*/) {
+  refuse("move_rails");
+}
+void ReplaySource::apply(Client /*client*/, const RunRails& /*rails*/) {
+  refuse("run_rails");
+}
+void ReplaySource::forget(Client /*client*/) {}
+
+}  // namespace palpate::view

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "view/player.hpp"
+
+namespace palpate::view {
+
+struct ServerSettings {
+  std::string host = "127.0.0.1";  ///< address to listen at
+  std::uint16_t port = 0;          ///< 0: any that is free
+  std::string token;               ///< see is_token()
+  std::vector<std::string> names;  ///< further hosts that pages may address it by
+};
+
+/// Whether a text is an IP address, which a server can listen at.
+bool is_address(const std::string& host);
+
+/// Serves the page over HTTP and what the player tells over WebSockets, in the thread that calls run_for().
+///
+/// For each page the newest frame wins: at most two are on their way, and the page says when it has drawn
+/// one.
+class Server {
+ public:
+  /// Listens; throws Error where it cannot.
+  Server(const ServerSettings& settings, std::unique_ptr<Source> source, const PlayerSettings& player);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const;
+  /// "http://127.0.0.1:PORT/TOKEN/"
+  [[nodiscard]] std::string address() const;
+  [[nodiscard]] Player& player();
+
+  /// Serves for so long.
+  void run_for(std::chrono::milliseconds time);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate::view

@@ -1,0 +1,65 @@
+#include "view/source.hpp"
+
+#include "geometry/box.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::view {
+
+using Json = nlohmann::ordered_json;
+
+Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scene) {
+  Json list = Json::array();
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    const Body& body = at(bodies.bodies(), b);
+    const Range vertices = at(surface.body_vertices(), b);
+    list.push_back({{"name", body.name},
+                    {"vertices", {vertices.begin, vertices.end}},
+                    {"triangles", {body.triangles.begin, body.triangles.end}},
+                    {"points", body.points.size()},
+                    {"tets", body.tets.size()},
+                    {"rigid", is_rigid(at(scene.bodies, b))}});
+    if (at(scene.bodies, b).color) list.back()["color"] = *at(scene.bodies, b).color;
+  }
+  return list;
+}
+
+namespace {
+
+/// The views that the scene has pictures taken of, as the scene says them.
+Json views_json(const Scene& scene) {
+  const Json output = Json::parse(write_scene(scene)).value("output", Json::object());
+  return output.value("views", Json::array());
+}
+
+}  // namespace
+
+Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
+  return {{"name", scene.name},
+          {"units", {{"length", scene.units.length}, {"mass", scene.units.mass}, {"time", scene.units.time}}},
+          {"diagonal", diagonal},
+          {"duration", scene.duration},
+          {"time_step", scene.settings.time_step},
+          {"settings", settings_json(scene.settings)},
+          {"views", views_json(scene)},
+          {"bodies", bodies}};
+}
+
+Json detection_json(const DetectionCounts& counts) {
+  return {{"contacts", counts.contacts},
+          {"border_edges", counts.border_edges},
+          {"crossings", counts.crossings},
+          {"candidates", counts.candidates},
+          {"movers", counts.movers},
+          {"dropped_cells", counts.dropped_cells},
+          {"depth_fallbacks", counts.depth_fallbacks},
+          {"cell_size", counts.cell_size}};
+}
+
+Extent extent_of(std::span<const Vec3> positions) {
+  if (positions.empty()) return {{}, 0.0};
+  Box box;
+  for (const Vec3& p : positions) box.extend(p);
+  return {0.5 * (box.lower + box.upper), length(box.upper - box.lower)};
+}
+
+}  // namespace palpate::view

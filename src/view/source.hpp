@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/mesh.hpp>
+
+#include "scene/scene.hpp"
+#include "view/command.hpp"
+#include "view/surface.hpp"
+
+namespace palpate::view {
+
+/// The phases of a step whose times are told, in the order in which they run; the last is the whole step.
+inline constexpr std::array<std::string_view, 8> phase_names{"grid",  "contacts", "border edges", "crossings",
+                                                             "depth", "forces",   "solver",       "step"};
+using PhaseSeconds = std::array<double, phase_names.size()>;
+
+/// Which page a command came from.
+using Client = std::uint64_t;
+
+/// How the world is shown: the same for all frames.
+struct Stage {
+  nlohmann::ordered_json about;  ///< for the page: title, units, bodies, ...
+  Vec3 origin{};                 ///< that positions are sent relative to, since float32 is fine near zero
+};
+
+/// Something that pages can look at: a running simulation, or the frames that one left. Used by one thread.
+class Source {
+ public:
+  Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+  virtual ~Source() = default;
+
+  [[nodiscard]] virtual const Stage& stage() const = 0;
+  [[nodiscard]] virtual const Bodies& bodies() const = 0;
+  [[nodiscard]] virtual std::span<const Vec3> positions() const = 0;
+  [[nodiscard]] virtual const Detector& detector() const = 0;  ///< contacts at positions()
+  [[nodiscard]] virtual double time() const = 0;               ///< simulated, in the unit of the scene
+  /// Simulated time from this state to the next; none at the end.
+  [[nodiscard]] virtual std::optional<double> interval() const = 0;
+  /// Goes on to the next state. Throws Error where it cannot.
+  virtual void advance() = 0;
+  /// Back to the start.
+  virtual void reset() = 0;
+  /// What the phases of the last advance() took.
+  [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
+  /// Counts of the state, for the page.
+  [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
+  /// What can be set, as it is.
+  [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
+
+  /// Each throws Error, and changes nothing, where this source cannot do it.
+  virtual void apply(Client client, const Change& change) = 0;
+  virtual void apply(Client client, const Pull& pull) = 0;
+  virtual void apply(Client client, const MovePull& pull) = 0;
+  virtual void apply(Client client, const LetGo& pull) = 0;
+  virtual void apply(Client client, const MoveRails& rails) = 0;
+  virtual void apply(Client client, const RunRails& rails) = 0;
+  virtual void apply(Client client, const Seek& seek) = 0;
+  /// A page is gone, with all it held.
+  virtual void forget(Client client) = 0;
+};
+
+/// Name, ranges and colour of each body, for Stage::about.
+nlohmann::ordered_json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scene);
+
+/// What Stage::about tells of any source.
+nlohmann::ordered_json about_json(const Scene& scene, const nlohmann::ordered_json& bodies, double diagonal);
+
+/// The counts of a detection, for Source::counts().
+nlohmann::ordered_json detection_json(const DetectionCounts& counts);
+
+/// Middle of the box of all points, and its diagonal. O(points).
+struct Extent {
+  Vec3 center;
+  double diagonal;
+};
+Extent extent_of(std::span<const Vec3> positions);
+
+}  // namespace palpate::view

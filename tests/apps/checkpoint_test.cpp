@@ -1,0 +1,196 @@
+// Oracle: the run that was not interrupted.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <sys/resource.h>
+#include <thread>
+
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CheckpointedRun : public CommandTest {
+ protected:
+  void SetUp() override { write("scene.json", falling_box()); }
+
+  [[nodiscard]] std::vector<std::string> run_into(const std::string& out, const std::string& steps,
+                                                  std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments{"run",     "scene.json", "--out",        out,
+                                       "--steps", steps,        "--no-picture", "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  void expect_done(const Finished& done) const { EXPECT_EQ(done.exit_code, 0) << done.err; }
+
+  /// What must be as if nothing had happened: all but times, and where and when it was.
+  [[nodiscard]] Json outcome(const std::string& out) const {
+    Json report = Json::parse(read(out + "/run.json"));
+    Json rows = Json::array();
+    for (const std::string& line : lines_of(read(out + "/metrics.csv"))) {
+      auto fields = fields_of(line);
+      fields.erase(fields.begin() + 2, fields.begin() + 10);  // wall_*
+      rows.push_back(fields);
+    }
+    for (const char* own : {"wall_seconds", "phases", "resumed_from", "results", "threads"})
+      report.erase(own);
+    report["resolved"].erase("structure_bytes");  // room that was asked for
+    return {{"report", report},
+            {"rows", rows},
+            {"frames", read(out + "/frames.pvd")},
+            {"files", names_in(folder_ / out / "frames")}};
+  }
+  [[nodiscard]] std::vector<std::string> checkpoints(const std::string& out) const {
+    auto names = names_in(folder_ / out / "checkpoints");
+    std::ranges::sort(names);
+    return names;
+  }
+  static std::string name_of(int step) {
+    const std::string digits = std::to_string(step);
+    return "step_" + std::string(9 - digits.size(), '0') + digits + ".palpate";
+  }
+  [[nodiscard]] fs::path path_of(const std::string& out, int step) const {
+    return folder_ / out / "checkpoints" / name_of(step);
+  }
+};
+
+TEST_F(CheckpointedRun, KeepsTheLastTwoAndGoesOnAsIfNothingHadHappened) {
+  expect_done(palpate(run_into("whole", "50")));
+  expect_done(palpate(run_into("part", "30", {"--checkpoint-every", "8"})));
+  EXPECT_EQ(checkpoints("part"), (std::vector{name_of(24), name_of(30)}));
+  // Step 30 is no multiple of the frames' 4: the frame of the first end must go.
+  expect_done(palpate({"run", "--resume", "part", "--steps", "50", "--quiet", "--threads", "1"}));
+  EXPECT_EQ(Json::parse(read("part/run.json"))["resumed_from"], 30);
+  Json whole = outcome("whole");
+  EXPECT_EQ(outcome("part"), whole);
+  EXPECT_EQ(checkpoints("part"), (std::vector{name_of(48), name_of(50)}));
+}
+
+TEST_F(CheckpointedRun, AnInterruptedRunHasOneWithoutBeingAsked) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Process run(run_into("out", "2000"), folder_.path());
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (!exists("out/metrics.csv") || lines_of(read("out/metrics.csv")).size() < 3) {
+      ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    run.send(signal);
+    const Finished done = run.wait();
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_NE(done.err.find("go on with: palpate run --resume out"), std::string::npos) << done.err;
+    const int steps = Json::parse(read("out/run.json"))["steps"];
+    EXPECT_EQ(checkpoints("out"), std::vector{name_of(steps)});
+    const std::string end = std::to_string(steps + 20);
+    expect_done(palpate({"run", "--resume", "out", "--steps", end, "--quiet"}));
+    expect_done(palpate(run_into("whole", end)));
+    EXPECT_EQ(outcome("out"), outcome("whole"));
+    fs::remove_all(folder_ / "out");
+  }
+}
+
+TEST_F(CheckpointedRun, ADamagedOneIsToldAndTheOneBeforeTaken) {
+  expect_done(palpate(run_into("whole", "24")));
+  const std::vector<std::function<void(std::string&)>> damages{
+      [](std::string& bytes) { bytes.resize(bytes.size() / 2); },
+      [](std::string& bytes) { bytes[bytes.size() / 3] ^= 4; }, [](std::string& bytes) { bytes = "torn"; }};
+  for (const auto& damage : damages) {
+    expect_done(palpate(run_into("out", "24", {"--checkpoint-every", "10"})));
+    std::string bytes = content_of(path_of("out", 24));
+    damage(bytes);
+    put(path_of("out", 24), bytes);
+    const Finished done = palpate({"run", "--resume", "out", "--quiet"});
+    expect_done(done);
+    EXPECT_NE(done.err.find(name_of(24) + ": found"), std::string::npos) << done.err;
+    EXPECT_NE(done.err.find("going on from " + name_of(20)), std::string::npos) << done.err;
+    EXPECT_EQ(outcome("out"), outcome("whole"));
+  }
+  put(path_of("out", 24), "torn");
+  put(path_of("out", 20), "");
+  expect_error(2, {"run", "--resume", "out"}, {name_of(24), "nor is one of 1 others whole"});
+}
+
+TEST_F(CheckpointedRun, WhatIsNotThereAnyMoreIsTold) {
+  expect_error(2, {"run", "--resume", "nowhere"}, {"nowhere/checkpoints", "no checkpoint"});
+  expect_error(2, {"run", "--resume", "out", "scene.json"}, {"SCENE", "--resume"});
+  expect_error(2, {"run", "--resume", "out", "--out", "other"}, {"--out", "--resume"});
+  expect_error(2, {"run", "scene.json", "--checkpoint-every", "0"}, {"--checkpoint-every", "'0'"});
+  expect_done(palpate(run_into("out", "24", {"--checkpoint-every", "10"})));
+  const std::string rows = read("out/metrics.csv");
+  put(folder_ / "out/metrics.csv", "step\n");
+  expect_error(1, {"run", "--resume", "out", "--quiet"}, {"out/metrics.csv", "5 bytes"});
+  put(folder_ / "out/metrics.csv", rows);
+  fs::remove(folder_ / "out/frames/frame_000002.vtu");
+  expect_error(1, {"run", "--resume", "out", "--quiet"}, {"frame_000002.vtu", "no such file"});
+}
+
+TEST_F(CheckpointedRun, AChangedMeshIsRefused) {
+  write("tet.mesh", one_tet({"0 0 0", "1 0 0", "0 1 0", "0 0 1"}));
+  write("scene.json",
+        R"({"time_step": 0.01, "duration": 0.1, "bodies": [{"mesh": "tet.mesh", "material": {}}]})");
+  expect_done(palpate(run_into("out", "10", {"--checkpoint-every", "5"})));
+  write("tet.mesh", one_tet({"0 0 0", "1 0 0", "0 1 0", "0 0 1.5"}));
+  expect_error(2, {"run", "--resume", "out"}, {name_of(10), "bodies", "another simulation"});
+  write("tet.mesh", one_tet({"0 0 0", "1 0 0", "0 1 0", "0 0 1"}));
+  fs::remove(folder_ / "scene.json");  // the checkpoint has it
+  expect_done(palpate({"run", "--resume", "out", "--steps", "12", "--quiet"}));
+}
+
+TEST_F(CheckpointedRun, ANewRunRemovesThemAll) {
+  expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
+  expect_done(palpate(run_into("out", "3")));
+  EXPECT_TRUE(checkpoints("out").empty());
+}
+
+/// A limit on the size of files stands for a full disk: the system refuses the write in the same place.
+class SizeLimit {
+ public:
+  explicit SizeLimit(rlim_t bytes) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~SizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  SizeLimit(const SizeLimit&) = delete;
+  SizeLimit& operator=(const SizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
+  // Rows are what grows: some 250 bytes each.
+  expect_done(palpate(run_into("whole", "400")));
+  const auto full = static_cast<rlim_t>(read("whole/metrics.csv").size() / 2);
+  ASSERT_GT(full, 40000U);
+  Finished done;
+  {
+    const SizeLimit limit(full);
+    done = palpate(run_into("out", "400", {"--checkpoint-every", "10"}));
+  }
+  EXPECT_EQ(done.exit_code, 1);
+  EXPECT_EQ(lines_of(done.err).size(), 1U) << done.err;
+  EXPECT_NE(done.err.find("out/metrics.csv: writing: found 'File too large'"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("--resume out"), std::string::npos) << done.err;
+  ASSERT_EQ(checkpoints("out").size(), 2U);
+  expect_done(palpate({"run", "--resume", "out", "--quiet"}));
+  EXPECT_EQ(outcome("out"), outcome("whole"));
+}
+
+TEST_F(CheckpointedRun, AVanishedFolderEndsTheRun) {
+  Process run(run_into("out", "100000000", {"--every", "100000000"}), folder_.path());
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!exists("out/metrics.csv") || lines_of(read("out/metrics.csv")).size() < 3) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  fs::remove_all(folder_ / "out");
+  const Finished done = run.wait();
+  EXPECT_EQ(done.exit_code, 1);
+  EXPECT_NE(done.err.find("out/metrics.csv: writing: found no such file"), std::string::npos) << done.err;
+}
+
+}  // namespace
+}  // namespace palpate::test

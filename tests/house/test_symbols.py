@@ -1,0 +1,41 @@
+"""The built library asks the system for nothing that prints, or that ends the process."""
+
+import os
+import re
+import subprocess
+import unittest
+
+# By what the linker would look for: C, its checked variants, and C++.
+FORBIDDEN = re.compile(
+    r"^(abort|_?exit|_Exit|quick_exit|raise|kill|_ZSt(4cout|4cerr|4clog|5wcout)|stdout|stderr"
+    r"|puts|fputs|fputc|putchar|putc|perror|fwrite|syslog"
+    r"|(__)?v?f?d?printf(_chk)?)(@.*)?$"
+)
+# A thread that still runs ends the process when it is destroyed: the standard's own rule, in the one home of threads.
+TERMINATES = "_ZSt9terminatev"
+
+
+def undefined(library):
+    """(object, symbol) for each symbol that an object of the library leaves to others."""
+    lines = subprocess.run(["nm", "-A", "-u", library], capture_output=True, text=True, check=True).stdout.splitlines()
+    found = [re.match(r".*:([^:]+):\s+U\s+(\S+)$", line) for line in lines]
+    return [match.groups() for match in found if match]
+
+
+class Symbols(unittest.TestCase):
+    def test_the_search_sees_what_it_must(self):
+        for bad in ["abort", "exit", "_exit", "printf", "__printf_chk", "__fprintf_chk", "vfprintf", "puts", "stderr", "_ZSt4cout",
+                    "exit@GLIBC_2.2.5"]:
+            self.assertTrue(FORBIDDEN.match(bad), bad)
+        for good in ["snprintf", "__snprintf_chk", "vsnprintf", "memcpy", "_ZN7palpate10ExitSearch5startEi", "__cxa_atexit"]:
+            self.assertFalse(FORBIDDEN.match(good), good)
+
+    def test_nothing_in_the_library_prints_or_ends_the_process(self):
+        symbols = undefined(os.environ["PALPATE_LIBRARY"])
+        self.assertGreater(len(symbols), 500, "not the whole library")
+        self.assertEqual([pair for pair in symbols if FORBIDDEN.match(pair[1])], [])
+        self.assertEqual({name for name, symbol in symbols if symbol == TERMINATES} - {"threads.cpp.o"}, set())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,180 @@
+// A simulation that is looked at and touched. Oracles: the same simulation without a viewer (bits), Hooke's
+// law, the path of a motion.
+#include "view/live.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "view/frame.hpp"
+#include "view/messages.hpp"
+#include "view/scenes.hpp"
+
+namespace palpate::view {
+namespace {
+
+void run(LiveSource& source, int steps) {
+  for (int i = 0; i < steps; ++i) source.advance();
+}
+
+/// The highest vertex of a body.
+Index top_of(const LiveSource& source, const Surface& surface, std::size_t body) {
+  Index top = surface.body_vertices()[body].begin;
+  const auto height = [&](Index v) { return at(source.positions(), at(surface.points(), v)).z; };
+  for (Index v = top; v < surface.body_vertices()[body].end; ++v) {
+    if (height(v) > height(top)) top = v;
+  }
+  return top;
+}
+
+TEST(LiveSource, HasTheBitsOfARunThatNobodyLooksAt) {
+  const Scene scene = test::small_scene();
+  Simulation alone(test::small_model(scene), scene.settings, 1);
+  const auto source = test::small_source();
+  const Surface surface(source->bodies());
+  for (int i = 0; i < 20; ++i) {
+    alone.step();
+    source->advance();
+    static_cast<void>(frame_message(*source, surface, {true, true, true}, {}));
+  }
+  EXPECT_EQ(source->simulation().state_hash(), alone.state_hash());
+  source->reset();
+  EXPECT_EQ(source->time(), 0.0);
+  run(*source, 20);
+  EXPECT_EQ(source->simulation().state_hash(), alone.state_hash()) << "a reset begins the same run again";
+}
+
+TEST(LiveSource, SendsTheSurfaceAsItIs) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const Surface surface(source->bodies());
+  const test::Read stage = test::read_message(stage_message(*source, surface));
+  const test::Read frame = test::read_message(frame_message(*source, surface, {true, true, true}, {}));
+  const auto& positions = frame.floats.at("positions");
+  ASSERT_EQ(positions.size(), 3 * surface.points().size());
+  const Vec3 origin = source->stage().origin;
+  for (std::size_t v = 0; v < surface.points().size(); ++v) {
+    const Vec3 p = at(source->positions(), surface.points()[v]) - origin;
+    EXPECT_EQ(positions[3 * v], static_cast<float>(p.x));
+    EXPECT_EQ(positions[3 * v + 1], static_cast<float>(p.y));
+    EXPECT_EQ(positions[3 * v + 2], static_cast<float>(p.z));
+  }
+  // 4 x 4 x 4 points of the box, of which 2 x 2 x 2 are inside; the plate and the press are all surface.
+  EXPECT_EQ(surface.points().size(), 18U + 56U + 8U);
+  EXPECT_EQ(stage.integers.at("triangles").size(), 3 * source->bodies().triangles().size());
+  const Contacts& contacts = source->detector().contacts();
+  ASSERT_GT(contacts.size(), 0U);
+  ASSERT_EQ(frame.floats.at("contacts").size(), 7 * contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_EQ(frame.floats.at("contacts")[7 * c + 6], static_cast<float>(contacts.depth[c]));
+    EXPECT_EQ(frame.integers.at("contact_places")[2 * c], surface.vertex_of(contacts.point[c]));
+  }
+  EXPECT_EQ(frame.floats.at("border_edges").size(), 6 * source->detector().border_edges().size());
+  EXPECT_EQ(frame.floats.at("crossings").size(), 3 * source->detector().crossings().size());
+  // Each point is in one of the cells.
+  const CellDomain domain = source->detector().cell_domain();
+  const auto& cells = frame.floats.at("cells");
+  for (const Vec3& point : source->positions()) {
+    const Vec3 p = point - origin;
+    bool found = false;
+    for (std::size_t c = 0; c < cells.size(); c += 3) {
+      const double slack = 1e-5;
+      found = found || (p.x > cells[c] - slack && p.x < cells[c] + domain.cell_size + slack &&
+                        p.y > cells[c + 1] - slack && p.y < cells[c + 1] + domain.cell_size + slack &&
+                        p.z > cells[c + 2] - slack && p.z < cells[c + 2] + domain.cell_size + slack);
+    }
+    EXPECT_TRUE(found);
+  }
+}
+
+TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
+  const auto source = test::small_source();
+  const Surface surface(source->bodies());
+  run(*source, 40);
+  const Index vertex = top_of(*source, surface, 1);
+  const Index point = at(surface.points(), vertex);
+  const Vec3 before = at(source->positions(), point);
+  const Vec3 target = before + Vec3{0, 0, 0.01};
+  source->apply(1, Pull{vertex, target - source->stage().origin, 1.0});
+  run(*source, 150);
+  const Vec3 pulled = at(source->positions(), point);
+  EXPECT_GT(pulled.z, before.z + 0.0002);
+  const auto pulls = source->counts()["pulls"];
+  ASSERT_EQ(pulls.size(), 1U);
+  const double force = pulls[0]["force"][2];
+  const double stiffness =
+      20000 * mesh_statistics(source->bodies(), source->bodies().points_rest(), 1).edge_length.mean;
+  EXPECT_NEAR(force, stiffness * (target.z - pulled.z), 0.02 * force);
+  source->apply(1, LetGo{});
+  EXPECT_TRUE(source->counts()["pulls"].empty());
+  run(*source, 150);
+  EXPECT_NEAR(at(source->positions(), point).z, before.z, 0.0002);
+}
+
+TEST(LiveSource, EachPageHoldsOnePullAndLosesItWhenItGoes) {
+  const auto source = test::small_source();
+  const Surface surface(source->bodies());
+  const Index vertex = top_of(*source, surface, 1);
+  source->apply(1, Pull{vertex, {}, 1.0});
+  source->apply(2, Pull{vertex, {}, 1.0});
+  source->apply(2, Pull{vertex, {}, 2.0});
+  EXPECT_EQ(source->counts()["pulls"].size(), 2U);
+  source->forget(2);
+  EXPECT_EQ(source->counts()["pulls"].size(), 1U);
+  source->reset();
+  EXPECT_TRUE(source->counts()["pulls"].empty());
+  EXPECT_NO_THROW(source->apply(1, MovePull{{1, 1, 1}})) << "a reset may come while a page drags";
+}
+
+TEST(LiveSource, RefusesWhatCannotBePulled) {
+  const auto source = test::small_source();
+  const Surface surface(source->bodies());
+  EXPECT_THROW(source->apply(1, Pull{surface.vertex_count(), {}, 1.0}), Error);
+  EXPECT_THROW(source->apply(1, Pull{-1, {}, 1.0}), Error);
+  EXPECT_THROW(source->apply(1, Pull{0, {}, 1.0}), Error) << "of the plate";
+  EXPECT_THROW(source->apply(1, Pull{top_of(*source, surface, 2), {}, 1.0}), Error) << "on rails";
+  EXPECT_THROW(source->apply(1, MoveRails{1, 0.5, {}}), Error);
+  EXPECT_THROW(source->apply(1, Seek{0}), Error);
+  EXPECT_TRUE(source->counts()["pulls"].empty());
+}
+
+TEST(LiveSource, MovesWhatIsOnRailsAlongItsPathAndOffIt) {
+  const auto source = test::small_source();
+  const Index corner = at(source->bodies().bodies(), 2).points.begin;
+  const Vec3 start = at(source->positions(), corner);
+  const auto press = [&] { return at(source->positions(), corner) - start; };
+  source->apply(1, MoveRails{0, 0.5, {}});
+  source->advance();
+  EXPECT_LE(length(press()), 0.01 * 4 * 0.01 + 1e-12) << "four times as fast as the path at most";
+  run(*source, 40);
+  EXPECT_NEAR(press().z, -0.005, 1e-12);
+  EXPECT_EQ(source->counts()["rails"][0]["held"], true);
+  source->apply(1, MoveRails{0, {}, Vec3{0.02, 0, 0}});
+  run(*source, 40);
+  EXPECT_NEAR(press().x, 0.02, 1e-12);
+  EXPECT_NEAR(press().z, -0.005, 1e-12);
+  source->apply(1, RunRails{0});
+  run(*source, 10);
+  EXPECT_NEAR(press().z, -0.006, 1e-12) << "from where it is on its path, by itself";
+  run(*source, 100);
+  EXPECT_NEAR(press().x, 0.0, 1e-12);
+  EXPECT_NEAR(press().z, -0.01, 1e-12);
+}
+
+TEST(LiveSource, ChangesSettingsWhileItRuns) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  source->apply(1, Change{{{"gravity", {0, 0, 0}}, {"contact", {{"structure", "hash"}}}}});
+  EXPECT_EQ(source->settings()["gravity"], nlohmann::json({0.0, 0.0, 0.0}));
+  EXPECT_EQ(source->settings()["contact"]["structure"], "hash");
+  EXPECT_EQ(source->settings()["contact"]["friction"], 0.3);
+  EXPECT_THROW(source->apply(1, Change{{{"contact", {{"friction", -1}}}}}), Error);
+  EXPECT_EQ(source->settings()["contact"]["friction"], 0.3);
+  source->reset();
+  EXPECT_EQ(source->settings()["contact"]["structure"], "hash") << "a reset keeps what was set";
+}
+
+}  // namespace
+}  // namespace palpate::view

@@ -1,0 +1,290 @@
+// The page of `palpate view` in a real, headless browser: what a user does, and what must then be true.
+//   PALPATE_COMMAND   the command
+//   PALPATE_PICTURES  where screenshots go
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
+
+const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
+const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
+const browserPath = ["chromium", "chromium-browser", "google-chrome"]
+  .flatMap((name) => process.env.PATH.split(":").map((place) => join(place, name)))
+  .find(existsSync);
+
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+const packages = join(root, "viewer/package.json");
+if (!existsSync(join(root, "viewer/node_modules/playwright-core"))) skip("the packages of viewer/ are not installed (npm ci)");
+if (!browserPath) skip("there is no chromium (apt-get install chromium)");
+const { chromium } = createRequire(packages)("playwright-core");
+
+const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
+mkdirSync(pictures, { recursive: true });
+const material = { young_modulus: 20000, mass_damping: 2, stiffness_damping: 0.002 };
+const scene = {
+  name: "two boxes", time_step: 0.01, duration: 0.4,
+  contact: { friction: 0.3 }, output: { every: 2 },
+  bodies: [
+    { name: "plate", box: { cells: [2, 2, 1], size: [0.3, 0.3, 0.02] }, translate: [0, 0, -0.01], obstacle: true },
+    { name: "lower", box: { cells: [4, 4, 3], size: [0.12, 0.12, 0.08] }, translate: [0, 0, 0.0405], material },
+    { name: "upper", box: { cells: [3, 3, 3], size: [0.08, 0.08, 0.06] }, translate: [0.01, 0.01, 0.112], material },
+    { name: "press", box: { cells: [1, 1, 1], size: [0.03, 0.03, 0.03] }, translate: [0.13, 0, 0.1],
+      motion: { keyframes: [{ time: 0 }, { time: 1, translate: [0, 0, -0.05] }] } },
+  ],
+};
+const glued = {
+  name: "glued box", time_step: 0.01,
+  bodies: [{ name: "box", box: { cells: [4, 4, 4], size: [0.1, 0.1, 0.1] }, material,
+    fixed: [{ box: { lower: [-1, -1, -1], upper: [1, 1, -0.049] } }] }],
+};
+writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
+writeFileSync(join(folder, "glued.json"), JSON.stringify(glued));
+
+let browser;
+const servers = new Set();
+
+/** Starts the command; resolves with its address and a function that ends it. */
+async function serve(what, { environment = {}, flags = [] } = {}) {
+  const child = spawn(command, ["view", what, "--json", "--no-browser", "--threads", "1", ...flags],
+    { cwd: folder, env: { ...process.env, ...environment } });
+  servers.add(child);
+  let errors = "";
+  child.stderr.on("data", (text) => (errors += text));
+  const ended = new Promise((resolve) => child.on("exit", (code) => { servers.delete(child); resolve(code); }));
+  const line = await new Promise((resolve, reject) => {
+    child.stdout.once("data", (data) => resolve(String(data)));
+    child.once("exit", () => reject(new Error(`the server ended: ${errors}`)));
+  });
+  const { address, port } = JSON.parse(line);
+  return { address, port, end: () => { child.kill("SIGTERM"); return ended; } };
+}
+
+/** A page whose console and errors are watched. */
+async function open(address, options = {}) {
+  const page = await browser.newPage({ viewport: { width: 1000, height: 640 }, ...options });
+  page.complaints = [];
+  page.on("console", (m) => ["error", "warning"].includes(m.type()) && page.complaints.push(m.text()));
+  page.on("pageerror", (error) => page.complaints.push(String(error)));
+  await page.goto(address);
+  await until("the first frame is shown", async () => (await text(page, "clock")).startsWith("t = "));
+  return page;
+}
+
+const time = (page) => page.evaluate(() => Number(/t = ([\d.]+)/.exec(document.getElementById("clock").textContent)[1]));
+const text = (page, id) => page.textContent(`#${id}`);
+const shot = (page, name) => page.screenshot({ path: join(pictures, `viewer-${name}.png`) });
+
+/** Lets SwiftShader's own remarks about speed pass; nothing else. */
+function noComplaints(page) {
+  const own = page.complaints.filter((c) => !/GPU stall due to ReadPixels|software WebGL|GroupMarkerNotSet/.test(c));
+  assert.deepEqual(own, []);
+}
+
+async function until(what, check, seconds = 60) {
+  const end = Date.now() + 1000 * seconds;
+  while (!(await check())) {
+    if (Date.now() > end) assert.fail(`not within ${seconds} s: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+before(async () => {
+  browser = await chromium.launch({
+    executablePath: browserPath,
+    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog", "--disable-dev-shm-usage"],
+  });
+});
+after(async () => {
+  await browser?.close();
+  for (const child of servers) child.kill("SIGKILL");
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** The middle of the view, where both scenes have tissue. */
+async function middle(page) {
+  const box = await page.locator("#canvas").boundingBox();
+  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+}
+
+test("loads, plays, pauses, steps, resets", async () => {
+  const server = await serve("scene.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  assert.equal(await text(page, "title"), "two boxes");
+  assert.equal(await time(page), 0);
+  await page.click("#step");
+  await until("one step", async () => (await time(page)) === 0.01);
+  await page.click("#play");
+  await until("it plays", async () => (await time(page)) > 0.1);
+  assert.equal(await text(page, "play"), "Pause");
+  await page.keyboard.press("Space");
+  await until("it pauses", async () => (await text(page, "play")) === "Play");
+  let stopped;
+  await until("it stands still", async () => {
+    stopped = await time(page);
+    await page.waitForTimeout(1500);
+    return (await time(page)) === stopped;
+  });
+  await page.keyboard.press("n");
+  await until("a step by key", async () => Math.abs((await time(page)) - stopped - 0.01) < 1e-9);
+  await page.click("#reset");
+  await until("back at the start", async () => (await time(page)) === 0);
+  noComplaints(page);
+  await page.close();
+  assert.equal(await server.end(), 0);
+});
+
+test("a drag moves tissue, says with what force, and lets it go", async () => {
+  const server = await serve("glued.json");
+  const page = await open(server.address);
+  await until("it has settled", async () => (await time(page)) > 0.5);
+  const { x, y } = await middle(page);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 60, y - 60, { steps: 4 });
+  await until("a force is told", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  assert.match(await text(page, "tag"), / N$/);
+  const displacement = async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]);
+  await page.waitForTimeout(300);
+  const pulled = await displacement();
+  await shot(page, "drag");
+  await page.mouse.up();
+  await until("it is let go", async () => !(await page.isVisible("#tag")));
+  await until("it goes back", async () => (await displacement()) < 0.7 * pulled);
+  // The same with keys alone.
+  await page.focus("#canvas");
+  await page.keyboard.press("g");
+  for (let i = 0; i < 4; ++i) await page.keyboard.press("ArrowUp");
+  await until("a force by keys", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  await page.keyboard.press("g");
+  await until("let go by key", async () => !(await page.isVisible("#tag")));
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("settings act, on every page, and layers show", async () => {
+  const server = await serve("scene.json");
+  const page = await open(server.address);
+  const other = await open(server.address);
+  await until("it has settled", async () => (await time(page)) > 0.4);
+  await page.selectOption("#structure", "hash");
+  await until("the other page follows", async () => (await other.inputValue("#structure")) === "hash");
+  await page.fill("#gravity", "0");
+  await until("gravity on the other page", async () => (await other.inputValue("#gravity")) === "0");
+  await page.selectOption("#cells_per_primitive-word", "number");
+  await until("cells per primitive", async () => (await other.inputValue("#cells_per_primitive-word")) === "number");
+  const running = await time(page);
+  await until("it runs on", async () => (await time(page)) > running);
+  await page.click("text=Restore");
+  await until("as in the scene", async () => (await other.inputValue("#structure")) === "compact" &&
+    (await other.inputValue("#cells_per_primitive-word")) === "exact");
+  for (const id of ["show-arrows", "show-borders", "show-cells"]) await page.check(`#${id}`);
+  await page.selectOption("#colouring", "depth");
+  await until("the legend shows", () => page.isVisible("#legend"));
+  await until("cells are counted", async () => (await text(page, "counts")).includes("cells in use"));
+  await shot(page, "layers");
+  await page.focus("#canvas");
+  await page.keyboard.press("3");
+  await until("displacement", async () => (await text(page, "legend-title")).startsWith("Displacement (m)"));
+  await page.check("#cut");
+  await page.locator("#fade-all").fill("60");
+  await page.waitForTimeout(200);
+  await page.keyboard.press("t");
+  await shot(page, "cut");
+  noComplaints(page);
+  noComplaints(other);
+  await page.close();
+  await other.close();
+  await server.end();
+});
+
+test("a body on rails follows the hand", async () => {
+  const server = await serve("scene.json", { flags: ["--speed", "max"] });
+  const page = await open(server.address);
+  await page.locator("#rails-0").fill("100");
+  const run = page.locator("text=Let it run");
+  await until("it is held", () => run.isEnabled());
+  await run.click();
+  await until("it is let run", () => run.isDisabled());
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("finds the server again after a restart", async () => {
+  const environment = { PALPATE_VIEW_TOKEN: "a-token-for-this-test" };
+  let server = await serve("scene.json", { environment });
+  const page = await open(server.address);
+  await until("it plays", async () => (await time(page)) > 0.05);
+  await server.end();
+  await until("it says so", () => page.isVisible("#notice"));
+  server = await serve("scene.json", { environment, flags: ["--port", String(server.port), "--paused"] });
+  await until("it shows the new run", async () => (await time(page)) === 0);
+  await page.click("#play");
+  await until("it plays again", async () => (await time(page)) > 0.02);
+  assert.equal(await page.isVisible("#notice"), false);
+  const own = page.complaints.filter((c) => !/WebSocket connection|ERR_CONNECTION_REFUSED/.test(c));
+  assert.deepEqual(own, [], "the browser itself reports the connections that failed; nothing else may");
+  await page.close();
+  await server.end();
+});
+
+test("replays stored results, with a slider, and exports", async () => {
+  const ran = spawnSync(command, ["run", "scene.json", "--out", "results", "--no-picture", "--quiet"], { cwd: folder });
+  assert.equal(ran.status, 0, String(ran.stderr));
+  const server = await serve("results", { flags: ["--paused"] });
+  const page = await open(server.address);
+  assert.equal(await text(page, "frame-number"), "1 of 21");
+  await page.fill("#seek", "12");
+  await until("the frame is shown", async () => (await text(page, "frame-number")) === "13 of 21");
+  assert.ok(Math.abs((await time(page)) - 0.24) < 1e-9);
+  await page.click("#canvas", { position: { x: 5, y: 5 } });
+  await page.keyboard.press("b");
+  await until("a frame back", async () => (await text(page, "frame-number")) === "12 of 21");
+  const [picture] = await Promise.all([page.waitForEvent("download"), page.click("#picture")]);
+  assert.equal(picture.suggestedFilename(), "two boxes.png");
+  const png = readFileSync(await picture.path());
+  assert.equal(png.subarray(1, 4).toString(), "PNG");
+  await page.click("#video");
+  await page.click("#play");
+  await until("the end", async () => (await text(page, "frame-number")) === "21 of 21");
+  await page.waitForTimeout(1500);
+  const [video] = await Promise.all([page.waitForEvent("download"), page.click("#video")]);
+  assert.equal(video.suggestedFilename(), "two boxes.webm");
+  assert.equal(readFileSync(await video.path()).subarray(0, 4).toString("hex"), "1a45dfa3", "EBML, which WebM begins with");
+  assert.ok(statSync(await video.path()).size > 1000);
+  await shot(page, "replay");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("fits a small window and works by keys", async () => {
+  const server = await serve("scene.json");
+  const page = await open(server.address, { viewport: { width: 380, height: 640 } });
+  assert.equal(await page.isVisible("#panel"), false, "the panel waits until it is asked for");
+  await page.click("#panel-toggle");
+  assert.equal(await page.isVisible("#panel"), true);
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+  assert.equal(wide, false, "nothing is wider than the window");
+  await shot(page, "small");
+  await page.keyboard.press("?");
+  assert.equal(await page.isVisible("#keys"), true);
+  await page.keyboard.press("Escape");
+  // Everything that can be clicked can be reached with Tab, and has a name.
+  const nameless = await page.evaluate(() =>
+    [...document.querySelectorAll("button, input, select, summary")]
+      .filter((e) => !(e.textContent.trim() || e.getAttribute("aria-label") || e.closest("label")?.textContent.trim() || e.labels?.length))
+      .map((e) => e.outerHTML));
+  assert.deepEqual(nameless, []);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});

@@ -1,0 +1,60 @@
+// Colours that people with any colour vision can tell apart.
+
+export type Colour = [number, number, number];
+
+function parse(hex: string): Colour {
+  const value = parseInt(hex.slice(1), 16);
+  return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
+}
+
+/** For things: Okabe & Ito, "Color universal design" (2008), lightened where tissue is large. */
+const things = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#5b8fd9", "#d55e00", "#cc79a7", "#b0a89a"].map(parse);
+
+export function bodyColour(index: number): Colour {
+  return things[index % things.length]!;
+}
+
+/** For amounts: cividis (Nunez, Anderton & Renslow 2018), dark to light. */
+const amounts = [
+  "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+].map(parse);
+
+/** Writes the colour of a share in [0, 1] at `place` of `colours`. */
+export function amountColour(share: number, colours: Float32Array, place: number): void {
+  const x = Math.min(Math.max(share, 0), 1) * (amounts.length - 1);
+  const i = Math.min(Math.floor(x), amounts.length - 2);
+  const low = amounts[i]!;
+  const high = amounts[i + 1]!;
+  for (let c = 0; c < 3; ++c) colours[place + c] = low[c]! + (x - i) * (high[c]! - low[c]!);
+}
+
+export function amountGradient(context: CanvasRenderingContext2D, width: number): CanvasGradient {
+  const gradient = context.createLinearGradient(0, 0, width, 0);
+  amounts.forEach((c, i) => gradient.addColorStop(i / (amounts.length - 1), css(c)));
+  return gradient;
+}
+
+export function css(colour: Colour): string {
+  return `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
+}
+
+/** Of the phases of a step, in their order. */
+export const phaseColours = ["#56b4e9", "#0072b2", "#009e73", "#f0e442", "#e69f00", "#cc79a7", "#d55e00"];
+
+/** The smallest of 1, 2, 5 times a power of ten that is not below x: for ends of scales. */
+export function niceAbove(x: number): number {
+  if (!(x > 0)) return 0;
+  const power = 10 ** Math.floor(Math.log10(x));
+  for (const factor of [1, 2, 5]) {
+    if (factor * power >= x * (1 - 1e-9)) return factor * power;
+  }
+  return 10 * power;
+}
+
+/** Three or four digits, as people write numbers. */
+export function short(x: number): string {
+  if (x === 0) return "0";
+  const size = Math.abs(x);
+  if (size >= 1e5 || size < 1e-3) return x.toExponential(2).replace(/\.?0+e/, "e").replace("e+", "e");
+  return String(Number(x.toPrecision(size >= 1000 ? 4 : 3)));
+}

@@ -1,0 +1,163 @@
+// What is drawn over the bodies: contacts, border edges with their crossings, cells, the pull.
+import * as three from "three";
+import { amountColour } from "./colours";
+import type { Arrays, Frame } from "./protocol";
+
+const onTop = { depthTest: false, transparent: true } as const;
+
+/** Lines or points whose number changes from frame to frame. */
+class Growing<T extends three.Line | three.LineSegments | three.Points> {
+  constructor(readonly object: T) {
+    object.frustumCulled = false;
+    object.visible = false;
+  }
+  set(values: Float32Array): void {
+    const geometry = this.object.geometry as three.BufferGeometry;
+    const old = geometry.getAttribute("position") as three.BufferAttribute | undefined;
+    if (!old || old.array.length < values.length) {
+      geometry.dispose();  // the graphics memory is of the old length
+      const room = new Float32Array(Math.max(6, Math.ceil(1.5 * values.length)));
+      geometry.setAttribute("position", new three.BufferAttribute(room, 3).setUsage(three.DynamicDrawUsage));
+    }
+    const attribute = geometry.getAttribute("position") as three.BufferAttribute;
+    (attribute.array as Float32Array).set(values);
+    attribute.needsUpdate = true;
+    geometry.setDrawRange(0, values.length / 3);
+  }
+}
+
+/** A unit arrow along +y: shaft and head. */
+function arrowGeometry(): three.BufferGeometry {
+  const shaft = new three.CylinderGeometry(0.03, 0.03, 0.7, 5, 1, true).translate(0, 0.35, 0);
+  const head = new three.ConeGeometry(0.1, 0.3, 6).translate(0, 0.85, 0);
+  const all = new three.BufferGeometry();
+  const positions = [...shaft.getAttribute("position").array, ...head.getAttribute("position").array];
+  const count = shaft.getAttribute("position").count;
+  all.setAttribute("position", new three.Float32BufferAttribute(positions, 3));
+  all.setIndex([...shaft.getIndex()!.array, ...[...head.getIndex()!.array].map((i) => i + count)]);
+  return all;
+}
+
+/** The twelve edges of the unit cube, once for each cell. */
+function cellLines(): { object: three.LineSegments; offsets(values: Float32Array, size: number): void } {
+  const geometry = new three.InstancedBufferGeometry();
+  const box = new three.EdgesGeometry(new three.BoxGeometry(1, 1, 1).translate(0.5, 0.5, 0.5));
+  geometry.setAttribute("position", box.getAttribute("position"));
+  geometry.instanceCount = 0;
+  const material = new three.ShaderMaterial({
+    uniforms: { size: { value: 1 }, colour: { value: new three.Color("#7f7f7f") } },
+    vertexShader:
+      "attribute vec3 lower; uniform float size; void main() { gl_Position = projectionMatrix * viewMatrix * vec4(lower + size * position, 1.0); }",
+    fragmentShader: "uniform vec3 colour; void main() { gl_FragColor = vec4(colour, 0.35); }",
+    transparent: true,
+    depthWrite: false,
+  });
+  const object = new three.LineSegments(geometry, material);
+  object.frustumCulled = false;
+  object.visible = false;
+  const offsets = (values: Float32Array, size: number) => {
+    const old = geometry.getAttribute("lower") as three.InstancedBufferAttribute | undefined;
+    if (!old || old.array.length < values.length) {
+      geometry.dispose();
+      geometry.setAttribute("lower", new three.InstancedBufferAttribute(new Float32Array(values.length + 3072), 3));
+    }
+    const attribute = geometry.getAttribute("lower") as three.InstancedBufferAttribute;
+    (attribute.array as Float32Array).set(values);
+    attribute.needsUpdate = true;
+    geometry.instanceCount = values.length / 3;
+    material.uniforms["size"]!.value = size;
+  };
+  return { object, offsets };
+}
+
+export class Layers {
+  readonly group = new three.Group();
+  private arrows?: three.InstancedMesh;
+  private readonly edges = new Growing(
+    new three.LineSegments(new three.BufferGeometry(), new three.LineBasicMaterial({ color: "#0072b2", ...onTop })),
+  );
+  private readonly crossings = new Growing(
+    new three.Points(
+      new three.BufferGeometry(),
+      new three.PointsMaterial({ color: "#d55e00", size: 5, sizeAttenuation: false, ...onTop }),
+    ),
+  );
+  private readonly cells = cellLines();
+  private readonly pull = new Growing(
+    new three.LineSegments(new three.BufferGeometry(), new three.LineBasicMaterial({ color: "#d55e00", ...onTop })),
+  );
+  private readonly ends = new Growing(
+    new three.Points(
+      new three.BufferGeometry(),
+      new three.PointsMaterial({ color: "#d55e00", size: 8, sizeAttenuation: false, ...onTop }),
+    ),
+  );
+  private readonly arrowShape = arrowGeometry();
+  private readonly arrowMaterial = new three.MeshBasicMaterial({ ...onTop });
+  showArrows = false;
+
+  constructor(private readonly diagonal: number) {
+    this.group.add(this.edges.object, this.crossings.object, this.cells.object, this.pull.object, this.ends.object);
+    this.group.renderOrder = 1;
+  }
+
+  set showBorders(on: boolean) {
+    this.edges.object.visible = this.crossings.object.visible = on;
+  }
+  set showCells(on: boolean) {
+    this.cells.object.visible = on;
+  }
+
+  update(frame: Frame, arrays: Arrays): void {
+    const floats = (name: string) => arrays[name] as Float32Array | undefined;
+    this.updateArrows(floats("contacts") ?? new Float32Array());
+    const edges = floats("border_edges");
+    if (edges) this.edges.set(edges);
+    const crossings = floats("crossings");
+    if (crossings) this.crossings.set(crossings);
+    const cells = floats("cells");
+    if (cells) this.cells.offsets(cells, frame.counts.cell_size);
+  }
+
+  /** Of each contact an arrow that leads out; its length and colour tell the depth. */
+  private updateArrows(contacts: Float32Array): void {
+    const count = this.showArrows ? contacts.length / 7 : 0;
+    if (!this.arrows || this.arrows.instanceMatrix.count < count) {
+      if (this.arrows) {
+        this.group.remove(this.arrows);
+        this.arrows.dispose();
+      }
+      this.arrows = new three.InstancedMesh(this.arrowShape, this.arrowMaterial, Math.max(64, Math.ceil(1.5 * count)));
+      this.arrows.frustumCulled = false;
+      this.group.add(this.arrows);
+    }
+    let deepest = 0;
+    for (let c = 0; c < count; ++c) deepest = Math.max(deepest, contacts[7 * c + 6]!);
+    const up = new three.Vector3(0, 1, 0);
+    const direction = new three.Vector3();
+    const position = new three.Vector3();
+    const turn = new three.Quaternion();
+    const matrix = new three.Matrix4();
+    const rgb = new Float32Array(3);
+    const colour = new three.Color();
+    for (let c = 0; c < count; ++c) {
+      const share = deepest > 0 ? contacts[7 * c + 6]! / deepest : 0;
+      turn.setFromUnitVectors(up, direction.fromArray(contacts, 7 * c + 3));
+      const size = this.diagonal * (0.01 + 0.03 * share);
+      matrix.compose(position.fromArray(contacts, 7 * c), turn, new three.Vector3(size, size, size));
+      this.arrows.setMatrixAt(c, matrix);
+      amountColour(share, rgb, 0);
+      this.arrows.setColorAt(c, colour.setRGB(rgb[0]!, rgb[1]!, rgb[2]!, three.SRGBColorSpace));
+    }
+    this.arrows.count = count;
+    this.arrows.instanceMatrix.needsUpdate = true;
+    if (this.arrows.instanceColor) this.arrows.instanceColor.needsUpdate = true;
+  }
+
+  /** From each point that is pulled to where it is pulled; ends[i] are (point, target). */
+  setPulls(ends: Float32Array): void {
+    this.pull.set(ends);
+    this.ends.set(ends);
+    this.pull.object.visible = this.ends.object.visible = ends.length > 0;
+  }
+}

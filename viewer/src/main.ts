@@ -1,0 +1,312 @@
+// The page of `palpate view`: joins the connection, the view, the panel and the keys.
+import * as three from "three";
+import { BodySet } from "./bodies";
+import { short } from "./colours";
+import { bindKeys, showKeys } from "./keyboard";
+import { Layers } from "./layers";
+import { Panel } from "./panel";
+import { byId } from "./parts";
+import { Connection, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
+import { pickedLines, Rate, showLegend, showTag } from "./readouts";
+import { Recorder, savePicture } from "./record";
+import { SceneView } from "./scene_view";
+import "./style.css";
+import { Touch } from "./touch";
+
+const speeds = ["0.05", "0.1", "0.25", "0.5", "1", "2", "max"];
+
+class Page {
+  private readonly view = new SceneView(byId<HTMLCanvasElement>("canvas"));
+  private readonly recorder = new Recorder(this.view.canvas);
+  private readonly connection: Connection;
+  private readonly touch: Touch;
+  private stage?: Stage;
+  private bodies?: BodySet;
+  private layers?: Layers;
+  private panel?: Panel;
+  private state?: State;
+  private frame?: Frame;
+  private drawn = 0;
+  private picked: number | null = null;
+  private noticeTimer = 0;
+  private readonly rate = new Rate();
+
+  constructor() {
+    this.touch = new Touch(this.view, {
+      stage: () => this.stage!,
+      bodies: () => this.bodies!,
+      send: (name, values) => this.send(name, values),
+      picked: (vertex) => this.pick(vertex),
+      strength: () => this.panel?.strength ?? 1,
+      offset: (motion) => this.frame?.counts.rails?.[motion]?.offset ?? [0, 0, 0],
+    });
+    this.view.drawn = () => this.tellShown();
+    this.bindButtons();
+    this.bindKeys();
+    this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+    if (innerWidth <= 720) this.togglePanel();
+    this.connection = new Connection({
+      stage: (stage) => this.takeStage(stage),
+      frame: (frame) => this.takeFrame(frame),
+      state: (state) => this.takeState(state),
+      refusal: (refusal) => this.takeRefusal(refusal),
+      connected: (open) => this.setConnected(open),
+    });
+  }
+
+  private send(name: string, values: object = {}): void {
+    this.connection.send(name, values);
+  }
+
+  private takeStage(message: Binary<Stage>): void {
+    const first = this.stage === undefined;
+    const stage = (this.stage = message.header);
+    this.view.scene.remove(...[this.bodies?.group, this.layers?.group].filter((g) => g !== undefined));
+    this.bodies?.dispose();
+    this.bodies = new BodySet(message);
+    this.layers = new Layers(stage.diagonal);
+    this.view.scene.add(this.bodies.group, this.layers.group);
+    document.title = `${stage.name} – Palpate`;
+    byId("title").textContent = stage.name;
+    byId("view").classList.toggle("replay", stage.mode === "replay");
+    byId("timeline").hidden = stage.mode !== "replay";
+    byId<HTMLInputElement>("seek").max = String((stage.frames ?? 1) - 1);
+    this.panel = new Panel(byId("panel"), stage, this.bodies, {
+      send: (name, values) => this.send(name, values),
+      redraw: () => this.view.redraw(),
+      look: () => this.look(),
+      viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
+      lookFrom: (position, target) => this.view.lookFrom(position, target),
+      moveRails: (motion, time) => this.send("move_rails", { motion, time }),
+    });
+    this.picked = null;
+    this.look();
+    if (first) this.fit();
+    this.view.redraw();
+  }
+
+  private fit(): void {
+    if (!this.stage) return;
+    const gravity = new three.Vector3(...(this.stage.settings.gravity ?? [0, 0, -1]));
+    this.view.fit(0.52 * this.stage.diagonal, gravity);
+  }
+
+  private takeFrame(message: Binary<Frame>): void {
+    if (!this.bodies || !this.layers || !this.panel || !this.stage) return;
+    const frame = (this.frame = message.header);
+    this.bodies.update(message.arrays);
+    this.layers.update(frame, message.arrays);
+    this.layers.setPulls(this.pullEnds(frame));
+    this.panel.update(frame);
+    showTag(frame, this.stage, this.view);
+    this.showPick();
+    showLegend(this.stage, this.bodies);
+    this.rate.show(frame, this.stage, this.connection);
+    if (frame.counts.frame !== undefined) {
+      const seek = byId<HTMLInputElement>("seek");
+      if (document.activeElement !== seek || frame.playing) seek.value = String(frame.counts.frame);
+      byId("frame-number").textContent = `${frame.counts.frame + 1} of ${this.stage.frames}`;
+    }
+    this.view.redraw();
+  }
+
+  /** Only a frame that has been drawn makes room for the next: nothing can queue up. */
+  private tellShown(): void {
+    if (!this.frame || this.frame.frame === this.drawn) return;
+    this.drawn = this.frame.frame;
+    this.send("shown", { frame: this.drawn });
+  }
+
+  private pullEnds(frame: Frame): Float32Array {
+    const pulls = frame.counts.pulls ?? [];
+    const ends = new Float32Array(6 * pulls.length);
+    pulls.forEach((pull, i) => {
+      ends.set(this.bodies!.positions.subarray(3 * pull.vertex, 3 * pull.vertex + 3), 6 * i);
+      ends.set(pull.target, 6 * i + 3);
+    });
+    return ends;
+  }
+
+  private pick(vertex: number | null): void {
+    this.picked = vertex;
+    this.look();
+    this.showPick();
+    this.view.redraw();
+  }
+
+  private look(): void {
+    const panel = this.panel;
+    if (!panel || !this.layers) return;
+    const { arrows, borders, cells, colouring } = panel.shown;
+    this.layers.showArrows = arrows;
+    this.layers.showBorders = borders;
+    this.layers.showCells = cells;
+    const contacts = arrows || colouring === "depth" || this.picked !== null;
+    this.send("look", { contacts, borders, cells });
+    showLegend(this.stage!, this.bodies!);
+    this.view.redraw();
+  }
+
+  private showPick(): void {
+    if (this.stage && this.bodies) this.panel?.showPick(pickedLines(this.picked, this.frame, this.stage, this.bodies));
+  }
+
+  private takeState(state: State): void {
+    this.state = state;
+    const play = byId("play");
+    play.textContent = state.playing ? "Pause" : "Play";
+    const speed = byId<HTMLSelectElement>("speed");
+    const value = String(state.speed);
+    if (![...speed.options].some((o) => o.value === value)) speed.add(new Option(`× ${short(Number(value))}`, value));
+    speed.value = value;
+    this.panel?.state(state);
+    if (state.error) this.notice(`The simulation has stopped: ${state.error}. Reset begins again.`, true);
+    else if (byId("notice").dataset["kind"] === "error") byId("notice").hidden = true;
+  }
+
+  private takeRefusal(refusal: Refusal): void {
+    this.notice(refusal.why);
+  }
+
+  private setConnected(open: boolean): void {
+    document.body.dataset["connected"] = String(open);
+    if (open) {
+      byId("notice").hidden = true;
+      this.look();
+    } else {
+      this.drawn = 0;
+      this.frame = undefined;
+      this.notice("No connection to the server; trying again.", true);
+    }
+  }
+
+  private notice(text: string, stays = false): void {
+    const element = byId("notice");
+    element.textContent = text;
+    element.dataset["kind"] = stays ? "error" : "note";
+    element.hidden = false;
+    clearTimeout(this.noticeTimer);
+    if (!stays) this.noticeTimer = window.setTimeout(() => (element.hidden = true), 5000);
+  }
+
+  private bindButtons(): void {
+    const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
+    click("play", () => this.togglePlay());
+    click("step", () => this.send("step"));
+    click("reset", () => this.reset());
+    click("fit", () => this.fit());
+    click("picture", () => this.savePicture());
+    click("video", () => this.toggleVideo());
+    click("theme", () => this.toggleTheme());
+    click("help", showKeys);
+    click("panel-toggle", () => this.togglePanel());
+    const speed = byId<HTMLSelectElement>("speed");
+    for (const value of speeds) speed.add(new Option(value === "max" ? "max" : `× ${value}`, value));
+    speed.addEventListener("change", () => this.send("speed", { speed: speed.value === "max" ? "max" : Number(speed.value) }));
+    const seek = byId<HTMLInputElement>("seek");
+    seek.addEventListener("input", () => this.seek(seek.valueAsNumber));
+  }
+
+  private seek(frame: number): void {
+    if (this.state?.playing) this.send("play", { on: false });
+    this.send("seek", { frame });
+  }
+
+  /** One frame to a side; in a running simulation only forwards. */
+  private stepBy(by: number): void {
+    const frame = this.frame?.counts.frame;
+    if (frame === undefined) {
+      if (by > 0) this.send("step");
+      return;
+    }
+    this.seek(Math.min(Math.max(frame + by, 0), (this.stage?.frames ?? 1) - 1));
+  }
+
+  private reset(): void {
+    this.send("reset");
+    this.panel?.clearTimes();
+    if (this.panel) this.bodies?.setColouring(this.panel.shown.colouring);
+  }
+
+  private togglePlay(): void {
+    this.send("play", { on: !this.state?.playing });
+  }
+
+  private savePicture(): void {
+    this.view.draw();
+    savePicture(this.view.canvas, this.stage?.name ?? "palpate");
+  }
+
+  private toggleVideo(): void {
+    const button = byId("video");
+    try {
+      if (this.recorder.running) this.recorder.stop();
+      else this.recorder.start(this.stage?.name ?? "palpate");
+      this.view.redraw();  // a canvas at rest sends no picture
+    } catch (error) {
+      this.notice(String(error));
+    }
+    button.setAttribute("aria-pressed", String(this.recorder.running));
+    button.textContent = this.recorder.running ? "Stop" : "Video";
+  }
+
+  private setTheme(theme: string): void {
+    document.documentElement.dataset["theme"] = theme;
+    this.view.setBackground(getComputedStyle(document.documentElement).getPropertyValue("--scene").trim());
+  }
+
+  private toggleTheme(): void {
+    this.setTheme(document.documentElement.dataset["theme"] === "dark" ? "light" : "dark");
+  }
+
+  private togglePanel(): void {
+    const closed = byId("panel").classList.toggle("closed");
+    byId("panel-toggle").setAttribute("aria-expanded", String(!closed));
+  }
+
+  /** Takes hold of what is at the middle of the view, or lets go. */
+  private toggleHold(): void {
+    const crosshair = byId("crosshair");
+    if (this.touch.holds) this.touch.letGo();
+    else {
+      const { x, y } = this.view.middle();
+      if (!this.touch.take(x, y)) this.notice("There is nothing to pull at the middle of the view.");
+    }
+    crosshair.hidden = !this.touch.holds;
+  }
+
+  private arrow(x: number, y: number): void {
+    if (this.touch.holds) this.touch.nudge(x, y);
+    else this.view.turn(-0.1 * x, -0.1 * y);
+  }
+
+  private bindKeys(): void {
+    const tick = (id: string) => () => document.getElementById(id)?.click();
+    const colours = ["body", "depth", "displacement"] as const;
+    bindKeys([
+      { key: " ", name: "Space", does: "play or pause", act: () => this.togglePlay() },
+      { key: "n", does: "one step, or the next frame", act: () => this.stepBy(1) },
+      { key: "b", does: "the frame before (stored results)", act: () => this.stepBy(-1) },
+      { key: "r", does: "back to the start", act: () => this.reset() },
+      { key: "g", does: "take hold of the tissue at the middle of the view, or let go; arrows then move it", act: () => this.toggleHold() },
+      { key: "ArrowLeft", name: "←", does: "turn the view, or move what is held", act: () => this.arrow(-1, 0) },
+      { key: "ArrowRight", name: "→", does: "", act: () => this.arrow(1, 0) },
+      { key: "ArrowUp", name: "↑", does: "", act: () => this.arrow(0, 1) },
+      { key: "ArrowDown", name: "↓", does: "", act: () => this.arrow(0, -1) },
+      { key: "+", does: "nearer", act: () => this.view.zoom(1 / 1.1) },
+      { key: "-", does: "further away", act: () => this.view.zoom(1.1) },
+      { key: "f", does: "see everything", act: () => this.fit() },
+      ...colours.map((c, i) => ({ key: String(i + 1), does: `colours show ${c}`, act: () => this.panel?.setColouring(c) })),
+      { key: "a", does: "direction and depth of contacts", act: tick("show-arrows") },
+      { key: "e", does: "border edges and crossings", act: tick("show-borders") },
+      { key: "d", does: "grid cells", act: tick("show-cells") },
+      { key: "c", does: "cut the bodies open", act: tick("cut") },
+      { key: "p", does: "save a picture", act: () => this.savePicture() },
+      { key: "v", does: "record a video", act: () => this.toggleVideo() },
+      { key: "t", does: "light or dark", act: () => this.toggleTheme() },
+      { key: "?", does: "this list", act: showKeys },
+    ]);
+  }
+}
+
+new Page();

@@ -1,0 +1,116 @@
+// The hand: drags tissue by a spring, drags what is on rails, picks a point to read what is there.
+import * as three from "three";
+import type { BodySet } from "./bodies";
+import type { Stage } from "./protocol";
+import type { SceneView } from "./scene_view";
+
+export interface Hand {
+  stage(): Stage;
+  bodies(): BodySet;
+  send(name: string, values?: object): void;
+  /** A vertex was picked, or nothing. */
+  picked(vertex: number | null): void;
+  strength(): number;
+  offset(motion: number): [number, number, number];
+}
+
+type Grip =
+  | { kind: "pull"; plane: three.Plane; target: three.Vector3 }
+  | { kind: "rails"; plane: three.Plane; motion: number; from: three.Vector3; offset: three.Vector3 };
+
+const array = (v: three.Vector3) => v.toArray();
+
+export class Touch {
+  private grip: Grip | null = null;
+  private down = { x: 0, y: 0 };
+
+  constructor(
+    private readonly view: SceneView,
+    private readonly hand: Hand,
+  ) {
+    const place = view.canvas.parentElement!;
+    // Before the orbit controls: who touches tissue does not turn the view.
+    place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
+    view.canvas.addEventListener("pointermove", (event) => this.move(event.clientX, event.clientY));
+    view.canvas.addEventListener("pointerup", (event) => this.lift(event));
+    view.canvas.addEventListener("pointercancel", () => this.letGo());
+    view.canvas.addEventListener("lostpointercapture", () => this.letGo());
+  }
+
+  get holds(): boolean {
+    return this.grip !== null;
+  }
+
+  private press(event: PointerEvent): void {
+    this.down = { x: event.clientX, y: event.clientY };
+    if (event.target !== this.view.canvas || event.button !== 0 || event.shiftKey || event.ctrlKey) return;
+    if (!this.take(event.clientX, event.clientY)) return;
+    this.view.controls.enabled = false;
+    this.view.canvas.setPointerCapture(event.pointerId);
+  }
+
+  /** Takes hold of what is at a place of the page; false where there is nothing that moves. */
+  take(x: number, y: number): boolean {
+    if (this.hand.stage().mode !== "live") return false;
+    const bodies = this.hand.bodies();
+    const hit = bodies.hit(this.view.ray(x, y));
+    if (!hit) return false;
+    const normal = this.view.camera.getWorldDirection(new three.Vector3());
+    const plane = new three.Plane().setFromNormalAndCoplanarPoint(normal, hit.point);
+    if (bodies.meshes[hit.body]!.info.rigid) {
+      const motion = this.hand.stage().motions.findIndex((m) => m.body === hit.body);
+      if (motion < 0) return false;
+      const offset = new three.Vector3(...this.hand.offset(motion));
+      this.grip = { kind: "rails", plane, motion, from: hit.point.clone(), offset };
+      return true;
+    }
+    const target = bodies.vertex(hit.vertex);
+    plane.setFromNormalAndCoplanarPoint(normal, target);
+    this.grip = { kind: "pull", plane, target };
+    this.hand.picked(hit.vertex);
+    this.hand.send("pull", { vertex: hit.vertex, target: array(target), strength: this.hand.strength() });
+    return true;
+  }
+
+  move(x: number, y: number): void {
+    if (!this.grip) return;
+    const target = this.view.ray(x, y).ray.intersectPlane(this.grip.plane, new three.Vector3());
+    if (target) this.lead(target);
+  }
+
+  private lead(target: three.Vector3): void {
+    const grip = this.grip!;
+    if (grip.kind === "pull") {
+      grip.target.copy(target);
+      this.hand.send("move_pull", { target: array(target) });
+    } else {
+      const offset = target.clone().sub(grip.from).add(grip.offset);
+      this.hand.send("move_rails", { motion: grip.motion, offset: array(offset) });
+    }
+  }
+
+  /** Moves what is held by parts of the scene's size, along the screen: for keys. */
+  nudge(right: number, up: number): void {
+    const grip = this.grip;
+    if (!grip || grip.kind !== "pull") return;
+    const size = 0.02 * this.hand.stage().diagonal;
+    const axis = (column: number) => new three.Vector3().setFromMatrixColumn(this.view.camera.matrixWorld, column);
+    this.lead(grip.target.clone().addScaledVector(axis(0), size * right).addScaledVector(axis(1), size * up));
+  }
+
+  private lift(event: PointerEvent): void {
+    const still = Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) < 4;
+    const held = this.grip !== null;
+    this.letGo();
+    if (still && event.button === 0) {
+      const hit = this.hand.bodies().hit(this.view.ray(event.clientX, event.clientY));
+      if (hit || !held) this.hand.picked(hit ? hit.vertex : null);
+    }
+  }
+
+  letGo(): void {
+    this.view.controls.enabled = true;
+    if (this.grip?.kind === "pull") this.hand.send("let_go");
+    this.grip = null;
+  }
+}
