@@ -89,9 +89,10 @@ Section approximate_errors(const std::vector<PaperScene>& scenes, const PaperEff
       worst_mean = std::max(worst_mean, cm * d.mean);
       section.table.rows.push_back({scene.name, std::to_string(k), approximate.milliseconds,
                                     approximate.dropped, cm * d.most, cm * d.mean, cm * d.standard});
-      if (k != 27)
+      if (k != 27) {
         speeds += fmt::format("{} with {} in place of 27: {:.2f} times as fast; ", scene.name, k,
                               at_27 / approximate.milliseconds);
+      }
     }
   }
   section.verdict = worst_mean < 0.1 ? Verdict::agrees : Verdict::differs;

@@ -19,6 +19,7 @@ constexpr std::size_t entries = 128000;
 std::map<std::string, double> least_times(const SortFrames& frames, int rounds) {
   const std::vector<Competitor> all = competitors();
   std::vector<Sorter> sorters;
+  sorters.reserve(all.size());
   for (const Competitor& competitor : all) sorters.push_back(competitor.make());
   std::map<std::string, double> least;
   const std::size_t steps = static_cast<std::size_t>(rounds) * frames.steps();

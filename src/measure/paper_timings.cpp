@@ -73,6 +73,7 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Wa
 Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) {
   const Recording recording = record(stacking.model, stacking.settings, effort.stacking_steps, 0);
   std::vector<Way> ways{with_structure(stacking.settings.detection, Structure::hash, "serial hashing", 1)};
+  ways.reserve(1 + effort.threads.size());
   for (const int threads : effort.threads) ways.push_back(index_sort(stacking.settings.detection, threads));
   const std::vector<WayTimes> times = replay(recording, ways, effort.rounds);
   Section section{
@@ -106,6 +107,7 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
 Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
   const Recording recording = record(eye.model, eye.settings, effort.organ_steps, 0);
   std::vector<Way> ways;
+  ways.reserve(2 * effort.threads.size());
   for (const int threads : effort.threads) ways.push_back(index_sort(eye.settings.detection, threads));
   for (const int threads : effort.threads)
     ways.push_back(with_structure(eye.settings.detection, Structure::cuckoo, "cuckoo hashing", threads));

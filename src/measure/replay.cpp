@@ -75,6 +75,7 @@ std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>&
   std::vector<WayTimes> results(ways.size());
   for (int round = 0; round < rounds; ++round) {
     std::vector<Detector> detectors;
+    detectors.reserve(ways.size());
     for (const Way& way : ways)
       detectors.emplace_back(recording.bodies, way.settings, recording.rigid, way.threads);
     for (std::size_t frame = 0; frame < recording.frames.size(); ++frame) {
