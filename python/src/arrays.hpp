@@ -5,6 +5,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -49,7 +50,10 @@ inline TetMesh mesh_of(const PointsIn& points, const TetsIn& tets) {
 /// An (n) or (n x columns) array over memory of `owner`, which lives as long as the array.
 template <class T, class Item>
 nb::ndarray<nb::numpy, const T, nb::c_contig> view(std::span<const Item> items, nb::handle owner) {
-  constexpr std::size_t columns = sizeof(Item) / sizeof(T);
+  constexpr std::size_t columns =
+      std::is_same_v<Item, T>
+          ? 1
+          : sizeof(Item) / sizeof(T);  // NOLINT(bugprone-sizeof-expression): of a plain array of T
   const std::size_t shape[2] = {items.size(), columns};
   return {reinterpret_cast<const T*>(items.data()), columns == 1 ? 1U : 2U, shape, owner};
 }

@@ -56,7 +56,8 @@ class Allowance {
   [[nodiscard]] bool time_left(double share) const {
     const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
     const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
-    return spent + kept_back_ + seconds_per_find_ * finds < share * *seconds_;
+    return spent + kept_back_ + seconds_per_find_ * finds <
+           share * seconds_.value_or(std::numeric_limits<double>::infinity());
   }
 
   [[nodiscard]] std::uint64_t tests() const { return tests_; }

@@ -119,7 +119,7 @@ struct Detector::State {
     }
     points = make_structure(settings.structure, settings.order, settings.sort);
     edges = make_structure(settings.structure, settings.order, settings.sort);
-    if (settings.budget) budget.emplace(settings, bodies.bodies().size());
+    if (settings.budget) budget = std::make_unique<DetectionBudget>(settings, bodies.bodies().size());
     // The slots of approximate mode are those of single tets.
     if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
       cluster_query = std::make_unique<ClusterQuery>(bodies);
@@ -166,8 +166,8 @@ struct Detector::State {
   PointsInTets points_in_tets;
   std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
   std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
-  std::optional<DetectionBudget> budget;
-  std::vector<std::uint8_t> tet_notes;  ///< of the budget, before the last detection
+  std::unique_ptr<DetectionBudget> budget;      ///< none: without limit
+  std::vector<std::uint8_t> tet_notes;          ///< of the budget, before the last detection
   std::vector<std::uint8_t> triangle_notes;
   double share = 1.0;
   QueryTally points_tally;

@@ -96,10 +96,11 @@ void add_cells(Message& message, const Source& source, nlohmann::ordered_json& h
   occupied.resize(std::min(occupied.size(), most_cells));
   Writer writer(message.add_floats("cells", 3 * occupied.size()), source.stage().origin);
   for (const std::int64_t cell : occupied) {
-    const auto i = static_cast<double>(cell % nx);
-    const auto j = static_cast<double>(cell / nx % ny);
-    const auto k = static_cast<double>(cell / nx / ny);
-    writer.add_position(domain.lower + domain.cell_size * Vec3{i, j, k});
+    const std::int64_t row = cell / nx;
+    const std::int64_t layer = row / ny;
+    const Vec3 place{static_cast<double>(cell % nx), static_cast<double>(row % ny),
+                     static_cast<double>(layer)};
+    writer.add_position(domain.lower + domain.cell_size * place);
   }
 }
 

@@ -30,8 +30,9 @@ ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
   steps_ = read_stored_times(folder / "metrics.csv");
   make_bodies(folder);
   std::vector<std::uint8_t> obstacles;
+  obstacles.reserve(listed_.size());
   for (const Listed& body : listed_) obstacles.push_back(body.obstacle ? 1 : 0);
-  detector_.emplace(bodies_, scene_.settings.detection, obstacles, threads);
+  detector_ = std::make_unique<Detector>(bodies_, scene_.settings.detection, obstacles, threads);
   show(0);
   stage_.origin = extent_of(positions_).center;
   stage_.about = about();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -59,7 +60,7 @@ class ReplaySource : public Source {
   Scene scene_;
   std::vector<Listed> listed_;
   Bodies bodies_;
-  std::optional<Detector> detector_;
+  std::unique_ptr<Detector> detector_;
   std::vector<Vec3> positions_;
   std::size_t frame_ = 0;
   PhaseSeconds seconds_{};
