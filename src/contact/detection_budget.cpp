@@ -25,7 +25,7 @@ double for_each(double seconds, std::size_t contacts) {
 }
 
 void check(const DetectionSettings& settings) {
-  const Budget& budget = *settings.budget;
+  const Budget budget = settings.budget.value_or(Budget{});
   if (budget.tests.has_value() == budget.milliseconds.has_value()) {
     throw Error("detection settings", "budget", budget.tests ? "tests and milliseconds" : "neither",
                 "either tests or milliseconds");
@@ -55,7 +55,7 @@ void check(const DetectionSettings& settings) {
 }  // namespace
 
 DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies)
-    : budget_(*settings.budget), late_bodies_(bodies, 0) {
+    : budget_(settings.budget.value_or(Budget{})), late_bodies_(bodies, 0) {
   check(settings);
 }
 
@@ -66,8 +66,8 @@ void DetectionBudget::begin(double share) {
     const double tests = points_share * share * static_cast<double>(*budget_.tests);
     allowance_ = Allowance::of_tests(static_cast<std::uint64_t>(std::ceil(tests)));
   } else {
-    constexpr double no_limit = std::numeric_limits<double>::infinity();
-    const double seconds = planned_share * share * 1e-3 * *budget_.milliseconds;
+    const double no_limit = std::numeric_limits<double>::infinity();
+    const double seconds = planned_share * share * 1e-3 * budget_.milliseconds.value_or(no_limit);
     allowance_ = Allowance::of_seconds(after_.known() ? seconds : no_limit);
     allowance_->keep_back(after_.high() * contacts_for_none, after_.high());
   }

@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 
 std::vector<double> mean_edge_lengths(const Bodies& bodies) {
   std::vector<double> lengths;
+  lengths.reserve(bodies.bodies().size());
   for (Index b = 0; b < bodies.body_count(); ++b) {
     lengths.push_back(mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
   }
