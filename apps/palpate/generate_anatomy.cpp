@@ -26,7 +26,7 @@ constexpr const char* examples = R"(Examples:
 /// The folder to write to: one that was named may be there already, the default may not.
 fs::path folder_for(const std::string& name, const std::optional<fs::path>& named) {
   std::error_code ignored;
-  const fs::path folder = named.value_or(name);
+  fs::path folder = named.value_or(name);
   if (!named && fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "something of that name already",
                    "--out DIR, whose files may be replaced");
@@ -58,7 +58,7 @@ Subcommand add_organs(CLI::App& generate, const std::string& name, const std::st
   add_value(*app, "--out", "DIR", "folder of the meshes, NAME.vtu each, in mm; default: " + name,
             [named](const std::string&, const std::string& text) { *named = text; });
   return {app, [name, named, make = std::move(make)] {
-            const fs::path folder = folder_for(name, *named);
+            fs::path folder = folder_for(name, *named);
             write_organs(folder, make());
             return exit_done;
           }};

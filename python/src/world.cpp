@@ -102,6 +102,7 @@ Crossings crossings_of(const Detector& detector) {
 std::vector<std::uint8_t> turned_tets(std::span<const Tet> given, const Bodies& bodies, Index body) {
   const auto& [points, tets] = std::pair{at(bodies.bodies(), body).points, at(bodies.bodies(), body).tets};
   std::vector<std::uint8_t> turned;
+  turned.reserve(given.size());
   for (Index t = 0; t < tets.size(); ++t) {
     // The third corner: where a tet is turned, it is the third and the fourth that are swapped.
     turned.push_back(at(bodies.tets(), tets.begin + t)[2] - points.begin == at(given, t)[2] ? 0 : 1);
