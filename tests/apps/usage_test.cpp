@@ -36,7 +36,8 @@ TEST_F(Usage, VersionIsThatOfTheLibrary) {
 TEST_F(Usage, UnknownSubcommandsNameTheNearest) {
   expect_error(2, {"rnu", "scene.json"}, {"'rnu'", "expected 'run'"});
   expect_error(2, {"generate", "stackin"}, {"'stackin'", "expected 'stacking'"});
-  expect_error(2, {"xyzzy"}, {"'xyzzy'", "one of 'run', 'info', 'detect', 'view', 'generate', 'bench', 'mesh'"});
+  expect_error(2, {"xyzzy"},
+               {"'xyzzy'", "one of 'run', 'info', 'detect', 'view', 'generate', 'bench', 'mesh'"});
 }
 
 TEST_F(Usage, MissingSubcommandsAndArgumentsAreNamed) {
