@@ -1,6 +1,8 @@
 """sweep(): rows against runs made by hand, failures, resuming, dying workers, Dask, Ctrl-C."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 import threading
@@ -93,14 +95,17 @@ def test_a_dask_cluster_that_loses_a_worker_loses_no_run():
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
                                   silence_logs=50) as cluster, distributed.Client(cluster) as client:
         pids = client.run(lambda: __import__("os").getpid())
-        killed = threading.Timer(0.5, lambda: __import__("os").kill(next(iter(pids.values())), 9))
+        victim = next(iter(pids.values()))
+        killed = threading.Timer(0.1, lambda: os.kill(victim, signal.SIGKILL))
         killed.start()
-        table = palpate.sweep(SCENE, {STIFFNESS: np.linspace(1e4, 1e5, 30)}, steps=15, client=client)
+        table = palpate.sweep(SCENE, {STIFFNESS: np.linspace(1e4, 1e5, 30)}, steps=60, client=client)
         killed.join()
-        left = client.run(lambda: __import__("os").getpid())
+        with pytest.raises(ProcessLookupError):  # it was killed, and its nanny has seen it
+            for _ in range(600):
+                os.kill(victim, 0)
+                time.sleep(0.05)
     assert list(table["status"]) == ["done"] * 30
-    assert next(iter(pids.values())) not in left.values()
-    alone = palpate.sweep(SCENE, {STIFFNESS: [1e4, 1e5]}, steps=15, workers=1)
+    alone = palpate.sweep(SCENE, {STIFFNESS: [1e4, 1e5]}, steps=60, workers=1)
     assert list(alone["state_hash"]) == [table["state_hash"][0], table["state_hash"][29]]
 
 
