@@ -62,9 +62,10 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Wa
     };
     const double whole = ratio(&WayTimes::median_total);
     section.ours += fmt::format(
-        " {} with {} threads: {:.2f} times as fast (update {:.2f}, query {:.2f}), parallel share {:.0f} %.",
-        what, ways[w].threads, whole, ratio(&WayTimes::median_update), ratio(&WayTimes::median_query),
-        100.0 * parallel_share(whole, ways[w].threads));
+        " {} with {} threads: {:.2f} times as fast (update {:.2f}, query {:.2f}), {}.", what, ways[w].threads,
+        whole, ratio(&WayTimes::median_update), ratio(&WayTimes::median_query),
+        whole > 1.0 ? fmt::format("parallel share {:.0f} %", 100.0 * parallel_share(whole, ways[w].threads))
+                    : "slower than one thread, so that the formula gives no parallel share");
   }
 }
 
