@@ -1,12 +1,12 @@
 // What a budget in milliseconds keeps, and what it costs (docs/budget.md):
 //
-//   palpate_bench_budget RESULT.json SCENE STEPS FRAMES MILLISECONDS...
+//   palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...
 //
 // Runs the scene for so many steps without a budget, and with each; one thread. At the end: how far points
-// are from where they are without a budget (the paper's Table 2). Then detection alone, FRAMES times: the
-// positions of the run without a budget, to and fro, each time with a tremble of its own. For each detection:
-// its time, the share of the clusters asked, and whether the system put the thread aside meanwhile, which no
-// program can foresee.
+// are from where they are without a budget (the paper's Table 2). Then MANY_STEPS with each budget and with
+// disturbances (disturbances.hpp). Then detection alone, FRAMES times: the positions of the run without a
+// budget, to and fro, each time with a tremble of its own. For each step or detection: its time, the share of
+// the clusters asked, and whether the system put the thread aside meanwhile, which no program can foresee.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "disturbances.hpp"
 #include "geometry/vector.hpp"
 #include "io/atomic_file.hpp"
 #include "io/machine.hpp"
@@ -45,10 +46,14 @@ double total(const DetectionTimes& t) {
   return 1e3 * (t.grid + t.contacts + t.border_edges + t.crossings + t.depth);
 }
 
-Run run(const std::string& scene, int steps, const std::optional<Budget>& budget, bool keep_frames) {
+Run run(const std::string& scene, int steps, const std::optional<Budget>& budget, bool keep_frames,
+        bool disturbed = false) {
   Simulation simulation = bench::simulation_of(scene, budget, 1);
+  std::optional<bench::Disturbances> disturbances;
+  if (disturbed) disturbances.emplace(simulation, bench::motions_of(scene), bench::rigid_bodies_of(scene), 1);
   Run result;
   for (int i = 0; i < steps; ++i) {
+    if (disturbances) disturbances->apply(simulation);
     const std::int64_t before = bench::preemptions();
     const StepMetrics& m = simulation.step();
     result.steps.milliseconds.push_back(total(m.detection_seconds));
@@ -155,28 +160,35 @@ double number(const char* text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 6) {
-    std::fprintf(stderr, "usage: palpate_bench_budget RESULT.json SCENE STEPS FRAMES MILLISECONDS...\n");
+  if (argc < 7) {
+    std::fprintf(stderr,
+                 "usage: palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...\n");
     return 2;
   }
   const std::string scene = argv[2];
   const int steps = static_cast<int>(number(argv[3]));
-  const int frames = static_cast<int>(number(argv[4]));
+  const int many = static_cast<int>(number(argv[4]));
+  const int frames = static_cast<int>(number(argv[5]));
   const Run exact = run(scene, steps, std::nullopt, true);
   const Series all = detect(scene, exact.frames, frames, std::nullopt);
   const io::Machine machine = io::describe_machine();
   Json json{{"scene", scene}, {"cpu", machine.cpu}, {"commit", machine.commit}};
-  json["exact"] = {
-      {"steps", kept(exact.steps, 1e9)}, {"detections", kept(all, 1e9)}, {"milliseconds", all.milliseconds}};
+  json["exact"] = {{"steps", kept(exact.steps, 1e9)},
+                   {"detections", kept(all, 1e9)},
+                   {"milliseconds", all.milliseconds},
+                   {"step_milliseconds", exact.steps.milliseconds}};
   json["budgets"] = Json::array();
-  for (int i = 5; i < argc; ++i) {
+  for (int i = 6; i < argc; ++i) {
     const double budget = number(argv[i]);
     const Run limited = run(scene, steps, Budget{.milliseconds = budget}, false);
+    const Run disturbed = run(scene, many, Budget{.milliseconds = budget}, false, true);
     const Series series = detect(scene, exact.frames, frames, Budget{.milliseconds = budget});
     json["budgets"].push_back({{"budget", budget},
                                {"steps", kept(limited.steps, budget)},
                                {"steps_without_foresight", limited.without_foresight},
                                {"deviation", deviation(limited, exact)},
+                               {"many_steps", kept(disturbed.steps, budget)},
+                               {"many_steps_milliseconds", disturbed.steps.milliseconds},
                                {"detections", kept(series, budget)},
                                {"milliseconds", series.milliseconds},
                                {"put_aside", series.put_aside}});

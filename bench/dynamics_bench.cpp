@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -21,9 +20,9 @@
 #include "fem/conjugate_gradients.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
-#include "io/machine.hpp"
 #include "io/mesh_reader.hpp"
 #include "scene/generators.hpp"
+#include "timing.hpp"
 
 namespace palpate::bench {
 namespace {
@@ -32,24 +31,6 @@ constexpr double time_step = 0.01;
 constexpr double goal = 1e-3;
 constexpr Vec3 gravity{0.0, 0.0, -9.81};
 const parallel::Threads one_thread(1);
-
-/// Processor time: others who use the machine do not count but by what they take of its caches.
-template <class Work>
-double milliseconds(Work&& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 struct Case {
   std::string name;
@@ -91,21 +72,22 @@ struct Ours {
         matrix(elements, free),
         system(matrix, couplings, free),
         coarse(bodies, free),
+        factor(matrix),
         right_side(free.size()),
         solution(free.size()) {
-    const double factor = time_step * (material.stiffness_damping + time_step);
-    elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), factor));
+    const double share = time_step * (material.stiffness_damping + time_step);
+    elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), share));
     couplings.set({}, time_step, free);
   }
   void update(std::span<const Vec3> positions) {
     elements.update(one_thread, positions);
-    matrix.assemble(one_thread, elements, masses);
+    matrix.assemble(one_thread, masses);
     for (std::size_t p = 0; p < free.size(); ++p) {
       if (free[p] == 0) continue;
       Vec3 force = masses[p] * gravity;
       const auto& begin = matrix.elements_of_point().begin;
       for (Index k = begin[p]; k < begin[p + 1]; ++k) {
-        const simd::Padded3& f = elements.forces()[at(matrix.incidences(), k).own];
+        const simd::Padded3& f = elements.forces()[at(matrix.corners_of_point(), k)];
         force += Vec3{f.x, f.y, f.z};
       }
       right_side[p] = {time_step * force.x, time_step * force.y, time_step * force.z, 0.0};
@@ -114,10 +96,15 @@ struct Ours {
   fem::SolveReport solve(Preconditioner preconditioner, std::span<const Vec3> positions) {
     std::fill(solution.begin(), solution.end(), simd::Padded3{});
     system.update_preconditioner(one_thread);
-    return solver.solve(
-        one_thread, system, right_side, solution,
-        {.tolerance = goal, .max_iterations = 100000, .of_solution = true, .preconditioner = preconditioner},
-        &coarse, positions);
+    const fem::SolveReport report = solver.solve(one_thread, system, right_side, solution,
+                                                 {.tolerance = goal,
+                                                  .max_iterations = 100000,
+                                                  .of_solution = true,
+                                                  .preconditioner = preconditioner,
+                                                  .stage = stage},
+                                                 &coarse, positions, &factor);
+    if (preconditioner == Preconditioner::automatic) stage = report.stage;
+    return report;
   }
   std::vector<std::uint8_t> free;
   std::vector<double> masses;
@@ -126,6 +113,8 @@ struct Ours {
   fem::CouplingSystem couplings;
   fem::LinearSystem system;
   fem::CoarseSpace coarse;
+  fem::RestFactor factor;
+  fem::Stage stage = fem::Stage::start;
   fem::ConjugateGradients solver;
   std::vector<simd::Padded3> right_side;
   std::vector<simd::Padded3> solution;
@@ -222,17 +211,23 @@ nlohmann::json measure(Case& c, bool& wrong) {
   std::vector<double> eigen_update;
   std::vector<double> eigen_solve;
   std::vector<double> our_update;
-  std::array<std::vector<double>, 3> our_solve;
-  std::array<double, 3> our_error{};
-  std::array<int, 3> our_iterations{};
+  std::array<std::vector<double>, 4> our_solve;
+  std::array<double, 4> our_error{};
+  std::array<int, 4> our_iterations{};
   std::vector<double> product;
+  const simd::AlignedVector<simd::Quad> product_x(ours.matrix.row_count(), {1.0F, 2.0F, 3.0F, 0.0F});
+  simd::AlignedVector<float> product_y(3 * product_x.size());
   double eigen_error = 0.0;
   bool incomplete = false;
   double tolerance = 0.0;
   long iterations = 0;
   for (int frame = -1; frame < c.frames; ++frame) {  // the first is to warm up and to calibrate
     const auto positions = deformed(rest, frame);
+    // Each runs in caches as its own last frame has left them, not as the other has: as in a simulation.
+    const auto before = deformed(rest, frame - 1);
+    eigen.update(before, gravity);
     const double eigen_time = milliseconds([&] { eigen.update(positions, gravity); });
+    ours.update(before);
     const double our_time = milliseconds([&] { ours.update(positions); });
     const Eigen::VectorXd exact = exact_solution(eigen, c.direct);
     if (frame < 0) {
@@ -240,7 +235,7 @@ nlohmann::json measure(Case& c, bool& wrong) {
       const EigenRun cholesky = calibrated<Incomplete>(eigen, exact);
       incomplete = cholesky.time < diagonal.time && cholesky.error <= goal;
       tolerance = incomplete ? cholesky.tolerance : diagonal.tolerance;
-      for (int k = 0; k < 3; ++k) ours.solve(static_cast<Preconditioner>(k), positions);
+      for (int k = 0; k < 4; ++k) ours.solve(static_cast<Preconditioner>(k), positions);
       continue;
     }
     eigen_update.push_back(eigen_time);
@@ -250,16 +245,17 @@ nlohmann::json measure(Case& c, bool& wrong) {
     eigen_solve.push_back(run.time);
     eigen_error = std::max(eigen_error, run.error);
     iterations = run.iterations;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 4; ++k) {
       our_solve[k].push_back(milliseconds(
           [&] { our_iterations[k] = ours.solve(static_cast<Preconditioner>(k), positions).iterations; }));
       our_error[k] = std::max(our_error[k], error_of(ours, eigen, exact));
     }
-    std::vector<simd::Padded3> y(ours.solution.size());
-    for (int i = 0; i < 3; ++i)
-      product.push_back(milliseconds([&] { ours.system.multiply(one_thread, ours.solution, y); }));
+    const auto multiply = [&] { ours.system.multiply(one_thread, product_x, product_y); };
+    multiply();
+    for (int i = 0; i < 3; ++i) product.push_back(milliseconds(multiply));
   }
-  const std::size_t bytes = ours.matrix.rows().pair_begin[free.size()] * 24 * sizeof(double);
+  // Values and columns, of four bytes each: nine and one a block.
+  const std::size_t bytes = ours.matrix.value_bytes() / 9 * 10;
   nlohmann::json json{{"name", c.name},
                       {"points", rest.size()},
                       {"tets", c.bodies.tets().size()},
@@ -278,7 +274,7 @@ nlohmann::json measure(Case& c, bool& wrong) {
                         {"bytes", bytes},
                         {"GB_per_s", static_cast<double>(bytes) / median(product) * 1e-6},
                         {"read_GB_per_s", read_bandwidth(bytes)}}}};
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 4; ++k) {
     json["solve"][std::string(preconditioner_names[k])] = {
         {"ms", median(our_solve[k])}, {"iterations", our_iterations[k]}, {"largest_error", our_error[k]}};
     if (!(our_error[k] <= 2.0 * goal)) wrong = true;
@@ -312,43 +308,8 @@ std::vector<Case> cases(const std::string& skull) {
   return all;
 }
 
-/// What says how fast a machine is: memcpy of 64 MiB, a sort of a million floats, 20 million dependent
-/// multiply-adds.
-nlohmann::json references() {
-  const std::vector<char> from(std::size_t{64} << 20, 1);
-  std::vector<char> to(from.size());
-  std::vector<double> copies;
-  for (int i = 0; i < 9; ++i)
-    copies.push_back(milliseconds([&] { std::copy(from.begin(), from.end(), to.begin()); }));
-  std::vector<double> sorts;
-  for (int i = 0; i < 5; ++i) {
-    std::vector<float> values(1000000);
-    std::uint32_t state = 1;
-    for (float& value : values) value = static_cast<float>((state = state * 1664525U + 1013904223U) >> 8U);
-    sorts.push_back(milliseconds([&] { std::sort(values.begin(), values.end()); }));
-  }
-  std::vector<double> chains;
-  volatile double result = 0.0;
-  for (int i = 0; i < 5; ++i) {
-    chains.push_back(milliseconds([&] {
-      double x = result;
-      for (int k = 0; k < 20000000; ++k) x = x * 0.999999 + 1e-6;
-      result = x;
-    }));
-  }
-  return {{"memcpy_GB_per_s", static_cast<double>(from.size()) / median(copies) * 1e-6},
-          {"sort_ms", median(sorts)},
-          {"multiply_add_ms", median(chains)}};
-}
-
 int run(int argc, char** argv) {
-  const io::Machine machine = io::describe_machine();
-  nlohmann::json json{{"context",
-                       {{"cpu", machine.cpu},
-                        {"cores", machine.cores},
-                        {"compiler", machine.compiler + ", " + machine.build_type},
-                        {"commit", machine.commit}}},
-                      {"references", references()}};
+  nlohmann::json json{{"context", machine_context()}, {"references", machine_references()}};
   bool wrong = false;
   for (Case& c : cases(argc > 2 ? argv[2] : "")) {
     json["cases"].push_back(measure(c, wrong));

@@ -2,7 +2,6 @@
 //
 //   palpate_long_run RESULT.json SCENE STEPS [SEED] [SECONDS]
 //
-// Every few steps a point is pushed, or grabbed, drawn about and let go; the scene's own motions run once.
 // Checks in each step that nothing is NaN and that contact forces add up to zero; every 500 steps that the
 // contacts are those of all pairs (the structure brute) and, through save() and restore() in a second
 // simulation, that a resumed run goes on with the same bits; and how much memory the process has. Ends after
@@ -20,6 +19,7 @@
 
 #include <palpate/error.hpp>
 
+#include "disturbances.hpp"
 #include "geometry/vector.hpp"
 #include "io/atomic_file.hpp"
 #include "scene_steps.hpp"
@@ -28,26 +28,6 @@ namespace {
 
 using namespace palpate;
 using Json = nlohmann::ordered_json;
-
-/// splitmix64: the same numbers on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high) {
-    state_ += 0x9e3779b97f4a7c15U;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
-    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebU;
-    return low + (high - low) * static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1p-53;
-  }
-  Vec3 in_ball(double radius) {
-    const auto side = [&] { return uniform(-radius, radius); };
-    return {side(), side(), side()};
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 /// Memory of the process that is in use, MiB.
 double resident_memory() {
@@ -61,54 +41,6 @@ double resident_memory() {
 void require(bool holds, const std::string& what, std::int64_t step) {
   if (!holds) throw std::runtime_error("step " + std::to_string(step) + ": " + what);
 }
-
-/// Pushes and grabs, by the sizes of the scene.
-class Disturbances {
- public:
-  Disturbances(const Simulation& simulation, std::uint64_t seed) : random_(seed) {
-    const MeshStatistics all = mesh_statistics(simulation.bodies(), simulation.bodies().points_rest());
-    reach_ = 2.0 * all.edge_length.mean;
-    double mass = 0.0;
-    for (Index b = 0; b < simulation.bodies().body_count(); ++b) mass += at(simulation.masses(), b);
-    const double points = static_cast<double>(simulation.positions().size());
-    const double h = simulation.settings().time_step;
-    // A push moves a free point by a tenth of an edge in a step; a grab is as stiff as inertia.
-    force_ = 0.1 * all.edge_length.mean * mass / points / (h * h);
-    stiffness_ = mass / points / (h * h);
-  }
-
-  void apply(Simulation& simulation, std::int64_t step) {
-    if (step % 5 == 0) {
-      if (pushed_ >= 0) simulation.set_force(pushed_, {});
-      pushed_ = point(simulation);
-      simulation.set_force(pushed_, random_.in_ball(force_));
-    }
-    if (step % 200 == 50) {
-      const Index held = point(simulation);
-      home_ = at(simulation.positions(), held);
-      grab_ = simulation.grab({.point = held, .target = home_, .stiffness = stiffness_});
-    }
-    if (grab_ >= 0 && step % 10 == 0) simulation.move_grab(grab_, home_ + random_.in_ball(reach_));
-    if (grab_ >= 0 && step % 200 == 150) {
-      simulation.release(grab_);
-      grab_ = -1;
-    }
-  }
-
- private:
-  Index point(const Simulation& simulation) {
-    const auto points = static_cast<double>(simulation.positions().size());
-    return static_cast<Index>(random_.uniform(0.0, points - 0.5));
-  }
-
-  Random random_;
-  double reach_ = 0.0;
-  double force_ = 0.0;
-  double stiffness_ = 0.0;
-  Index pushed_ = -1;
-  Index grab_ = -1;  ///< its number; -1: none
-  Vec3 home_{};
-};
 
 void check_step(const Simulation& simulation) {
   const std::int64_t step = simulation.metrics().step;
@@ -152,8 +84,9 @@ int work(int argc, char** argv) {
   Simulation second = bench::simulation_of(argv[2], std::nullopt, 1);
   DetectionSettings all_pairs = simulation.settings().detection;
   all_pairs.structure = Structure::brute;
-  Detector brute(simulation.bodies(), all_pairs, bench::rigid_bodies_of(argv[2]), 1);
-  Disturbances disturbances(simulation, seed);
+  const std::vector<std::uint8_t> rigid = bench::rigid_bodies_of(argv[2]);
+  Detector brute(simulation.bodies(), all_pairs, rigid, 1);
+  bench::Disturbances disturbances(simulation, bench::motions_of(argv[2]), rigid, seed);
   Json json{{"scene", argv[2]}, {"seed", seed}, {"memory_mib", Json::array()}};
   std::size_t most_contacts = 0;
   std::int64_t resumed = 0;
@@ -170,7 +103,7 @@ int work(int argc, char** argv) {
   };
   try {
     while (simulation.metrics().step < steps && seconds() < most_seconds) {
-      disturbances.apply(simulation, simulation.metrics().step);
+      disturbances.apply(simulation, {&second, 1});
       const bool look = simulation.metrics().step % interval == interval - 1;
       if (look) second.restore(simulation.save());
       simulation.step();

@@ -6,6 +6,31 @@ import re
 import sys
 
 
+def machine(report):
+    """A line that says where and with what the figures of a report were taken."""
+    context = report["context"]
+    references = report["references"]
+    return (f"{context['cpu']}, {context['cores']} cores, one used; {context['compiler']}; commit `{context['commit']}`. memcpy of 64 MiB "
+            f"{references['memcpy_GB_per_s']:.1f} GB/s, `std::sort` of a million floats {references['sort_ms']:.0f} ms, 20 million dependent "
+            f"multiply-adds {references['multiply_add_ms']:.0f} ms.")
+
+
+def number(value):
+    """Four digits of a measured number; a count in full."""
+    if value == int(value) or abs(value) >= 1e4:
+        return f"{value:.0f}"
+    return f"{value:.4g}"
+
+
+def with_block(page, name, block, source):
+    """The page with other text between the marks of a name; `source` names it in errors."""
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    marked = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
+    if not marked.search(page):
+        raise SystemExit(f"{source}: found no marks '{begin}' and '{end}'")
+    return marked.sub(lambda _: f"{begin}\n{block}{end}", page)
+
+
 def write_table(usage, name, table):
     """Writes table(report) of the JSON file argv[1] between the marks 'NAME table' of the page argv[2]; without argv[2] prints it."""
     arguments = sys.argv[1:]
@@ -15,10 +40,5 @@ def write_table(usage, name, table):
     if len(arguments) == 1:
         print(text, end="")
         return
-    begin, end = f"<!-- {name} table: begin -->", f"<!-- {name} table: end -->"
     path = pathlib.Path(arguments[1])
-    page = path.read_text()
-    marked = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
-    if not marked.search(page):
-        raise SystemExit(f"{path}: found no marks '{begin}' and '{end}'")
-    path.write_text(marked.sub(lambda _: f"{begin}\n{text}{end}", page))
+    path.write_text(with_block(path.read_text(), f"{name} table", text, path))

@@ -2,13 +2,12 @@
 // frame's positions go to every competitor in turn, and the pairs that each finds are compared; a wrong
 // result ends the program with 1.
 //
-// Usage: palpate_bench_query JSON [SCENE...]   (SCENE: a part of a scene's name; default: all)
+// Usage: palpate_bench_query JSON [SCENE...]   (SCENE: the name of a scene; default: all)
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <functional>
 #include <hwy/targets.h>
@@ -17,18 +16,25 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <tbb/global_control.h>
 
 #include "contact/cluster_query.hpp"
 #include "contact/points_in_tets.hpp"
-#include "embree_query.hpp"
 #include "grid/cell_size.hpp"
+#include "handling_bench.hpp"
 #include "io/machine.hpp"
-#include "query_scenes.hpp"
+#include "measure/query_scenes.hpp"
+#include "peers/embree_peer.hpp"
+#include "timing.hpp"
 
 namespace palpate::bench {
 namespace {
 
+using measure::QueryScene;
+
 constexpr std::uint32_t frames = 41;
+/// Tets beyond which only our own query runs, in fewer frames: how its time grows.
+constexpr std::size_t most_tets_of_all = 2'000'000;
 /// Frames before the first measured one let memory grow, and give the repair sort its last order.
 constexpr std::uint32_t warm_up = 2;
 /// Frames in a row of one competitor, before it is the next one's turn.
@@ -47,16 +53,16 @@ struct Competitor {
 double now(int threads) {
   if (threads > 1)
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  return processor_time();
 }
 
 /// What a scene is made of, for our own competitors.
 struct Setting {
   explicit Setting(const QueryScene& s)
-      : scene(s), immovable(s.bodies.bodies().size()), takes_part(s.places.size(), 1) {
-    immovable[0] = s.bodies.body_count() > 1 ? 1 : 0;
+      : scene(s),
+        immovable(s.immovable()),
+        takes_part(s.places.size(), 1),
+        course{s, immovable, Task::points_in_tets} {
     marks.resize(s.places.size());
     for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, s.bodies.body_of_point()[p]);
     parallel::Threads one(1);
@@ -72,12 +78,15 @@ struct Setting {
   std::vector<std::uint8_t> immovable;
   std::vector<std::uint8_t> takes_part;
   std::vector<std::uint8_t> marks;
+  Course course;
   double cell_size = 0.0;
   Lattice lattice;
 };
 
 /// The clustered query, with its grid.
-Competitor clustered(const std::string& name, const Setting& setting, int threads, std::int64_t targets) {
+/// \param coherent  with lists of near points, made for earlier frames
+Competitor clustered(const std::string& name, const Setting& setting, int threads, std::int64_t targets,
+                     bool coherent = false) {
   struct State {
     explicit State(const Setting& s, int n)
         : threads(n), query(s.scene.bodies), fixed(s.takes_part, s.marks) {}
@@ -85,10 +94,11 @@ Competitor clustered(const std::string& name, const Setting& setting, int thread
     CompactGrid grid;
     ClusterQuery query;
     FixedPositions fixed;
+    bool is_new = true;
   };
   const auto state = std::make_shared<State>(setting, threads);
   return {name,
-          [state, targets, &setting](std::span<const Vec3> positions) {
+          [state, targets, coherent, &setting](std::span<const Vec3> positions) {
             if (targets != 0) {
               hwy::SetSupportedTargetsForTest(targets);
               hwy::GetChosenTarget().Update(targets);
@@ -96,8 +106,11 @@ Competitor clustered(const std::string& name, const Setting& setting, int thread
             State& s = *state;
             const std::optional<Box> bounds = s.fixed.place(s.threads, setting.lattice, positions);
             if (!setting.lattice.domain().contains(bounds.value().lower)) throw std::runtime_error("domain");
-            s.grid.build_points(s.threads, setting.lattice, s.fixed);
-            s.fixed.put_in_order(s.threads, s.grid.entries());
+            if (!coherent || s.query.begin_frame(s.threads, setting.scene.bodies, s.fixed, s.is_new)) {
+              s.grid.build_points(s.threads, setting.lattice, s.fixed);
+              s.fixed.put_in_order(s.threads, s.grid.entries());
+            }
+            s.is_new = false;
             s.query.find(s.threads, setting.scene.bodies, positions, setting.may_touch(), s.grid, s.fixed);
             if (targets != 0) {
               hwy::SetSupportedTargetsForTest(0);
@@ -133,6 +146,8 @@ Competitor single_tets(const Setting& setting) {
 std::vector<Competitor> competitors(const Setting& setting) {
   std::vector<Competitor> all;
   all.push_back(clustered("clustered", setting, 1, 0));
+  all.push_back(clustered("coherent", setting, 1, 0, true));
+  if (setting.scene.bodies.tets().size() > most_tets_of_all) return all;
   all.push_back(clustered("clustered, AVX2", setting, 1, HWY_AVX2));
   all.push_back(clustered("clustered, SSE4", setting, 1, HWY_SSE4));
   all.push_back(clustered("clustered, 2 threads", setting, 2, 0));
@@ -140,10 +155,21 @@ std::vector<Competitor> competitors(const Setting& setting) {
   all.push_back(clustered("clustered, 1 thread", setting, 1, 0));
   all.back().threads = 2;
   all.push_back(single_tets(setting));
+  struct Embree {
+    std::unique_ptr<Peer> peer;
+    std::vector<Pair> pairs;
+    std::vector<PointInTet> found;
+  };
   for (const EmbreeMode& mode : every_embree_mode()) {
-    const auto query = std::make_shared<EmbreeQuery>(setting.scene.bodies, setting.may_touch(), mode);
-    all.push_back({"Embree: " + mode.name(),
-                   [query](std::span<const Vec3> positions) { return query->find(positions); }});
+    const auto embree = std::make_shared<Embree>();
+    embree->peer = make_embree_peer(setting.course, mode);
+    all.push_back({"Embree: " + mode.name(), [embree](std::span<const Vec3> positions) {
+                     static_cast<void>(embree->peer->find({positions, {}}, embree->pairs));
+                     embree->found.clear();
+                     for (const Pair& pair : embree->pairs)
+                       embree->found.push_back({pair.first, pair.second});
+                     return std::span<const PointInTet>(embree->found);
+                   }});
   }
   return all;
 }
@@ -158,12 +184,6 @@ std::vector<PointInTet> sorted(std::span<const PointInTet> pairs) {
 
 bool equal(const std::vector<PointInTet>& a, const std::vector<PointInTet>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(PointInTet)) == 0;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Gives frames [first, last) to a competitor; returns whether it finds what the first one found.
@@ -188,9 +208,13 @@ bool take_turn(const QueryScene& scene, Competitor& c, std::uint32_t first, std:
 nlohmann::json run(const QueryScene& scene) {
   const Setting setting(scene);
   std::vector<Competitor> all = competitors(setting);
+  const bool is_huge = scene.bodies.tets().size() > most_tets_of_all;
+  const std::uint32_t count = is_huge ? 7 : frames;
+  // Embree works in the thread that measures.
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   std::vector<std::vector<PointInTet>> expected;
-  for (std::uint32_t first = 0; first < warm_up + frames; first += turn) {
-    const std::uint32_t last = std::min(first + turn, warm_up + frames);
+  for (std::uint32_t first = 0; first < warm_up + count; first += turn) {
+    const std::uint32_t last = std::min(first + turn, warm_up + count);
     for (std::size_t i = 0; i < all.size(); ++i) {
       Competitor& c = all[(i + first / turn) % all.size()];
       if (!take_turn(scene, c, first, last, expected))
@@ -202,7 +226,10 @@ nlohmann::json run(const QueryScene& scene) {
                         {"points", scene.places.size()},
                         {"pairs", expected.back().size()},
                         {"cell_size", setting.cell_size},
-                        {"frames", frames}};
+                        {"frames", count}};
+  if (scene.name == "stacking 10000") {
+    result["handling"] = measure_handling(scene, count);
+  }
   for (const Competitor& c : all) {
     result["median_ms"][c.name] = 1e3 * median(c.seconds);
     result["smallest_ms"][c.name] = 1e3 * *std::min_element(c.seconds.begin(), c.seconds.end());
@@ -211,8 +238,12 @@ nlohmann::json run(const QueryScene& scene) {
 }
 
 std::vector<std::function<QueryScene()>> scenes() {
-  return {[] { return stacking_scene(10); }, [] { return stacking_scene(32); },
-          [] { return stacking_scene(100); }, pile_scene, self_scene};
+  return {[] { return measure::stacking_scene(10); },
+          [] { return measure::stacking_scene(32); },
+          [] { return measure::stacking_scene(100); },
+          measure::pile_scene,
+          measure::self_scene,
+          [] { return measure::stacking_scene(316); }};
 }
 
 int measure(const std::string& file, const std::vector<std::string>& wanted) {
@@ -223,7 +254,7 @@ int measure(const std::string& file, const std::vector<std::string>& wanted) {
                         {"commit", machine.commit}};
   for (const auto& make : scenes()) {
     const QueryScene scene = make();
-    const auto named = [&](const std::string& part) { return scene.name.find(part) != std::string::npos; };
+    const auto named = [&](const std::string& name) { return scene.name == name; };
     if (!wanted.empty() && std::none_of(wanted.begin(), wanted.end(), named)) continue;
     report["scenes"].push_back(run(scene));
     std::array<double, 1> load{};

@@ -32,6 +32,10 @@ std::vector<std::uint8_t> rigid_bodies_of(const std::filesystem::path& scene) {
   return rigid_bodies(model_of(read_scene(scene)));
 }
 
+std::vector<Motion> motions_of(const std::filesystem::path& scene) {
+  return model_of(read_scene(scene)).motions;
+}
+
 std::int64_t preemptions() {
   rusage usage{};
   ::getrusage(RUSAGE_THREAD, &usage);

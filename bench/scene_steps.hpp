@@ -17,6 +17,9 @@ Simulation simulation_of(const std::filesystem::path& scene_file, const std::opt
 /// (n_bodies) 1 for each body of a scene that is rigid.
 std::vector<std::uint8_t> rigid_bodies_of(const std::filesystem::path& scene);
 
+/// The motions of a scene, as it has them.
+std::vector<Motion> motions_of(const std::filesystem::path& scene);
+
 /// How often the system has put this thread aside for another since it began.
 std::int64_t preemptions();
 

@@ -1,28 +1,26 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
-#include <functional>
+#include <fmt/ranges.h>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include <palpate/relax.hpp>
 
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
-#include "io/machine.hpp"
 #include "measure/paper.hpp"
+#include "measure/report.hpp"
+#include "measure/scaling.hpp"
 #include "messages.hpp"
-#include "numbers.hpp"
 #include "option_values.hpp"
 #include "scene/json_text.hpp"
 #include "scene_input.hpp"
-#include "stopwatch.hpp"
 #include "subcommands.hpp"
 
 namespace palpate::app {
@@ -31,43 +29,36 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 8> item_ids{"table-1", "figure-6",  "figure-7",   "sorting",
-                                                   "z-curve", "cell-size", "structures", "table-2"};
+constexpr std::array<std::string_view, 8> paper_items{"table-1", "figure-6",  "figure-7",   "sorting",
+                                                      "z-curve", "cell-size", "structures", "table-2"};
+constexpr std::array<std::string_view, 3> scaling_items{"growth", "threads", "step-growth"};
 
 constexpr const char* examples = R"(Examples:
   palpate bench paper --quick                  the paper's results, measured anew; to results/bench-paper
-  palpate bench paper --full --out report
+  palpate bench peers                          the same contacts by other libraries; to results/bench-peers
+  palpate bench scaling --full                 up to ten million tets; to results/bench-scaling
 
-Writes report.json: for each item of the paper what it found, our figures, and whether they agree. All ways
-measure the same positions in turns, and a way that finds other contacts is an error. './dev bench paper' makes
-report.html and pictures of it.)";
+Each writes report.json. All ways measure the same positions in turns, and a way that finds other contacts is an
+error. './dev bench --quick' does all three and makes one report.html with pictures.)";
 
-struct PaperOptions {
-  fs::path scenes = "scenes";
-  fs::path out = fs::path("results") / "bench-paper";
+struct ReportOptions {
+  fs::path out;
   bool quick = false;
   bool full = false;
   bool json = false;
-  std::optional<std::string> only;
+  std::optional<std::string> only{};
 };
-
-/// An item of the report, and how it is measured.
-struct Item {
-  std::string_view id;
-  std::function<measure::Section()> measure;
+struct PaperOptions : ReportOptions {
+  PaperOptions() : ReportOptions{.out = fs::path("results") / "bench-paper"} {}
+  fs::path scenes = "scenes";
 };
-
-/// 1, 2, 4 … threads, up to all of the machine.
-std::vector<int> thread_counts() {
-  const int most = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::vector<int> counts;
-  for (int n = 1; n <= most; n *= 2) counts.push_back(n);
-  if (counts.back() != most) counts.push_back(most);
-  return counts;
-}
+struct ScalingOptions : ReportOptions {
+  ScalingOptions() : ReportOptions{.out = fs::path("results") / "bench-scaling"} {}
+  double most_tets = 1e300;
+};
 
 measure::PaperEffort effort_of(const PaperOptions& options) {
-  measure::PaperEffort effort{.threads = thread_counts()};
+  measure::PaperEffort effort{.threads = measure::thread_counts()};
   if (options.full) {
     effort.stacking_steps = 1000;
     effort.organ_steps = 200;
@@ -93,37 +84,11 @@ std::vector<measure::PaperScene> read_scenes(const fs::path& folder) {
   return scenes;
 }
 
-Json machine_json() {
-  const io::Machine machine = io::describe_machine();
-  return {{"cpu", machine.cpu},
-          {"cores", machine.cores},
-          {"compiler", machine.compiler},
-          {"build_type", machine.build_type},
-          {"commit", machine.commit}};
-}
-
-int paper(const PaperOptions& options) {
-  const std::vector<measure::PaperScene> scenes = read_scenes(options.scenes);
-  const measure::PaperEffort effort = effort_of(options);
-  std::vector<Item> items{{"table-1", [&] { return measure::scene_statistics(scenes); }},
-                          {"figure-6", [&] { return measure::stacking_timings(scenes[0], effort); }},
-                          {"figure-7", [&] { return measure::eye_timings(scenes[1], effort); }},
-                          {"sorting", [&] { return measure::sort_timings(effort); }},
-                          {"z-curve", [&] { return measure::order_timings(scenes, effort); }},
-                          {"cell-size", [&] { return measure::cell_sizes(scenes, effort); }},
-                          {"structures", [&] { return measure::structures(scenes, effort); }},
-                          {"table-2", [&] { return measure::approximate_errors(scenes, effort); }}};
-  if (options.only) std::erase_if(items, [&](const Item& item) { return item.id != *options.only; });
-  Json report{{"kind", "paper"}, {"machine", machine_json()}, {"effort", options.full ? "full" : "quick"}};
-  report["sections"] = Json::array();
-  Stopwatch watch;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const measure::Section section = items[i].measure();
-    report["sections"].push_back(to_json(section));
-    say_progress(fmt::format("{} of {}: {}: {}, {} s", i + 1, items.size(), section.title,
-                             measure::verdict_names[static_cast<std::size_t>(section.verdict)],
-                             short_text(watch.lap())));
-  }
+/// Measures the items, or the one that is wanted, and writes report.json.
+int report(std::string_view kind, const ReportOptions& options, std::vector<measure::Item> items) {
+  if (options.only) std::erase_if(items, [&](const measure::Item& item) { return item.id != *options.only; });
+  Json report = measure::report_of(kind, options.full ? "full" : "quick");
+  measure::measure_items(report, items, say_progress);
   const std::string text = format_json(report) + "\n";
   io::create_folder(options.out);
   io::write_atomically(options.out / "report.json", text);
@@ -132,28 +97,64 @@ int paper(const PaperOptions& options) {
   return exit_done;
 }
 
+int paper(const PaperOptions& options) {
+  const std::vector<measure::PaperScene> scenes = read_scenes(options.scenes);
+  const measure::PaperEffort effort = effort_of(options);
+  return report("paper", options,
+                {{"table-1", [&] { return measure::scene_statistics(scenes); }},
+                 {"figure-6", [&] { return measure::stacking_timings(scenes[0], effort); }},
+                 {"figure-7", [&] { return measure::eye_timings(scenes[1], effort); }},
+                 {"sorting", [&] { return measure::sort_timings(effort); }},
+                 {"z-curve", [&] { return measure::order_timings(scenes, effort); }},
+                 {"cell-size", [&] { return measure::cell_sizes(scenes, effort); }},
+                 {"structures", [&] { return measure::structures(scenes, effort); }},
+                 {"table-2", [&] { return measure::approximate_errors(scenes, effort); }}});
+}
+
+int scaling(const ScalingOptions& options) {
+  const measure::ScalingEffort effort = options.full ? measure::full_scaling() : measure::quick_scaling();
+  return report("scaling", options,
+                {{"growth", [&] { return measure::growth(effort, options.most_tets); }},
+                 {"threads", [&] { return measure::thread_scaling(effort, options.most_tets); }},
+                 {"step-growth", [&] { return measure::step_growth(effort, options.most_tets); }}});
+}
+
+/// What both subcommands are told.
+void add_report_options(CLI::App& app, ReportOptions& options, std::span<const std::string_view> items) {
+  auto* quick = app.add_flag("--quick", options.quick, "a few minutes on two cores (default)");
+  app.add_flag("--full", options.full, "more frames, rounds or sizes: half an hour")->excludes(quick);
+  add_value(app, "--out", "DIR", "folder of the report; default: " + options.out.string(),
+            [&options](const std::string&, const std::string& text) { options.out = text; });
+  add_value(app, "--only", "ITEM", fmt::format("measure one item: {}", fmt::join(items, ", ")),
+            [&options, items](const std::string& flag, const std::string& text) {
+              options.only = std::string(items[parse_choice(flag, text, items)]);
+            });
+  add_json(app, options.json, "print report.json");
+}
+
 }  // namespace
 
 std::vector<Subcommand> add_bench(CLI::App& command) {
   CLI::App* bench = command.add_subcommand("bench", "measure, and compare with the paper");
   bench->footer(examples);
   bench->require_subcommand(1);
-  CLI::App* app = bench->add_subcommand("paper", "the paper's results, measured anew");
-  auto options = std::make_shared<PaperOptions>();
-  auto* quick = app->add_flag("--quick", options->quick, "a few minutes on two cores (default)");
-  app->add_flag("--full", options->full, "more frames and rounds: half an hour")->excludes(quick);
-  add_value(*app, "--out", "DIR", "folder of the report; default: results/bench-paper",
-            [options](const std::string&, const std::string& text) { options->out = text; });
-  add_value(*app, "--scenes", "DIR", "folder with stacking.json, eye.json and skull.json; default: scenes",
-            [options](const std::string&, const std::string& text) { options->scenes = text; });
-  add_value(
-      *app, "--only", "ITEM",
-      "measure one item: table-1, figure-6, figure-7, sorting, z-curve, cell-size, structures or table-2",
-      [options](const std::string& flag, const std::string& text) {
-        options->only = std::string(item_ids[parse_choice(flag, text, item_ids)]);
-      });
-  add_json(*app, options->json, "print report.json");
-  return {{app, [options] { return paper(*options); }}};
+  bench->add_subcommand("peers", "the same contacts by Embree, CGAL, Bullet, VTK and others");
+  CLI::App* of_paper = bench->add_subcommand("paper", "the paper's results, measured anew");
+  auto paper_options = std::make_shared<PaperOptions>();
+  add_report_options(*of_paper, *paper_options, paper_items);
+  add_value(*of_paper, "--scenes", "DIR",
+            "folder with stacking.json, eye.json and skull.json; default: scenes",
+            [paper_options](const std::string&, const std::string& text) { paper_options->scenes = text; });
+  CLI::App* of_scaling = bench->add_subcommand("scaling", "time and memory against size and threads");
+  auto scaling_options = std::make_shared<ScalingOptions>();
+  add_report_options(*of_scaling, *scaling_options, scaling_items);
+  add_value(*of_scaling, "--most-tets", "N", "leave out scenes of more tets",
+            [scaling_options](const std::string& flag, const std::string& text) {
+              scaling_options->most_tets =
+                  static_cast<double>(parse_integer(flag, text, 1, std::int64_t{1} << 40));
+            });
+  return {{of_paper, [paper_options] { return paper(*paper_options); }},
+          {of_scaling, [scaling_options] { return scaling(*scaling_options); }}};
 }
 
 }  // namespace palpate::app

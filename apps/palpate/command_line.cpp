@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <fmt/format.h>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,9 +11,9 @@
 
 #include <palpate/version.hpp>
 
+#include "companion_program.hpp"
 #include "exit_codes.hpp"
 #include "io/machine.hpp"
-#include "mesh_program.hpp"
 #include "subcommands.hpp"
 #include "usage.hpp"
 
@@ -39,11 +40,14 @@ int work(int argc, const char* const* argv) {
   for (const auto& add : {add_generate, add_bench}) {
     for (Subcommand& sub : add(command)) subcommands.push_back(std::move(sub));
   }
-  command.add_subcommand(std::string(mesh_subcommand), "tet meshes and a scene from a label map or surfaces");
+  command.add_subcommand(std::string(mesh_companion.words),
+                         "tet meshes and a scene from a label map or surfaces");
 
   const std::span words(argv, static_cast<std::size_t>(argc));
   check_subcommands(command, words.subspan(1));
-  if (std::string_view(words[1]) == mesh_subcommand) return run_mesh_program(words.subspan(2));
+  if (words[1] == mesh_companion.words) return run_companion(mesh_companion, words.subspan(2));
+  if (words.size() > 2 && fmt::format("{} {}", words[1], words[2]) == peers_companion.words)
+    return run_companion(peers_companion, words.subspan(3));
   if (parse_or_explain(command, argc, argv)) return exit_done;
   for (const Subcommand& sub : subcommands) {
     if (sub.app->parsed()) return sub.work();

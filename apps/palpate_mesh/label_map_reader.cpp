@@ -1,6 +1,12 @@
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <exception>
 #include <fmt/format.h>
+#include <fstream>
+#include <iostream>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkImage.h>
@@ -11,8 +17,10 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkVersion.h>
+#include <memory>
 #include <sstream>
 #include <string_view>
+#include <zlib.h>
 
 #include <palpate/error.hpp>
 
@@ -33,6 +41,22 @@ std::string lower_name(const fs::path& path) {
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return name;
 }
+
+/// Lets readers below ITK write what they like: what is wrong is told by an Error alone.
+class Silence {
+ public:
+  Silence() : out_(std::cout.rdbuf(nullptr)), error_(std::cerr.rdbuf(nullptr)) {}
+  ~Silence() {
+    std::cout.rdbuf(out_);  // which also clears the failures of writing to nothing
+    std::cerr.rdbuf(error_);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  std::streambuf* out_;
+  std::streambuf* error_;
+};
 
 /// The reader for an extension; null where there is none.
 itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
@@ -76,10 +100,74 @@ void check_header(const itk::ImageIOBase& io, const std::string& source) {
   }
 }
 
+/// Whether the header names another file for the voxels: always in .nhdr and .mhd, sometimes in .nrrd and
+/// .mha.
+bool has_voxels_elsewhere(const fs::path& path) {
+  const std::string name = lower_name(path);
+  if (name.ends_with(".nhdr") || name.ends_with(".mhd")) return true;
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line) && !line.empty() && line != "\r";) {
+    if (line.starts_with("data file:") || line.starts_with("datafile:")) return true;
+    if (line.starts_with("ElementDataFile")) return line.find("LOCAL") == std::string::npos;
+  }
+  return false;
+}
+
+/// Space is not set aside for voxels that the file cannot hold.
+void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
+  if (has_voxels_elsewhere(path)) return;
+  constexpr double most_deflated = 1032.0;  // zlib: no more bytes from one
+  const auto bytes = static_cast<double>(fs::file_size(path));
+  double needed = io.GetComponentSize();
+  for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
+    needed *= static_cast<double>(io.GetDimensions(axis));
+  }
+  if (needed > most_deflated * bytes) {
+    throw Error(path.string(), "header",
+                fmt::format("voxels of {:.0f} bytes in a file of {:.0f}", needed, bytes),
+                "a file that holds its voxels");
+  }
+}
+
+/// The orientation of a NIfTI-1 file (https://nifti.nimh.nih.gov/nifti-1): ITK ends the process where it is
+/// not finite.
+void check_nifti(const fs::path& path) {
+  constexpr int header_size = 348;
+  struct Numbers {
+    std::size_t begin;
+    std::size_t count;
+  };
+  constexpr std::array<Numbers, 2> numbers{{{76, 8}, {256, 18}}};  // pixdim; qform and sform
+  std::array<unsigned char, header_size> header{};
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
+  const int read = file ? gzread(file.get(), header.data(), header_size) : 0;
+  if (read < header_size)
+    throw Error(path.string(), "header", fmt::format("{} bytes", std::max(read, 0)), "348");
+  const auto number = [&](std::size_t place, bool swapped) {
+    std::array<unsigned char, 4> bytes{};
+    std::copy_n(header.begin() + static_cast<std::ptrdiff_t>(place), 4, bytes.begin());
+    if (swapped) std::ranges::reverse(bytes);
+    return std::bit_cast<std::uint32_t>(bytes);
+  };
+  const bool swapped = number(0, false) != header_size;
+  if (number(0, swapped) != header_size)
+    throw Error(path.string(), "header", fmt::format("a size of {}", number(0, false)), "348: NIfTI-1");
+  for (const auto& [begin, count] : numbers) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto value = std::bit_cast<float>(number(begin + 4 * i, swapped));
+      if (!std::isfinite(value))
+        throw Error(path.string(), fmt::format("header, byte {}", begin + 4 * i), fmt::format("{}", value),
+                    "a finite number");
+    }
+  }
+}
+
 Image::Pointer read_file(const fs::path& path, const itk::ImageIOBase::Pointer& io) {
+  if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr) check_nifti(path);
   io->SetFileName(path.string());
   io->ReadImageInformation();
   check_header(*io, path.string());
+  check_bytes(*io, path);
   const auto reader = itk::ImageFileReader<Image>::New();
   reader->SetImageIO(io);
   reader->SetFileName(path.string());
@@ -180,11 +268,16 @@ LabelMap read_label_map(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw Error(source, "", "no such file or folder", "a label map");
   itk::Object::SetGlobalWarningDisplay(false);
+  const Silence silence;
   try {
     const auto io = reader_of(path);
     return label_map_of(*(io ? read_file(path, io) : read_series(path)), source);
   } catch (const itk::ExceptionObject& error) {
     throw Error(source, "", short_message(error), "a label map that can be read");
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {  // what a damaged header leads ITK's own code to
+    throw Error(source, "", error.what(), "a label map that can be read");
   }
 }
 

@@ -105,8 +105,8 @@ struct DetectionCounts : DepthCounts {
   std::size_t late_clusters = 0;
   double completeness = 1.0;
   std::optional<Sort>
-      sort;               ///< that put the points in order, never adaptive; none: the structure does not sort
-  std::size_t cells = 0;  ///< cells of the domain
+      sort;  ///< that last put the points in order, never adaptive; none: the structure does not sort
+  std::size_t cells = 0;   ///< cells of the domain
   double cell_size = 0.0;  ///< as used: the wanted one times 2^cell_doublings
   int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
   /// Of the structure of the points and of that of the border edges; none: it is not cuckoo.
@@ -145,6 +145,11 @@ struct DetectorMemory {
   std::vector<std::uint8_t> tet_notes;
   std::vector<std::uint8_t> triangle_notes;
   double share = 1.0;
+  /// With coherence: the frame whose nearness was noted, (n_points x 3) in parts of a cell, or empty; and
+  /// what is known of whether noting pays.
+  std::vector<std::array<std::int32_t, 3>> noted_points{};
+  std::array<std::int64_t, 8> coherence{};
+  bool skipped_grid = false;  ///< the last detection did without
 };
 
 /// Finds the contacts among bodies, and how deep they are, frame after frame.

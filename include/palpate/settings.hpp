@@ -44,9 +44,13 @@ using CellSize = std::variant<CellSizeRule, double>;
 /// What speeds up the conjugate gradients of a step. Where they end depends on it by no more than the
 /// tolerance.
 enum class Preconditioner {
-  automatic,  ///< block Jacobi, and two levels for the rest of the run once a solve takes many iterations
+  automatic,  ///< block Jacobi; once a solve takes many iterations a factor, and where that does not help two
+              ///< levels
   jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
   two_level,  ///< and the rigid motions of parts of bodies: for stiff or slender bodies, stacks, large meshes
+  /// The Cholesky factor of bodies at rest, turned with their points; those in contact as jacobi has them.
+  /// Where it would be too large: two levels.
+  factor,
 };
 /// What the tolerance of a solve is of.
 enum class ToleranceOf {
@@ -61,7 +65,8 @@ enum class ToleranceOf {
 };
 
 /// The names that scenes and command lines use; index = enum value.
-inline constexpr std::array<std::string_view, 3> preconditioner_names{"auto", "jacobi", "two-level"};
+inline constexpr std::array<std::string_view, 4> preconditioner_names{"auto", "jacobi", "two-level",
+                                                                      "factor"};
 inline constexpr std::array<std::string_view, 2> tolerance_of_names{"residual", "solution"};
 inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
                                                                  "brute"};
@@ -100,6 +105,9 @@ struct DetectionSettings {
   /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
   /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
+  /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
+  /// Only Structure::compact without cells_per_primitive and budget can.
+  bool coherence = true;
   std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

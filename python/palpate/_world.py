@@ -46,6 +46,7 @@ class World(_core.World):
     structure: "compact" (the default), "uniform", "hash", "cuckoo" or "brute", the spatial structure.
     order, sort, cell_size: see docs/scene.md, `contact.order` and so on.
     cells_per_primitive: 1 to 27 for the approximate mode, which may miss contacts and counts what it left out.
+    coherence: False finds each frame anew; the contacts are the same.
     budget: what an update may cost, {"tests": N} or {"milliseconds": T} (docs/budget.md); where that does not suffice
         contacts are missed, and stats.completeness and late_bodies say so.
     threads: number of threads, 0 for all cores; None takes what set_threads() says.
@@ -59,12 +60,13 @@ class World(_core.World):
         sort: str | None = None,
         cell_size: str | float | None = None,
         cells_per_primitive: int | None = None,
+        coherence: bool | None = None,
         budget: Mapping[str, Any] | None = None,
         threads: int | None = None,
     ) -> None:
         found = _detection(
             structure=structure, order=order, sort=sort, cell_size=cell_size,
-            cells_per_primitive=cells_per_primitive, budget=budget,
+            cells_per_primitive=cells_per_primitive, coherence=coherence, budget=budget,
         )
         super().__init__(found, threads_or_default(threads))
 

@@ -1,178 +1,128 @@
 #include "contact/cluster_query.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <memory>
+#include <utility>
 
-#include "contact/block_rows.hpp"
-#include "contact/layers.hpp"
-#include "geometry/predicates.hpp"
+#include "contact/cluster_lookup.hpp"
+#include "contact/prefetch.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
 using simd::ClusterBlock;
-using simd::ClusterBox;
 
 namespace {
 
-/// Points beyond which memory is asked for ahead of its use: fewer stay in the cache of a core anyway.
-constexpr std::size_t most_in_cache = 16384;
+constexpr std::size_t grain = ClusterBlock::most_clusters;
 
-/// Asks for a line of memory that the next phase needs; changes nothing else.
-void prefetch([[maybe_unused]] const void* address) {
-#if defined(__GNUC__)
-  __builtin_prefetch(address);
-#endif
+/// Asks clusters about the points that they look up.
+/// \param answers  of the clusters; or none
+QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
+                     std::span<const Cluster> clusters, std::vector<PointInTet>& found,
+                     std::span<std::uint8_t> answers = {}) {
+  PairTaker taker(pairs, found);
+  const simd::FixedPoint* const points = context.fixed.in_order();
+  ClusterLookup lookup(context, 0, [&](ClusterBlock& block, std::size_t first) {
+    context.kernels.test(points, block);
+    taker.tally().candidates += block.pairs();
+    for (std::size_t h = 0; h < block.hits; ++h) {
+      const ClusterBlock::Hit& hit = block.hit[h];
+      const Index point = simd::index_of_name(points[hit.entry].name);
+      const bool is_found = taker.take(*block.cluster[hit.cluster], point, hit.primitives);
+      if (is_found && !answers.empty()) answers[first + hit.cluster] |= ClusterQueue::found;
+    }
+    if (answers.empty()) return;
+    for (std::size_t c = 0; c < block.clusters; ++c) {
+      const bool near = block.first_candidate[c + 1] > block.first_candidate[c];
+      answers[first + c] |= ClusterQueue::asked | (near ? ClusterQueue::near : 0);
+    }
+  });
+  lookup.run(clusters);
+  return taker.tally();
 }
 
-}  // namespace
-
-/// A chunk of clusters, block by block.
-class ClusterQuery::Work {
+/// Asks clusters about the points on their lists, block by block.
+class ListWork {
  public:
-  Work(const ClusterQuery& query, const Bodies& bodies, std::span<const Vec3> positions,
-       const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed,
-       std::vector<PointInTet>& found, std::span<std::uint8_t> answers = {})
-      : query_(query),
-        bodies_(bodies),
-        positions_(positions),
-        may_touch_(may_touch),
-        grid_(grid),
-        fixed_(fixed),
-        points_in_order_(fixed.rows()),
-        asks_ahead_(positions.size() > most_in_cache),
-        found_(found),
-        answers_(answers) {}
+  ListWork(const PairContext& pairs, const simd::ClusterKernels& kernels, const NearLists& lists,
+           std::span<const simd::FixedPoint> points, std::vector<PointInTet>& found)
+      : pairs_(pairs),
+        kernels_(kernels),
+        lists_(lists),
+        points_(points),
+        asks_ahead_(points.size() > most_in_cache),
+        taker_(pairs, found) {}
 
-  void run(std::span<const Cluster> clusters) {
-    while (!clusters.empty()) {
-      block_begin_ = first_;
-      const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
+  void run(std::span<const std::uint32_t> numbers) {
+    while (!numbers.empty()) {
+      const std::size_t n = clusters_of_block(numbers);
       block_.clusters = n;
-      for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
-      query_.kernels_.load(fixed_.points(), query_.clusters_.points, block_);
-      clusters = clusters.subspan(n);
-      prepare(n);
-      prefetch_corners(clusters);
-      look_up(n);
-      first_ += n;
+      for (std::size_t c = 0; c < n; ++c) {
+        block_.cluster[c] = &pairs_.clusters.clusters[numbers[c]];
+        block_.box[c] = lists_.box(numbers[c]);
+      }
+      if (asks_ahead_) prefetch_next(numbers.subspan(n));
+      kernels_.gather(points_, pairs_.clusters.points, block_);
+      const std::span<const std::uint32_t> begin = lists_.begin();
+      const std::uint32_t first = begin[numbers[0]];
+      const std::uint32_t end = begin[numbers[n - 1] + 1];
+      for (std::uint32_t part = first; part < end; part += ClusterBlock::most_points) {
+        for (std::size_t c = 0; c < n; ++c)
+          block_.first_candidate[c] = std::max(begin[numbers[c]], part) - part;
+        block_.first_candidate[n] = std::min<std::uint32_t>(end - part, ClusterBlock::most_points);
+        block_.candidates = lists_.points().data() + part;
+        ask();
+      }
+      numbers = numbers.subspan(n);
     }
   }
-  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+  QueryTally& tally() { return taker_.tally(); }
 
  private:
-  void prepare(std::size_t n) {
-    for (std::size_t c = 0; c < n; ++c) {
-      const ClusterBox& box = block_.box[c];
-      cells_[c] = {fixed_.cell_of(box.lower), fixed_.cell_of(box.upper)};
-      if (asks_ahead_) {
-        grid_.prefetch_rows(cells_[c]);
-        prefetch(query_.clusters_.primitives.data() + block_.cluster[c]->first);
-      }
-      set_names(*block_.cluster[c], block_.box[c]);
+  void prefetch_next(std::span<const std::uint32_t> numbers) const {
+    for (const std::uint32_t c : numbers.first(std::min(numbers.size(), ClusterBlock::most_clusters))) {
+      const Cluster& cluster = pairs_.clusters.clusters[c];
+      for (const Index point : pairs_.clusters.points_of(cluster)) prefetch(&at(points_, point));
+      for (const Index point : lists_.list(c)) prefetch(&at(points_, point));
+      prefetch(pairs_.clusters.primitives.data() + cluster.first);
     }
   }
 
-  /// Of the next block.
-  void prefetch_corners(std::span<const Cluster> clusters) const {
-    if (!asks_ahead_) return;
-    for (const Cluster& cluster : clusters.first(std::min(clusters.size(), ClusterBlock::most_clusters)))
-      for (const Index point : query_.clusters_.points_of(cluster)) prefetch(&at(fixed_.points(), point));
+  /// How many of the first clusters make a block: whose lists follow each other, and are few enough points.
+  [[nodiscard]] std::size_t clusters_of_block(std::span<const std::uint32_t> numbers) const {
+    const std::span<const std::uint32_t> begin = lists_.begin();
+    std::size_t n = 1;
+    while (n < std::min(numbers.size(), ClusterBlock::most_clusters) &&
+           begin[numbers[n]] == begin[numbers[n - 1] + 1] &&
+           begin[numbers[n] + 1] - begin[numbers[0]] <= ClusterBlock::most_points)
+      ++n;
+    return n;
   }
 
-  /// Which points in its box a cluster leaves out: those of its own body, and those of immovable bodies.
-  void set_names(const Cluster& cluster, ClusterBox& box) const {
-    const bool immovable = at(may_touch_.immovable, cluster.body) != 0;
-    const bool itself = at(may_touch_.self_collision, cluster.body) != 0;
-    const Range own = itself ? Range{0, 0} : at(bodies_.bodies(), cluster.body).points;
-    box.lower.name = own.begin;
-    box.upper.name = own.end - 1;
-    box.skips_marked = immovable ? -1 : 0;
-  }
-
-  void look_up(std::size_t n) {
-    const auto do_block = [&] { finish(); };
-    BlockRows rows(block_, do_block);
-    for (std::size_t c = 0; c < n; ++c) {
-      rows.begin(c);
-      grid_.for_each_interval(cells_[c], [&](std::uint32_t begin, std::uint32_t end) {
-        rows.add(begin, end);
-        if (asks_ahead_) {
-          prefetch(points_in_order_.x + begin);
-          prefetch(points_in_order_.y + begin);
-          prefetch(points_in_order_.z + begin);
-          prefetch(points_in_order_.name + begin);
-        }
-      });
-    }
-    rows.end();
-  }
-
-  void finish() {
-    query_.kernels_.filter(points_in_order_, block_);
-    query_.kernels_.test(points_in_order_, block_);
-    tally_.candidates += block_.pairs();
-    for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
-    if (answers_.empty()) return;
-    for (std::size_t c = 0; c < block_.clusters; ++c) {
-      const bool near = block_.first_candidate[c + 1] > block_.first_candidate[c];
-      answers_[block_begin_ + c] |= ClusterQueue::asked | (near ? ClusterQueue::near : 0);
+  void ask() {
+    kernels_.test(points_.data(), block_);
+    taker_.tally().candidates += block_.pairs();
+    for (std::size_t h = 0; h < block_.hits; ++h) {
+      const ClusterBlock::Hit& hit = block_.hit[h];
+      taker_.take(*block_.cluster[hit.cluster], hit.entry, hit.primitives);
     }
   }
 
-  void take(const ClusterBlock::Hit& hit) {
-    const Cluster& cluster = *block_.cluster[hit.cluster];
-    const Index point = simd::index_of_name(points_in_order_.name[hit.entry]);
-    const bool own = at(bodies_.bodies(), cluster.body).points.contains(point);
-    if (!own && may_touch_.ignores(at(bodies_.body_of_point(), point), cluster.body)) return;
-    const std::span<const Index> tets = query_.clusters_.primitives_of(cluster);
-    const std::uint32_t corners = own ? query_.clusters_.primitives_at(cluster, point) : 0;
-    for (std::uint32_t left = hit.primitives & 0xFFFFU & ~corners; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      const bool surely = (hit.primitives >> 16 >> lane & 1) != 0;
-      const bool is_found = add({point, tets[lane]}, own, surely);
-      if (is_found && !answers_.empty()) answers_[block_begin_ + hit.cluster] |= ClusterQueue::found;
-    }
-  }
-
-  /// \param own  whether the point is of the tet's body
-  bool add(const PointInTet& pair, bool own, bool surely) {
-    const Tet& tet = at(bodies_.tets(), pair.tet);
-    if (!surely && !point_in_tet(at(positions_, pair.point), at(positions_, tet[0]), at(positions_, tet[1]),
-                                 at(positions_, tet[2]), at(positions_, tet[3])))
-      return false;
-    if (own && at(query_.upright_, bodies_.body_of(tet)) == 0 &&
-        is_fold(bodies_, positions_, pair.point, pair.tet)) {
-      ++tally_.folded_pairs;
-      return false;
-    }
-    found_.push_back(pair);
-    return true;
-  }
-
-  const ClusterQuery& query_;
-  const Bodies& bodies_;
-  std::span<const Vec3> positions_;
-  const PairFilter& may_touch_;
-  const CompactGrid& grid_;
-  const FixedPositions& fixed_;
-  simd::PointRows points_in_order_;
+  const PairContext& pairs_;
+  const simd::ClusterKernels& kernels_;
+  const NearLists& lists_;
+  std::span<const simd::FixedPoint> points_;
   bool asks_ahead_;
-  std::vector<PointInTet>& found_;
-  std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
-  std::size_t first_ = 0;            ///< of the next block
-  std::size_t block_begin_ = 0;
-  QueryTally tally_;
-  std::array<CellRange, ClusterBlock::most_clusters> cells_;
+  PairTaker taker_;
   ClusterBlock block_;
 };
+
+}  // namespace
 
 void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
                                        const FixedPositions& fixed) {
   upright_.assign(may_touch.self_collision.begin(), may_touch.self_collision.end());
   if (std::find(upright_.begin(), upright_.end(), 1) == upright_.end()) return;
-  constexpr std::size_t grain = ClusterBlock::most_clusters;
   const std::span<const Cluster> clusters = clusters_.clusters;
   upright_chunks_.assign(parallel::chunk_count(clusters.size(), grain), 1);
   parallel::for_chunks(threads, clusters.size(), grain,
@@ -191,20 +141,64 @@ void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const P
     if (upright_chunks_[c / grain] == 0) at(upright_, clusters[c].body) = 0;
 }
 
+bool ClusterQuery::begin_frame(const parallel::Threads& threads, const Bodies& bodies,
+                               const FixedPositions& fixed, bool new_lattice) {
+  if (new_lattice) plan_.forget(clusters_.clusters.size());
+  if (plan_.has_lists()) lists_.look(threads, bodies, clusters_, fixed);
+  way_ = plan_.choose(clusters_.clusters.size(), lists_.stale().size());
+  return way_ != FrameWay::listed;
+}
+
+void ClusterQuery::recall(const ListPlan::Numbers& plan, const parallel::Threads& threads,
+                          const Bodies& bodies, const PairFilter& may_touch, const CompactGrid& grid,
+                          const FixedPositions& fixed) {
+  plan_.set_numbers(plan);
+  if (plan_.has_lists()) lists_.make(threads, {clusters_, kernels_, bodies, may_touch, grid, fixed});
+}
+
+void ClusterQuery::ask_clusters(const parallel::Threads& threads, const PairContext& pairs,
+                                const LookupContext& context, std::span<const Cluster> clusters) {
+  const std::size_t before = tallies_.size();
+  tallies_.resize(before + parallel::chunk_count(clusters.size(), grain));
+  found_in_chunks_.fill(threads, clusters.size(), grain,
+                        [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
+                          tallies_[before + begin / grain] =
+                              ask_chunk(pairs, context, clusters.subspan(begin, end - begin), found);
+                        });
+  found_in_chunks_.append(found_, parallel::chunk_count(clusters.size(), grain));
+}
+
+void ClusterQuery::ask_lists(const parallel::Threads& threads, const PairContext& pairs,
+                             const FixedPositions& fixed) {
+  const std::span<const std::uint32_t> numbers = lists_.asked();
+  const std::size_t before = tallies_.size();
+  tallies_.resize(before + parallel::chunk_count(numbers.size(), grain));
+  found_in_chunks_.fill(threads, numbers.size(), grain,
+                        [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
+                          ListWork work(pairs, kernels_, lists_, fixed.points(), found);
+                          work.run(numbers.subspan(begin, end - begin));
+                          tallies_[before + begin / grain] = work.tally();
+                        });
+  found_in_chunks_.append(found_, parallel::chunk_count(numbers.size(), grain));
+}
+
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                         std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
                         const FixedPositions& fixed) {
-  constexpr std::size_t grain = ClusterBlock::most_clusters;
-  const std::span<const Cluster> clusters = clusters_.clusters;
-  tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
   find_upright_bodies(threads, may_touch, fixed);
-  lists_.fill(threads, clusters.size(), grain,
-              [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
-                Work work(*this, bodies, positions, may_touch, grid, fixed, found);
-                work.run(clusters.subspan(begin, end - begin));
-                tallies_[begin / grain] = work.tally();
-              });
-  lists_.join(found_);
+  const PairContext pairs{clusters_, bodies, positions, may_touch, upright_};
+  const LookupContext context{clusters_, kernels_, bodies, may_touch, grid, fixed};
+  found_.clear();
+  tallies_.clear();
+  make_room(tallies_, parallel::chunk_count(clusters_.clusters.size(), grain) + 2);
+  last_way_ = std::exchange(way_, FrameWay::all);
+  if (last_way_ == FrameWay::list) lists_.make(threads, context);
+  if (last_way_ == FrameWay::all) {
+    ask_clusters(threads, pairs, context, clusters_.clusters);
+  } else {
+    ask_clusters(threads, pairs, context, lists_.stale());
+    ask_lists(threads, pairs, fixed);
+  }
 }
 
 void ClusterQuery::find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
@@ -212,14 +206,13 @@ void ClusterQuery::find_within(Allowance& allowance, const std::optional<Interes
                                std::span<const Vec3> positions, const PairFilter& may_touch,
                                const CompactGrid& grid, const FixedPositions& fixed) {
   find_upright_bodies(threads, may_touch, fixed);
+  const PairContext pairs{clusters_, bodies, positions, may_touch, upright_};
+  const LookupContext context{clusters_, kernels_, bodies, may_touch, grid, fixed};
   queue_.arrange(clusters_, positions, region, [](const Cluster&) { return true; });
-  run_.run(threads, queue_, allowance,
-           [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
-               std::vector<PointInTet>& found) {
-             Work work(*this, bodies, positions, may_touch, grid, fixed, found, answers);
-             work.run(clusters);
-             return work.tally();
-           });
+  run_.run(
+      threads, queue_, allowance,
+      [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
+          std::vector<PointInTet>& found) { return ask_chunk(pairs, context, clusters, found, answers); });
   std::swap(found_, run_.found());
   tallies_.assign(1, run_.tally());
 }

@@ -7,7 +7,10 @@
 
 #include "contact/allowance.hpp"
 #include "contact/cluster_queue.hpp"
+#include "contact/list_plan.hpp"
+#include "contact/near_lists.hpp"
 #include "contact/pair_filter.hpp"
+#include "contact/pair_taker.hpp"
 #include "contact/point_in_tet.hpp"
 #include "contact/query_tally.hpp"
 #include "grid/compact.hpp"
@@ -24,7 +27,26 @@ namespace palpate {
 class ClusterQuery {
  public:
   explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())
-      : clusters_(make_tet_clusters(bodies)), kernels_(kernels), queue_(clusters_.clusters.size()) {}
+      : clusters_(make_tet_clusters(bodies)),
+        kernels_(kernels),
+        queue_(clusters_.clusters.size()),
+        lists_(bodies, clusters_.clusters.size()) {}
+
+  /// Coherence: lets the next find() use what is known from frames before. Says whether that needs the grid;
+  /// where it does not, it may be that of an earlier frame. Without this, find() asks all anew.
+  /// \param fixed        the positions of the next find()
+  /// \param new_lattice  whether they are in another lattice than those of the last call
+  bool begin_frame(const parallel::Threads& threads, const Bodies& bodies, const FixedPositions& fixed,
+                   bool new_lattice);
+
+  /// What begin_frame() goes by: the plan, and the positions that lists were made for (none without lists).
+  [[nodiscard]] const ListPlan& plan() const { return plan_; }
+  [[nodiscard]] std::span<const simd::FixedPoint> listed_points() const {
+    return plan_.has_lists() ? lists_.reference() : std::span<const simd::FixedPoint>{};
+  }
+  /// Puts these back; `grid` and `fixed` hold the positions.
+  void recall(const ListPlan::Numbers& plan, const parallel::Threads& threads, const Bodies& bodies,
+              const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
 
   /// \param grid   holds the points of `fixed`, which has their positions in the order of its L
   /// \param fixed  marks the points of immovable bodies
@@ -41,21 +63,29 @@ class ClusterQuery {
 
   /// In no order that means anything, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
-  /// A candidate is a pair of a point in the box of a cluster and one of its tets; corners of the tet count.
+  /// A candidate is a pair of a point in the box of a cluster, or on its list, and one of its tets; corners
+  /// of the tet count.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
+  [[nodiscard]] const NearLists& lists() const { return lists_; }
+  [[nodiscard]] FrameWay last_way() const { return last_way_; }
 
  private:
-  class Work;
-
   void find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
                            const FixedPositions& fixed);
+  void ask_clusters(const parallel::Threads& threads, const PairContext& pairs, const LookupContext& context,
+                    std::span<const Cluster> clusters);
+  void ask_lists(const parallel::Threads& threads, const PairContext& pairs, const FixedPositions& fixed);
 
   Clusters clusters_;
   simd::ClusterKernels kernels_;
   ClusterQueue queue_;
+  NearLists lists_;
+  ListPlan plan_;
+  FrameWay way_ = FrameWay::all;       ///< of the next find()
+  FrameWay last_way_ = FrameWay::all;  ///< of the last one
   QueueRun<PointInTet> run_;
-  parallel::ChunkedList<PointInTet> lists_;
+  parallel::ChunkedList<PointInTet> found_in_chunks_;
   std::vector<PointInTet> found_;
   std::vector<QueryTally> tallies_;
   std::vector<std::uint8_t> upright_chunks_;

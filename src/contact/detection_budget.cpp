@@ -16,7 +16,7 @@ namespace {
 /// Of the tests, for points in tets; the rest is for edges.
 constexpr double points_share = 0.75;
 /// Of the time, what is planned with: forecasts are not always right.
-constexpr double planned_share = 0.9;
+constexpr double planned_share = 0.8;
 /// What follows from the contacts costs about as much for none as for so many.
 constexpr double contacts_for_none = 256.0;
 
@@ -73,14 +73,11 @@ void DetectionBudget::begin(double share) {
   }
 }
 
-void DetectionBudget::begin_crossings(std::size_t contacts) {
-  if (!allowance_) return;
-  if (budget_.tests) {
-    const double tests = (1.0 - points_share) * static_cast<double>(*budget_.tests);
-    allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
-  } else {
-    allowance_->keep_back(depths_.high() * (static_cast<double>(contacts) + contacts_for_none), 0.0);
-  }
+Allowance* DetectionBudget::begin_crossings() {
+  if (!allowance_ || !budget_.tests) return nullptr;
+  const double tests = (1.0 - points_share) * static_cast<double>(*budget_.tests);
+  allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
+  return &*allowance_;
 }
 
 void DetectionBudget::end_points(double seconds) {
@@ -89,10 +86,8 @@ void DetectionBudget::end_points(double seconds) {
 
 void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
-  const double depth = times.depth;
-  const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + depth;
+  const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
   after_.add(for_each(after, contacts));
-  depths_.add(for_each(depth, contacts));
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;
@@ -103,7 +98,7 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, Clu
   }
   if (all > 0)
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
-  whole_.add(times.grid + times.contacts + times.border_edges + times.crossings + depth);
+  whole_.add(times.grid + times.contacts + times.border_edges + times.crossings + times.depth);
 }
 
 }  // namespace palpate

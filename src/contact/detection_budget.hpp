@@ -27,10 +27,13 @@ class DetectionBudget {
   /// None: this detection is not limited.
   [[nodiscard]] Allowance* allowance() { return allowance_ ? &*allowance_ : nullptr; }
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
-  /// When the points in tets are known (those so many pairs), and before their edges are looked at.
+  /// When the points in tets are known, and before their edges are looked at.
   void end_points(double seconds);
-  void begin_crossings(std::size_t contacts);
-  /// At the end, with what the phases took; without a limit, queues are empty.
+  /// What the crossings may spend; none: they are not limited. In time they never are: a contact whose edges
+  /// have no crossings costs more in the estimate of depths than they would, so that contacts would be left
+  /// with ever fewer.
+  [[nodiscard]] Allowance* begin_crossings();
+  /// At the end, with what the phases took; without a limit, queues are empty or null.
   void end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
 
@@ -42,9 +45,8 @@ class DetectionBudget {
  private:
   Budget budget_;
   std::optional<Allowance> allowance_;
-  RecentCost after_;   ///< s for each contact, once the pairs are known
-  RecentCost depths_;  ///< s for each contact, once crossings are known
-  RecentCost whole_;   ///< s
+  RecentCost after_;  ///< s for each contact, once the pairs are known
+  RecentCost whole_;  ///< s
   double points_seconds_ = 0.0;
   std::vector<std::uint8_t> late_bodies_;
 };

@@ -131,6 +131,11 @@ struct Detector::State {
   [[nodiscard]] bool clustered() const {
     return cluster_query != nullptr && FixedPositions::represents(lattice);
   }
+  /// Whether it gains from earlier frames where it can.
+  [[nodiscard]] bool coherent() const { return settings.coherence && !budget && clustered(); }
+  [[nodiscard]] PairFilter may_touch() const {
+    return {immovable, settings.self_collision, settings.ignored_pairs};
+  }
   [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const {
     std::vector<std::uint8_t> marks(in_a_tet.size());
     for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, bodies.body_of_point()[p]);
@@ -144,8 +149,10 @@ struct Detector::State {
   /// What this detection may spend; none: it is not limited.
   [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
   void begin_budget(double share);
+  void limit_crossings();
   void end_budget();
   void recall_budget(const DetectorMemory& memory);
+  void recall_coherence(const DetectorMemory& memory);
 
   const Bodies& bodies;
   DetectionSettings settings;
@@ -166,7 +173,10 @@ struct Detector::State {
   PointsInTets points_in_tets;
   std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
   std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
+  bool skips_coherence = false;                 ///< for this detection
+  bool skipped_grid = false;                    ///< the last detection did without
   std::unique_ptr<DetectionBudget> budget;      ///< none: without limit
+  Allowance* crossings_limit = nullptr;         ///< of the budget; none: without limit
   std::vector<std::uint8_t> tet_notes;          ///< of the budget, before the last detection
   std::vector<std::uint8_t> triangle_notes;
   double share = 1.0;
@@ -212,8 +222,14 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
   update_domain(positions);
   if (clustered()) {
     auto& grid = std::get<CompactGrid>(points);
-    counts.sort = grid.build_points(threads, lattice, *fixed);
-    fixed->put_in_order(threads, grid.entries());
+    skipped_grid =
+        coherent() && !skips_coherence && !cluster_query->begin_frame(threads, bodies, *fixed, new_domain);
+    if (skipped_grid) {
+      grid.skip_points(threads, lattice, *fixed);
+    } else {
+      counts.sort = grid.build_points(threads, lattice, *fixed);
+      fixed->put_in_order(threads, grid.entries());
+    }
     if (grid.tells_cells_apart()) {
       counts.movers = new_domain ? grid.entries().size() : grid.movers();
     } else {
@@ -248,7 +264,7 @@ DetectionTimes& DetectionTimes::operator+=(const DetectionTimes& other) {
 }
 
 void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots) {
-  const PairFilter may_touch{immovable, settings.self_collision, settings.ignored_pairs};
+  const PairFilter may_touch = this->may_touch();
   if (clustered()) {
     const Stopwatch watch;
     if (Allowance* const allowance = limit()) {
@@ -286,6 +302,12 @@ void Detector::State::begin_budget(double new_share) {
   budget->begin(share);
 }
 
+void Detector::State::limit_crossings() {
+  if (!budget) return;
+  crossings_limit = limit() == nullptr ? nullptr : budget->begin_crossings();
+  crossings.clustered().limit(crossings_limit, budget->region());
+}
+
 void Detector::State::recall_budget(const DetectorMemory& memory) {
   if (!budget) return;
   std::vector<std::uint8_t>& tets = cluster_query->queue().notes();
@@ -298,11 +320,33 @@ void Detector::State::recall_budget(const DetectorMemory& memory) {
   triangles = memory.triangle_notes;
 }
 
+void Detector::State::recall_coherence(const DetectorMemory& memory) {
+  const std::size_t n = bodies.points_rest().size();
+  const auto& points_then = memory.noted_points;
+  constexpr std::int32_t most = 1 << 30;  // as large as fixed positions become
+  const bool fits = ListPlan::allows(memory.coherence) &&
+                    points_then.size() == (memory.coherence[0] != 0 ? n : 0) &&
+                    std::ranges::all_of(points_then, [](const std::array<std::int32_t, 3>& p) {
+                      return std::ranges::all_of(p, [](std::int32_t x) { return 0 <= x && x <= most; });
+                    });
+  if (!fits) throw Error("detector", "memory", "noted points that no detection leaves", "that of a detector");
+  if (!coherent()) return;
+  CompactGrid grid(settings.order, settings.sort);
+  FixedPositions fixed_then = *fixed;
+  if (!points_then.empty()) {
+    fixed_then.set_points(points_then);
+    grid.build_points(threads, lattice, fixed_then);
+    fixed_then.put_in_order(threads, grid.entries());
+  }
+  cluster_query->recall(memory.coherence, threads, bodies, may_touch(), grid, fixed_then);
+  skipped_grid = memory.skipped_grid;
+  if (skipped_grid) std::get<CompactGrid>(points).skip_points(threads, lattice, *fixed);
+}
+
 void Detector::State::end_budget() {
   if (!budget) return;
-  const bool limited = limit() != nullptr;
-  budget->end(times, counts.contacts, limited ? &cluster_query->queue() : nullptr,
-              limited ? &crossings.clustered().queue() : nullptr, counts);
+  budget->end(times, counts.contacts, limit() == nullptr ? nullptr : &cluster_query->queue(),
+              crossings_limit == nullptr ? nullptr : &crossings.clustered().queue(), counts);
 }
 
 void Detector::detect(std::span<const Vec3> positions, double share) {
@@ -323,10 +367,7 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
   s.times.border_edges = watch.lap();
 
-  if (s.budget) {
-    s.budget->begin_crossings(s.contacts.contacts().size());
-    s.crossings.clustered().limit(s.limit(), s.budget->region());
-  }
+  s.limit_crossings();
   std::visit(
       [&](auto& structure) {
         s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
@@ -393,6 +434,13 @@ const CellSizeChoice& Detector::cell_size_choice() const {
 DetectorMemory Detector::memory() const {
   const State& s = *state_;
   const auto* const grid = std::get_if<CompactGrid>(&s.points);
+  std::vector<std::array<std::int32_t, 3>> noted_points;
+  ListPlan::Numbers coherence = ListPlan().numbers();
+  if (s.cluster_query != nullptr) {
+    for (const simd::FixedPoint& p : s.cluster_query->listed_points())
+      noted_points.push_back({p.x, p.y, p.z});
+    coherence = s.cluster_query->plan().numbers();
+  }
   return {.cell_size = s.cell_size.cell_size,
           .trials = s.cell_size.trials,
           .lower = s.lattice.domain().lower,
@@ -402,7 +450,10 @@ DetectorMemory Detector::memory() const {
           .counts = s.counts,
           .tet_notes = s.tet_notes,
           .triangle_notes = s.triangle_notes,
-          .share = s.share};
+          .share = s.share,
+          .noted_points = std::move(noted_points),
+          .coherence = coherence,
+          .skipped_grid = s.skipped_grid};
 }
 
 void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positions) {
@@ -418,7 +469,10 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.lattice = Lattice({memory.lower, memory.upper}, memory.cell_size);
   s.step = memory.detections - 1;
   s.recall_budget(memory);
+  s.skips_coherence = true;
   detect(positions, memory.share);
+  s.skips_coherence = false;
+  s.recall_coherence(memory);
   if (auto* const grid = std::get_if<CompactGrid>(&s.points))
     grid->adaptive_switch().set_repairing(memory.repairs);
   s.counts = memory.counts;
@@ -426,7 +480,8 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
 
 std::size_t Detector::structure_bytes() const {
   const auto bytes = [](const auto& structure) { return structure.bytes(); };
-  const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0);
+  const std::size_t beside = state_->crossings.bytes() + (state_->fixed ? state_->fixed->bytes() : 0) +
+                             (state_->cluster_query ? state_->cluster_query->lists().bytes() : 0);
   return std::visit(bytes, state_->points) + std::visit(bytes, state_->edges) + beside;
 }
 

@@ -6,142 +6,221 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/row_order.hpp"
+
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t row_grain = 128;
-constexpr Index most_elements = Index{1} << 29;  // element and corner in 31 bits
-constexpr std::size_t most_blocks = 5460;        // of a row: places in 16 bits
+constexpr std::size_t slice_grain = 8;
+constexpr Index most_elements = Index{1} << 28;  // element and two corners in 32 bits
+constexpr std::uint32_t no_slot = 0xffffffffU;
 
 }  // namespace
 
 BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free)
-    : block_count_(free.size(), 0),
-      diagonal_block_(free.size(), 0),
-      mixed_(free.size(), 0),
-      diagonal_(free.size(), 1.0) {
+    : elements_(&elements), diagonal_(free.size(), 1.0) {
   if (elements.size() >= most_elements) {
     throw Error("dynamics", "elements", std::to_string(elements.size()),
                 "fewer than " + std::to_string(most_elements));
   }
-  gather_incidences(elements);
-  pair_begin_.push_back(0);
-  for (Index row = 0; row < size(); ++row) {
-    if (at(free, row) != 0) build_row(elements, row);
-    pair_begin_.push_back(static_cast<std::uint32_t>(columns_.size() / 2));
-  }
-  find_mixed_rows(elements);
-  pairs_.resize(columns_.size() / 2);
+  gather_corners();
+  list_columns(free);
+  order_rows(free);
+  const std::size_t slices = point_of_row_.size() / simd::slice_rows + 1;
+  slot_begin_.push_back(0);
+  term_begin_.push_back(0);
+  for (std::size_t slice = 0; slice < slices; ++slice) build_slice(slice);
+  mixed_ = has_mixed_bodies();
+  slots_.resize(slot_begin_.back());
+  masses_.resize(row_count());
+  diagonal_blocks_.resize(simd::slice_symmetric * slices);
 }
 
-void BlockMatrix::gather_incidences(const Elements& elements) {
+void BlockMatrix::gather_corners() {
   auto& begin = elements_of_point_.begin;
   begin.assign(diagonal_.size() + 1, 0);
-  for (const Tet& corners : elements.corners()) {
+  for (const Tet& corners : elements_->corners()) {
     for (const Index point : corners) ++at(begin, point + 1);
   }
   for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
   elements_of_point_.values.resize(static_cast<std::size_t>(begin.back()));
-  incidences_.resize(elements_of_point_.values.size());
+  corners_of_point_.resize(elements_of_point_.values.size());
   std::vector<Index> next(begin.begin(), begin.end() - 1);
-  for (Index element = 0; element < elements.size(); ++element) {
+  for (Index element = 0; element < elements_->size(); ++element) {
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Index entry = at(next, at(elements.corners(), element)[corner])++;
+      const Index entry = at(next, at(elements_->corners(), element)[corner])++;
       at(elements_of_point_.values, entry) = element;
-      at(incidences_, entry).own =
+      at(corners_of_point_, entry) =
           4 * static_cast<std::uint32_t>(element) + static_cast<std::uint32_t>(corner);
     }
   }
 }
 
-void BlockMatrix::build_row(const Elements& elements, Index row) {
-  const std::size_t first = columns_.size();
-  for (const Index element : elements_of_point_[row]) {
-    for (const Index point : at(elements.corners(), element))
+void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
+  column_begin_.assign(1, 0);
+  for (Index point = 0; point < size(); ++point) {
+    const std::size_t first = columns_.size();
+    if (at(free, point) != 0) {
       columns_.push_back(static_cast<std::uint32_t>(point));
-  }
-  const auto own = columns_.begin() + static_cast<std::ptrdiff_t>(first);
-  std::sort(own, columns_.end());
-  columns_.erase(std::unique(own, columns_.end()), columns_.end());
-  const std::size_t count = columns_.size() - first;
-  if (count > most_blocks) {
-    throw Error("dynamics", "point " + std::to_string(row), std::to_string(count) + " neighbours",
-                "at most " + std::to_string(most_blocks));
-  }
-  at(block_count_, row) = static_cast<std::uint32_t>(count);
-  const auto place_of = [&](Index point) {
-    const auto found = std::lower_bound(own, columns_.end(), static_cast<std::uint32_t>(point));
-    return static_cast<std::size_t>(found - own);
-  };
-  const Index last = at(elements_of_point_.begin, row + 1);
-  for (Index entry = at(elements_of_point_.begin, row); entry < last; ++entry) {
-    const Tet& corners = at(elements.corners(), at(elements_of_point_.values, entry));
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t place = place_of(corners[(at(incidences_, entry).own + k) % 4]);
-      at(incidences_, entry).places[k] = static_cast<std::uint16_t>(24 * (place / 2) + 4 * (place % 2));
+      for (const Index element : elements_of_point_[point]) {
+        for (const Index other : at(elements_->corners(), element))
+          columns_.push_back(static_cast<std::uint32_t>(other));
+      }
+      const auto own = columns_.begin() + static_cast<std::ptrdiff_t>(first);
+      std::sort(own, columns_.end());
+      columns_.erase(std::unique(own, columns_.end()), columns_.end());
     }
+    column_begin_.push_back(static_cast<std::uint32_t>(columns_.size()));
   }
-  if (count > 0) at(diagonal_block_, row) = static_cast<std::uint32_t>(first + place_of(row));
-  if (count % 2 != 0) columns_.push_back(static_cast<std::uint32_t>(row));
+  slot_of_column_.assign(columns_.size(), no_slot);
 }
 
-/// The blocks (i, j) and (j, i) must be made alike: bodies as a whole, whose blocks are all their own.
-void BlockMatrix::find_mixed_rows(const Elements& elements) {
-  const auto bodies = elements.body_of_element();
-  std::vector<std::uint8_t> mixed(bodies.empty() ? 0 : static_cast<std::size_t>(bodies.back()) + 1, 0);
+void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
+  point_of_row_ = points_along_curve(*elements_, free);
+  // A window is what a slice may take its rows from: some slices, so that what is near in space stays so.
+  constexpr std::size_t window = 16 * simd::slice_rows;
+  const auto more_blocks = [&](Index a, Index b) { return columns(a).size() > columns(b).size(); };
+  for (std::size_t first = 0; first < point_of_row_.size(); first += window) {
+    const auto begin = point_of_row_.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::size_t last = std::min(first + window, point_of_row_.size());
+    std::stable_sort(begin, point_of_row_.begin() + static_cast<std::ptrdiff_t>(last), more_blocks);
+  }
+  row_of_point_.assign(free.size(), -1);
+  for (std::size_t row = 0; row < point_of_row_.size(); ++row)
+    at(row_of_point_, point_of_row_[row]) = static_cast<Index>(row);
+}
+
+/// Slots and terms of a slice. The blocks of a row go by the number of their terms, so that those of a slot
+/// have about as many.
+void BlockMatrix::build_slice(std::size_t slice) {
+  struct LaneBlock {
+    std::uint32_t place = 0;  ///< in columns_
+    std::vector<std::uint32_t> terms;
+  };
+  std::array<std::vector<LaneBlock>, simd::slice_rows> lanes;
+  std::array<std::vector<std::uint32_t>, simd::slice_rows> diagonals;
+  std::size_t slots = 0;
+  for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
+    const std::size_t row = simd::slice_rows * slice + lane;
+    if (row >= point_of_row_.size()) continue;
+    const Index point = point_of_row_[row];
+    for (std::uint32_t place = at(column_begin_, point); place < at(column_begin_, point + 1); ++place) {
+      if (columns_[place] != static_cast<std::uint32_t>(point)) lanes[lane].push_back({place, {}});
+    }
+    for (Index entry = at(elements_of_point_.begin, point); entry < at(elements_of_point_.begin, point + 1);
+         ++entry) {
+      const std::uint32_t own = at(corners_of_point_, entry);
+      const Tet& corners = elements_->corners()[own / 4];
+      diagonals[lane].push_back(4 * own + own % 4);
+      for (std::uint32_t k = 1; k < 4; ++k) {
+        const std::uint32_t other = (own + k) % 4;
+        const auto block =
+            std::ranges::lower_bound(lanes[lane], static_cast<std::uint32_t>(corners[other]), {},
+                                     [&](const LaneBlock& b) { return columns_[b.place]; });
+        block->terms.push_back(4 * own + other);
+      }
+    }
+    std::ranges::stable_sort(lanes[lane], std::greater(), [](const LaneBlock& b) { return b.terms.size(); });
+    slots = std::max(slots, lanes[lane].size());
+  }
+  const auto empty = 16 * static_cast<std::uint32_t>(elements_->size());  // the element of zeros
+  const auto append_terms = [&](auto&& terms_of) {
+    std::size_t most = 0;
+    for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) most = std::max(most, terms_of(lane).size());
+    for (std::size_t t = 0; t < most; ++t) {
+      for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
+        const auto terms = terms_of(lane);
+        terms_.push_back(t < terms.size() ? terms[t] : empty);
+      }
+    }
+    term_begin_.push_back(static_cast<std::uint32_t>(terms_.size() / simd::slice_rows));
+  };
+  const auto zero_row = static_cast<std::uint32_t>(point_of_row_.size());
+  for (std::size_t s = 0; s < slots; ++s) {
+    const auto slot = slot_begin_.back() + static_cast<std::uint32_t>(s);
+    for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
+      if (s >= lanes[lane].size()) {
+        column_of_lane_.push_back(static_cast<std::uint32_t>(simd::slice_rows * slice + lane));
+        continue;
+      }
+      const std::uint32_t place = lanes[lane][s].place;
+      slot_of_column_[place] = slot;
+      const Index row = row_of_point_[columns_[place]];
+      column_of_lane_.push_back(row < 0 ? zero_row : static_cast<std::uint32_t>(row));
+    }
+    append_terms([&](std::size_t lane) {
+      return s < lanes[lane].size() ? std::span<const std::uint32_t>(lanes[lane][s].terms)
+                                    : std::span<const std::uint32_t>();
+    });
+  }
+  append_terms([&](std::size_t lane) { return std::span<const std::uint32_t>(diagonals[lane]); });
+  slot_begin_.push_back(slot_begin_.back() + static_cast<std::uint32_t>(slots));
+}
+
+/// Whether lambda / mu differs within a body: then all rows take the slower loop, since the blocks (i, j) and
+/// (j, i) must be made alike, and a slice may have rows of several bodies.
+bool BlockMatrix::has_mixed_bodies() const {
+  const auto bodies = elements_->body_of_element();
+  const auto ratios = elements_->ratios();
   for (std::size_t e = 1; e < bodies.size(); ++e) {
-    const bool same = bodies[e] != bodies[e - 1] || elements.ratios()[e] == elements.ratios()[e - 1];
-    if (!same) at(mixed, bodies[e]) = 1;
+    if (bodies[e] == bodies[e - 1] && ratios[e] != ratios[e - 1]) return true;
   }
-  for (std::size_t e = 0; e < bodies.size(); ++e) {
-    for (const Index point : elements.corners()[e]) at(mixed_, point) = at(mixed, bodies[e]);
-  }
+  return false;
 }
 
-void BlockMatrix::assemble(const parallel::Threads& threads, const Elements& elements,
-                           std::span<const double> diagonal) {
+void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const double> diagonal) {
   std::copy(diagonal.begin(), diagonal.end(), diagonal_.begin());
-  if (pairs_.empty()) return;
-  const simd::AssemblyRows rows{.pair_begin = pair_begin_.data(),
-                                .incidence_begin = elements_of_point_.begin.data(),
-                                .incidences = incidences_.data(),
-                                .diagonal_block = diagonal_block_.data(),
-                                .diagonal = diagonal_.data(),
-                                .gradients = elements.gradients().data(),
-                                .ratios = elements.ratios().data(),
-                                .mixed = mixed_.data()};
-  parallel::for_chunks(threads, diagonal_.size(), row_grain,
+  for (std::size_t row = 0; row < point_of_row_.size(); ++row)
+    masses_[row] = static_cast<float>(at(diagonal, point_of_row_[row]));
+  const simd::SlicedAssembly rows{.slot_begin = slot_begin_.data(),
+                                  .term_begin = term_begin_.data(),
+                                  .terms = terms_.data(),
+                                  .gradients = elements_->gradients().data(),
+                                  .masses = masses_.data(),
+                                  .mixed = mixed_};
+  float* values = slots_.empty() ? nullptr : slots_.front().values.data();
+  parallel::for_chunks(threads, slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::assemble_rows(rows, pairs_.front().values.data(), begin, end);
+                         simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, end);
                        });
 }
 
-std::span<const std::uint32_t> BlockMatrix::columns(Index row) const {
-  return std::span(columns_).subspan(std::size_t{2} * at(pair_begin_, row), at(block_count_, row));
+std::span<const std::uint32_t> BlockMatrix::columns(Index point) const {
+  const std::uint32_t first = at(column_begin_, point);
+  return std::span(columns_).subspan(first, at(column_begin_, point + 1) - first);
 }
 
-Matrix3 BlockMatrix::block(Index row, std::size_t place) const {
-  const auto& pair = pairs_[at(pair_begin_, row) + place / 2].values;
+Matrix3 BlockMatrix::block(Index point, std::size_t place) const {
+  const auto row = static_cast<std::size_t>(at(row_of_point_, point));
+  const std::size_t lane = row % simd::slice_rows;
+  const std::uint32_t slot = slot_of_column_[at(column_begin_, point) + place];
   Matrix3 block;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      block(i, j) = pair[8 * static_cast<std::size_t>(j) + 4 * (place % 2) + static_cast<std::size_t>(i)];
-    }
+  if (slot != no_slot) {
+    for (std::size_t k = 0; k < 9; ++k)
+      block.values[k] = static_cast<double>(slots_[slot].values[simd::slice_rows * k + lane]);
+    return block;
   }
+  const float* own = diagonal_blocks_.data() + simd::slice_symmetric * (row / simd::slice_rows) + lane;
+  constexpr std::array<std::size_t, 9> entry_of{0, 3, 4, 3, 1, 5, 4, 5, 2};
+  for (std::size_t k = 0; k < 9; ++k)
+    block.values[k] = static_cast<double>(own[simd::slice_rows * entry_of[k]]);
   return block;
 }
 
-SymmetricMatrix3 BlockMatrix::diagonal_block(Index row) const {
-  if (at(block_count_, row) == 0) return {};
-  const std::uint32_t place = at(diagonal_block_, row);
-  const double* b = pairs_[place / 2].values.data() + std::size_t{4} * (place % 2);
-  return {b[0], b[9], b[18], b[8], b[16], b[17]};
+std::vector<Index> BlockMatrix::body_of_row() const {
+  std::vector<Index> bodies;
+  for (const Index point : point_of_row_) {
+    const auto elements = elements_of_point_[point];
+    bodies.push_back(elements.empty() ? 0 : at(elements_->body_of_element(), elements.front()));
+  }
+  return bodies;
 }
 
-simd::BlockRows BlockMatrix::rows() const {
-  return {.pair_begin = pair_begin_.data(),
-          .columns = columns_.data(),
-          .values = pairs_.empty() ? nullptr : pairs_.front().values.data()};
+simd::SlicedRows BlockMatrix::rows() const {
+  return {.slot_begin = slot_begin_.data(),
+          .columns = column_of_lane_.data(),
+          .values = slots_.empty() ? nullptr : slots_.front().values.data(),
+          .masses = masses_.data()};
 }
 
 }  // namespace palpate::fem

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,66 +9,87 @@
 #include "fem/elements.hpp"
 #include "fem/matrix.hpp"
 #include "parallel/parallel.hpp"
-#include "simd/block_rows.hpp"
+#include "simd/aligned.hpp"
+#include "simd/sliced_rows.hpp"
 
 namespace palpate::fem {
 
-/// The rows of free points of a square matrix of 3x3 blocks, one row a point: the pattern of the element
-/// stiffness, which is symmetric. Points that are not free, or that no element uses, have an empty row.
+/// The rows of free points of a square matrix of 3x3 blocks, one row a point, in float: the pattern of the
+/// element stiffness, which is symmetric. What it leaves undone, in double, is
+/// LinearSystem::multiply_exactly().
 ///
-/// Blocks lie row by row in pairs, column by column, padded to four values (simd/block_rows.hpp): eight lanes
-/// do two columns of two blocks at once, and neither assembly nor product moves values between lanes.
-/// Assembly gathers: each block adds up its own terms, elements ascending, so that no two threads write one
-/// block and the bits do not depend on the thread count.
+/// Rows have an order of their own: along a Z-curve through the rest positions of each body, so that what is
+/// near in space is near in memory, and within windows by the number of their blocks, so that the slices of
+/// 16 rows (simd/sliced_rows.hpp) have little to fill up. Assembly gathers: each block adds up its own terms,
+/// elements ascending, so that no two threads write one block and the bits do not depend on the thread count.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other corners of its elements. Throws
-  /// Error where there are 2^30 elements or more, or a point has thousands of neighbours. O(n_elements log).
-  /// \param free  (n_points) 1: has a row
+  /// Error where there are 2^28 elements or more. O(n_elements log).
+  /// \param elements  must outlive it
+  /// \param free      (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(diagonal_.size()); }  ///< n_points
 
   /// diagonal[i] I on the diagonal plus the sum over elements of K'_e times its factor, as of
   /// Elements::update().
-  /// \param diagonal  (n_points), > 0; entries of rows that are empty are ignored
-  void assemble(const parallel::Threads& threads, const Elements& elements, std::span<const double> diagonal);
+  /// \param diagonal  (n_points), > 0; of points without a row ignored
+  void assemble(const parallel::Threads& threads, std::span<const double> diagonal);
 
-  /// Points of a row's blocks, ascending.
-  [[nodiscard]] std::span<const std::uint32_t> columns(Index row) const;
-  /// Block `place` of a row: with columns(row)[place].
-  [[nodiscard]] Matrix3 block(Index row, std::size_t place) const;
-  /// The block on the diagonal; zero where the row is empty.
-  [[nodiscard]] SymmetricMatrix3 diagonal_block(Index row) const;
+  [[nodiscard]] const Elements& elements() const { return *elements_; }
+  /// Points of a point's blocks, ascending; none where it has no row.
+  [[nodiscard]] std::span<const std::uint32_t> columns(Index point) const;
+  /// Block `place` of a point's row: with columns(point)[place].
+  [[nodiscard]] Matrix3 block(Index point, std::size_t place) const;
   /// The diagonal of the last assemble() (n_points).
   [[nodiscard]] std::span<const double> diagonal() const { return diagonal_; }
+
+  /// Rows, with those that fill up the last slice; there is at least one of these, the row of zeros.
+  [[nodiscard]] std::size_t row_count() const { return simd::slice_rows * slice_count(); }
+  [[nodiscard]] std::size_t slice_count() const { return slot_begin_.size() - 1; }
+  [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: none
+  [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< of those that are
+  [[nodiscard]] std::vector<Index> body_of_row() const;                                ///< of those that are
   /// What products read.
-  [[nodiscard]] simd::BlockRows rows() const;
+  [[nodiscard]] simd::SlicedRows rows() const;
+  /// The blocks on the diagonal, simd::slice_symmetric a slice, and the diagonal in float, 16 a slice.
+  [[nodiscard]] std::span<const float> diagonal_blocks() const { return diagonal_blocks_; }
+  [[nodiscard]] std::span<const float> masses() const { return masses_; }
+  [[nodiscard]] std::size_t value_bytes() const { return sizeof(Slot) * slots_.size(); }
 
   /// Elements at a point, ascending.
   [[nodiscard]] const Rows& elements_of_point() const { return elements_of_point_; }
-  /// The same with corners, entry by entry.
-  [[nodiscard]] std::span<const simd::Incidence> incidences() const { return incidences_; }
+  /// The same, entry by entry, as 4 element + corner.
+  [[nodiscard]] std::span<const std::uint32_t> corners_of_point() const { return corners_of_point_; }
 
  private:
-  /// Aligned to the columns of a pair.
-  struct alignas(64) BlockPair {
-    std::array<double, 24> values{};
+  struct alignas(64) Slot {
+    std::array<float, simd::slot_values> values{};
   };
-  void gather_incidences(const Elements& elements);
-  void build_row(const Elements& elements, Index row);
-  void find_mixed_rows(const Elements& elements);
+  void gather_corners();
+  void list_columns(std::span<const std::uint8_t> free);
+  void order_rows(std::span<const std::uint8_t> free);
+  void build_slice(std::size_t slice);
+  [[nodiscard]] bool has_mixed_bodies() const;
 
+  const Elements* elements_;
   Rows elements_of_point_;
-  std::vector<std::uint32_t> pair_begin_;   ///< (n_points + 1)
-  std::vector<std::uint32_t> block_count_;  ///< (n_points), without those of zeros
-  std::vector<std::uint32_t> columns_;      ///< 2 a pair
-  std::vector<simd::Incidence>
-      incidences_;  ///< as elements_of_point_; places only where the row is not empty
-  std::vector<std::uint32_t> diagonal_block_;  ///< (n_points)
-  std::vector<std::uint8_t> mixed_;            ///< (n_points): 1 where lambda / mu differs within the body
+  std::vector<std::uint32_t> corners_of_point_;  ///< as elements_of_point_
+  std::vector<std::uint32_t> column_begin_;      ///< (n_points + 1)
+  std::vector<std::uint32_t> columns_;           ///< points
+  std::vector<std::uint32_t> slot_of_column_;    ///< as columns_; no_slot on the diagonal
+  std::vector<Index> row_of_point_;
+  std::vector<Index> point_of_row_;
+  std::vector<std::uint32_t> slot_begin_;      ///< (n_slices + 1)
+  std::vector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
+  std::vector<std::uint32_t> term_begin_;      ///< (n_slots + n_slices + 1)
+  simd::AlignedVector<std::uint32_t> terms_;
+  bool mixed_ = false;  ///< lambda / mu differs within a body
   std::vector<double> diagonal_;
-  std::vector<BlockPair> pairs_;
+  simd::AlignedVector<float> masses_;
+  simd::AlignedVector<float> diagonal_blocks_;
+  std::vector<Slot> slots_;
 };
 
 }  // namespace palpate::fem

@@ -258,6 +258,11 @@ void CoarseSpace::add_couplings(const CouplingSystem& couplings) {
 void CoarseSpace::update(const parallel::Threads& threads, const BlockMatrix& matrix,
                          const CouplingSystem& couplings, std::span<const Vec3> positions) {
   if (pattern_.empty()) find_neighbors(matrix);
+  place_.resize(aggregate_of_point_.size());
+  for (std::size_t row = 0; row < matrix.point_of_row().size(); ++row) {
+    at(place_, matrix.point_of_row()[row]) =
+        simd::slice_values * (row / simd::slice_rows) + row % simd::slice_rows;
+  }
   place_offsets(threads, positions);
   share_couplings(threads, couplings);
   join_neighbors();
@@ -269,16 +274,19 @@ void CoarseSpace::update(const parallel::Threads& threads, const BlockMatrix& ma
   factor_.factor();
 }
 
-double CoarseSpace::correct(const parallel::Threads& threads, std::span<const simd::Padded3> r,
-                            std::span<simd::Padded3> z) {
+double CoarseSpace::correct(const parallel::Threads& threads, std::span<const float> r, std::span<float> z) {
+  const auto value = [](std::span<const float> v, std::size_t place) {
+    return Vec3{static_cast<double>(v[place]), static_cast<double>(v[place + simd::slice_rows]),
+                static_cast<double>(v[place + 2 * simd::slice_rows])};
+  };
   parallel::for_each(threads, coarse_.size(), aggregate_grain, [&](std::size_t row) {
     Vec3 force;
     Vec3 torque;
     for (const Index p : members_[order_[row]]) {
-      const simd::Padded3& f = at(r, p);
+      const Vec3 f = value(r, at(place_, p));
       const simd::Padded3& d = at(offsets_, p);
-      force += Vec3{f.x, f.y, f.z};
-      torque += cross({d.x, d.y, d.z}, {f.x, f.y, f.z});
+      force += f;
+      torque += cross({d.x, d.y, d.z}, f);
     }
     coarse_[row] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
   });
@@ -289,10 +297,11 @@ double CoarseSpace::correct(const parallel::Threads& threads, std::span<const si
     for (const Index p : members_[order_[row]]) {
       const simd::Padded3& d = at(offsets_, p);
       const Vec3 v = Vec3{c[0], c[1], c[2]} + cross({c[3], c[4], c[5]}, {d.x, d.y, d.z});
-      simd::Padded3& target = at(z, p);
-      target = {target.x + v.x, target.y + v.y, target.z + v.z, 0.0};
-      const simd::Padded3& f = at(r, p);
-      sum += f.x * v.x + f.y * v.y + f.z * v.z;
+      const std::size_t place = at(place_, p);
+      z[place] += static_cast<float>(v.x);
+      z[place + simd::slice_rows] += static_cast<float>(v.y);
+      z[place + 2 * simd::slice_rows] += static_cast<float>(v.z);
+      sum += dot(value(r, place), v);
     }
     products_[row] = sum;
   });

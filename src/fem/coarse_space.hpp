@@ -37,9 +37,9 @@ class CoarseSpace {
   /// Z^T A Z and its factor, at these positions (n_points x 3).
   void update(const parallel::Threads& threads, const BlockMatrix& matrix, const CouplingSystem& couplings,
               std::span<const Vec3> positions);
-  /// z += Z (Z^T A Z)^-1 Z^T r; returns the sum of r times what was added. O(n_points).
-  double correct(const parallel::Threads& threads, std::span<const simd::Padded3> r,
-                 std::span<simd::Padded3> z);
+  /// z += Z (Z^T A Z)^-1 Z^T r; returns the sum of r times what was added. Vectors are by rows of the matrix
+  /// of the last update(), simd::slice_values a slice. O(n_points).
+  double correct(const parallel::Threads& threads, std::span<const float> r, std::span<float> z);
 
  private:
   /// Part of a coupling in an aggregate: the rows of J Z there, three by six.
@@ -68,6 +68,7 @@ class CoarseSpace {
   std::vector<Index> row_;              ///< of each aggregate
   std::vector<Index> first_;            ///< of each row
   std::vector<Index> degree_order_;     ///< scratch
+  std::vector<std::size_t> place_;      ///< (n_points) in vectors by rows
   std::vector<simd::Padded3> offsets_;  ///< (n_points) from the middle of the aggregate
   std::vector<CouplingShares> shares_;  ///< of each coupling
   EnvelopeCholesky factor_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -8,9 +10,19 @@
 #include "fem/coarse_space.hpp"
 #include "fem/error_estimate.hpp"
 #include "fem/linear_system.hpp"
+#include "fem/rest_factor.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate::fem {
+
+/// What Preconditioner::automatic does, by counts of iterations and never by time. It goes on and never back:
+/// a stiff scene stays stiff, and where block Jacobi is slow the estimate of the error comes out too small.
+enum class Stage : std::uint8_t {
+  start,      ///< block Jacobi; after RestFactor::patience() the next
+  factor,     ///< the factor; after as many iterations two levels, and the next
+  jacobi,     ///< block Jacobi, since the factor does not help or there is none; after patience() the next
+  two_level,  ///< two levels
+};
 
 /// When a solve stops. Residuals are measured by their plain norm, solutions by mass, |x|^2 = sum m_i x_i^2
 /// with the masses of LinearSystem.
@@ -20,8 +32,9 @@ struct SolveGoal {
   /// The tolerance is of the error of the solution, relative to the solution; false: of the residual,
   /// relative to the right side.
   bool of_solution = false;
-  /// Of them automatic means: block Jacobi, and two levels from patience() on.
   Preconditioner preconditioner = Preconditioner::jacobi;
+  /// How far automatic has come in earlier solves (SolveReport).
+  Stage stage = Stage::start;
   /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
   int fixed_iterations = 0;
   /// Where what the tolerance is relative to is smaller, these are.
@@ -37,8 +50,10 @@ struct SolveReport {
   /// Estimated error of the solution / max(|x|, least_scale), in the norm of A, which no error by mass
   /// exceeds.
   double relative_error = 0.0;
-  bool two_level = false;  ///< the preconditioner had two levels, at least in the end
-  bool converged = false;  ///< the goal is reached
+  bool two_level = false;      ///< the preconditioner had two levels, at least in the end
+  bool factor = false;         ///< it was the factor, in the end
+  Stage stage = Stage::start;  ///< of automatic, for the next solve
+  bool converged = false;      ///< the goal is reached
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
@@ -46,6 +61,11 @@ struct SolveReport {
 /// iteration: the product with p^T A p, the update of solution, residual and preconditioned residual with all
 /// sums, the next direction. Sums have a fixed order: the same bits for every thread count. Keeps its memory
 /// between solves.
+///
+/// Iterations are in float, on a residual scaled to about 1, with a float matrix. What they add up to is
+/// checked in double: where the true residual is further from theirs than the goal allows, it takes its place
+/// (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations go on, until
+/// both agree. Where the stiffness is so large that a float matrix does not do, products are made in double.
 ///
 /// A - diag(m) is positive semi-definite, so that for an error e of residual r |e| <= |e|_A <= |r|: the
 /// residual is a bound, and the first two say what ErrorEstimate means for the speeds.
@@ -59,26 +79,76 @@ class ConjugateGradients {
   ///           that is worse than zero, by its residual, is dropped.
   /// \param coarse     the second level of the preconditioner; nullptr: there is none, whatever the goal says
   /// \param positions  (n_points), for its update()
+  /// \param factor     as coarse; without it, or where it does not fit, two levels take its place
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, CoarseSpace* coarse = nullptr,
-                    std::span<const Vec3> positions = {});
+                    std::span<const Vec3> positions = {}, RestFactor* factor = nullptr);
   /// Iterations after which Preconditioner::automatic takes two levels: what these cost to set up grows with
   /// the number of aggregates, about a product each.
-  static int patience(const CoarseSpace& coarse) { return 50 + coarse.size(); }
+  static int patience(const CoarseSpace& coarse) { return 50 + 3 * coarse.size(); }
 
  private:
-  double start(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
-               std::span<simd::Padded3> x);
-  simd::VectorSums advance(const parallel::Threads& threads, const simd::GradientVectors& vectors,
-                           double step);
-  void turn(const parallel::Threads& threads, const simd::GradientVectors& vectors, double turn);
+  /// A solve that has begun.
+  struct Run {
+    const parallel::Threads& threads;
+    LinearSystem& system;
+    std::span<const simd::Padded3> b;
+    std::span<simd::Padded3> x;
+    const SolveGoal& goal;
+    CoarseSpace* coarse;
+    RestFactor* factor;
+    std::span<const Vec3> positions;
+    int change_at = 0;  ///< iteration at which automatic takes the next preconditioner
+    double size_b = 0.0;
+    double scale = 1.0;                ///< of the float vectors: theirs times it are the true ones
+    double largest = 0.0;              ///< residual, by its plain norm, when it last was the true one
+    double last_drift = 0.0;           ///< from the true residual, by mass, when it last was looked at
+    double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
+    int iterations_since = 0;          ///< the residual last was the true one
+    bool direction_holds = false;      ///< the true residual is near the one that directions come from
+    bool exact_products = false;       ///< in double
+    bool looks_ahead = false;          ///< ErrorEstimate::look_ahead(): with the factor and no couplings
+    simd::VectorSums sums{};           ///< of the float vectors
 
+    [[nodiscard]] double residual_unit() const { return std::max(size_b, goal.least_residual); }
+    [[nodiscard]] double solution_unit() const {
+      return std::max(scale * std::sqrt(sums.solution), goal.least_scale);
+    }
+    /// The goal is reached by a bound, not by an estimate.
+    [[nodiscard]] bool bounded(const SolveReport& report) const {
+      return !goal.of_solution || scale * std::sqrt(sums.by_mass) <= report.relative_error * solution_unit();
+    }
+  };
+  double start(const Run& run);
+  void find_residual(const Run& run);
+  void load(Run& run);
+  void flush(Run& run);
+  bool settle(Run& run, SolveReport& report);
+  double replace(Run& run, const SolveReport& report);
+  void choose(Run& run, SolveReport& report);
+  void change(Run& run, SolveReport& report);
+  void precondition(Run& run, const SolveReport& report);
+  void resize(const LinearSystem& system);
+  static bool reached(const SolveGoal& goal, const SolveReport& report, double share);
+  void judge(const Run& run, SolveReport& report) const;
+  double drift(const Run& run);
+  double multiply(Run& run);
+  simd::GradientVectors vectors(const Run& run);
+  simd::VectorSums advance(const Run& run, double step);
+  void turn(const Run& run, double turn);
+
+  // By point, in double.
   std::vector<simd::Padded3> residual_;
-  std::vector<simd::Padded3> preconditioned_;
-  std::vector<simd::Padded3> direction_;
   std::vector<simd::Padded3> product_;
+  // By row, in float and scaled.
+  simd::AlignedVector<float> row_residual_;
+  simd::AlignedVector<float> row_preconditioned_;
+  simd::AlignedVector<float> row_product_;
+  simd::AlignedVector<float> row_solution_;  ///< since the last flush
+  simd::AlignedVector<float> row_guess_;     ///< the solution at the last flush
+  simd::AlignedVector<simd::Quad> direction_;
   std::vector<simd::VectorSums> partial_;
   std::vector<double> partial_sums_;
   ErrorEstimate estimate_;

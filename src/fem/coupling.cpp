@@ -29,18 +29,14 @@ Vec3 end_force(const Coupling& coupling, double time_step, std::span<const Vec3>
 void CouplingSystem::set(std::span<const Coupling> couplings, double time_step,
                          std::span<const std::uint8_t> free) {
   couplings_ = couplings;
-  resize_with_room(terms_, couplings.size());
+  resize_with_room(weights_, couplings.size());
   resize_with_room(products_, couplings.size());
   begin_.assign(free.size() + 1, 0);
   for (std::size_t c = 0; c < couplings.size(); ++c) {
     const Coupling& coupling = couplings[c];
-    const SymmetricMatrix3 w = time_step * (coupling.damping + time_step * coupling.stiffness);
-    terms_[c].weights = {w.xx, w.xy, w.xz, 0.0, w.xy, w.yy, w.yz, 0.0, w.xz, w.yz, w.zz, 0.0};
-    for (std::size_t k = 0; k < 5; ++k) {
-      const Index point = coupling.points[k];
+    weights_[c] = time_step * (coupling.damping + time_step * coupling.stiffness);
+    for (const Index point : coupling.points) {
       assert(point < static_cast<Index>(free.size()));
-      terms_[c].coefficients[k] = point >= 0 ? coupling.coefficients[k] : 0.0;
-      terms_[c].points[k] = std::max(point, 0);
       if (point >= 0 && at(free, point) != 0) ++at(begin_, point + 1);
     }
   }
@@ -57,29 +53,81 @@ void CouplingSystem::set(std::span<const Coupling> couplings, double time_step,
 }
 
 void CouplingSystem::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x) {
+  parallel::for_each(threads, couplings_.size(), coupling_grain, [&](std::size_t c) {
+    const Coupling& coupling = couplings_[c];
+    Vec3 sum;
+    for (std::size_t k = 0; k < 5; ++k) {
+      if (coupling.points[k] < 0) continue;
+      const simd::Padded3& row = at(x, coupling.points[k]);
+      sum += coupling.coefficients[k] * Vec3{row.x, row.y, row.z};
+    }
+    products_[c] = weights_[c] * sum;
+  });
+}
+
+Vec3 CouplingSystem::product(Index point) const {
+  Vec3 sum;
+  for (const Entry& entry : entries(point)) sum += entry.coefficient * at(products_, entry.coupling);
+  return sum;
+}
+
+void CouplingSystem::order(std::span<const Index> row_of_point, std::size_t row_count) {
+  resize_with_room(terms_, couplings_.size());
+  resize_with_room(row_products_, couplings_.size());
+  for (std::size_t c = 0; c < couplings_.size(); ++c) {
+    const SymmetricMatrix3& w = weights_[c];
+    const auto column = [&](std::size_t k, double x, double y, double z) {
+      terms_[c].weights[4 * k] = static_cast<float>(x);
+      terms_[c].weights[4 * k + 1] = static_cast<float>(y);
+      terms_[c].weights[4 * k + 2] = static_cast<float>(z);
+    };
+    column(0, w.xx, w.xy, w.xz);
+    column(1, w.xy, w.yy, w.yz);
+    column(2, w.xz, w.yz, w.zz);
+    for (std::size_t k = 0; k < 5; ++k) {
+      const Index point = couplings_[c].points[k];
+      const Index row = point >= 0 ? at(row_of_point, point) : -1;
+      terms_[c].coefficients[k] = row >= 0 ? static_cast<float>(couplings_[c].coefficients[k]) : 0.0F;
+      terms_[c].rows[k] = std::max(row, 0);
+    }
+  }
+  assign_with_room(row_begin_, row_count + 1, 0);
+  for (std::size_t point = 0; point < row_of_point.size(); ++point) {
+    if (row_of_point[point] >= 0) at(row_begin_, row_of_point[point] + 1) = begin_[point + 1] - begin_[point];
+  }
+  for (std::size_t row = 0; row < row_count; ++row) row_begin_[row + 1] += row_begin_[row];
+  resize_with_room(row_entries_, entries_.size());
+  for (std::size_t point = 0; point < row_of_point.size(); ++point) {
+    if (row_of_point[point] < 0) continue;
+    Index next = at(row_begin_, row_of_point[point]);
+    for (const Entry& entry : entries(static_cast<Index>(point)))
+      at(row_entries_, next++) = {entry.coupling, static_cast<float>(entry.coefficient)};
+  }
+}
+
+void CouplingSystem::multiply(const parallel::Threads& threads, std::span<const simd::Quad> x) {
   parallel::for_chunks(threads, couplings_.size(), coupling_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::coupling_products(terms_.data(), x.data(), products_.data(), begin, end);
+                         simd::coupling_products(terms_.data(), x.data(), row_products_.data(), begin, end);
                        });
 }
 
 simd::CouplingRows CouplingSystem::rows() const {
-  return {.begin = begin_.data(), .entries = entries_.data(), .products = products_.data()};
+  return {.begin = row_begin_.data(), .entries = row_entries_.data(), .products = row_products_.data()};
 }
 
-std::span<const simd::CouplingEntry> CouplingSystem::entries(Index point) const {
+std::span<const CouplingSystem::Entry> CouplingSystem::entries(Index point) const {
   const Index first = at(begin_, point);
   return {entries_.data() + first, static_cast<std::size_t>(at(begin_, point + 1) - first)};
 }
 
 SymmetricMatrix3 CouplingSystem::weight(std::size_t coupling) const {
-  const auto& w = terms_[coupling].weights;
-  return {w[0], w[5], w[10], w[1], w[2], w[6]};
+  return weights_[coupling];
 }
 
 SymmetricMatrix3 CouplingSystem::diagonal_block(Index point) const {
   SymmetricMatrix3 sum;
-  for (const simd::CouplingEntry& entry : entries(point)) {
+  for (const Entry& entry : entries(point)) {
     const double square = entry.coefficient * entry.coefficient;
     sum = sum + square * weight(static_cast<std::size_t>(entry.coupling));
   }
@@ -88,8 +136,7 @@ SymmetricMatrix3 CouplingSystem::diagonal_block(Index point) const {
 
 Vec3 CouplingSystem::start_force(Index point) const {
   Vec3 sum;
-  for (const simd::CouplingEntry& entry : entries(point))
-    sum += entry.coefficient * at(couplings_, entry.coupling).force;
+  for (const Entry& entry : entries(point)) sum += entry.coefficient * at(couplings_, entry.coupling).force;
   return sum;
 }
 

@@ -9,7 +9,7 @@
 
 #include "fem/matrix.hpp"
 #include "parallel/parallel.hpp"
-#include "simd/block_rows.hpp"
+#include "simd/sliced_rows.hpp"
 
 namespace palpate::fem {
 
@@ -47,10 +47,19 @@ class CouplingSystem {
   void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return couplings_.size(); }
-  /// Phase 1 of W x, for x of (n_points).
+  /// Phase 1 of W x in double, for x of (n_points).
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
-  /// Phase 2: what rows of points take of it.
+  /// Phase 2: a free point's part of W x.
+  [[nodiscard]] Vec3 product(Index point) const;
+  /// Makes ready for products in float with vectors in this order. O(n_rows + n_couplings).
+  /// \param row_of_point  (n_points), -1 where a point takes no part
+  /// \param row_count     rows, those that only fill up included
+  void order(std::span<const Index> row_of_point, std::size_t row_count);
+  /// Phase 1 in float, as order() has it, and what phase 2 reads.
+  void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
   [[nodiscard]] simd::CouplingRows rows() const;
+  /// Whether a free point is in any coupling.
+  [[nodiscard]] bool holds(Index point) const { return at(begin_, point + 1) > at(begin_, point); }
   /// The block of W on the diagonal at a free point.
   [[nodiscard]] SymmetricMatrix3 diagonal_block(Index point) const;
   /// Sum of the couplings' forces at the start of the step on a free point, N.
@@ -61,14 +70,24 @@ class CouplingSystem {
   [[nodiscard]] SymmetricMatrix3 weight(std::size_t coupling) const;
 
  private:
-  [[nodiscard]] std::span<const simd::CouplingEntry> entries(Index point) const;
+  /// What a point takes of a coupling.
+  struct Entry {
+    Index coupling = 0;
+    double coefficient = 0.0;
+  };
+  [[nodiscard]] std::span<const Entry> entries(Index point) const;
 
   std::span<const Coupling> couplings_;
-  std::vector<simd::CouplingTerm> terms_;
-  std::vector<simd::Padded3> products_;  ///< phase 1, per coupling
-  std::vector<Index> begin_;             ///< (n_points + 1) into entries_
+  std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S
+  std::vector<Vec3> products_;             ///< phase 1, per coupling
+  std::vector<Index> begin_;               ///< (n_points + 1) into entries_
   std::vector<Index> next_;
-  std::vector<simd::CouplingEntry> entries_;  ///< by point, couplings ascending
+  std::vector<Entry> entries_;  ///< by point, couplings ascending
+  // The same in float, by rows.
+  std::vector<simd::CouplingTerm> terms_;
+  std::vector<simd::Quad> row_products_;
+  std::vector<Index> row_begin_;
+  std::vector<simd::CouplingEntry> row_entries_;
 };
 
 }  // namespace palpate::fem

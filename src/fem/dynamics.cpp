@@ -103,6 +103,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
       coarse_(bodies, free_),
+      factor_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
       turns_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
@@ -154,7 +155,7 @@ void Dynamics::linearise() {
   } else {
     update_elements();
   }
-  matrix_.assemble(threads_, elements_, diagonal_);
+  matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
   if (turns_.any()) add_turn_forces();
 }
@@ -166,7 +167,7 @@ void Dynamics::add_turn_forces() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     turn_velocities_[i] = padded((1.0 / time_step_) * (turned_positions_[i] - positions_[i]));
   });
-  system_.multiply(threads_, turn_velocities_, right_side_);
+  system_.multiply_exactly(threads_, turn_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(turn_velocities_[i]);
@@ -188,7 +189,7 @@ void Dynamics::compute_point_forces() {
     if (system_.free()[i] == 0) return;
     Vec3 force = loads_[i];
     for (Index entry = begin[i]; entry < begin[i + 1]; ++entry)
-      force += unpadded(elements_.forces()[at(matrix_.incidences(), entry).own]);
+      force += unpadded(elements_.forces()[at(matrix_.corners_of_point(), entry)]);
     point_forces_[i] = force;
   });
 }
@@ -215,7 +216,7 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 /// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows;
 /// in turned frames it is the mean velocity without force.
 void Dynamics::compute_right_side() {
-  system_.multiply(threads_, base_velocities_, right_side_);
+  system_.multiply_exactly(threads_, base_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
@@ -286,8 +287,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   check_solve(goal);
   goal.least_scale = load_scale_;
   goal.least_residual = load_impulse_;
-  if (two_level_ && goal.preconditioner == Preconditioner::automatic)
-    goal.preconditioner = Preconditioner::two_level;
+  goal.stage = stage_;
   couplings_.set(couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
@@ -297,8 +297,9 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
     throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
                          "finite forces, positions and velocities");
   }
-  const Report report = solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_);
-  two_level_ = two_level_ || report.two_level;
+  const Report report =
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_, &factor_);
+  if (goal.preconditioner == Preconditioner::automatic) stage_ = report.stage;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
     const auto largest = std::ranges::max_element(
@@ -409,7 +410,7 @@ DynamicsState Dynamics::state() const {
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
           .inverted_steps = inverted_steps_,
-          .two_level = two_level_};
+          .stage = stage_};
 }
 
 void Dynamics::set_state(const DynamicsState& state) {
@@ -423,7 +424,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
-  two_level_ = state.two_level;
+  stage_ = state.stage;
   updated_ = false;
 }
 

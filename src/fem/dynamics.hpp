@@ -26,7 +26,7 @@ struct DynamicsState {
   std::vector<Vec3> velocity_changes;  ///< (n_points x 3), m/s: the guess of the next step
   std::vector<SymmetricMatrix3> plastic_strains;
   std::vector<Index> inverted_steps;
-  bool two_level = false;  ///< a solve took two levels
+  Stage stage = Stage::start;  ///< of the automatic preconditioner
 };
 
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
@@ -85,9 +85,9 @@ class Dynamics {
   /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
-  /// With Preconditioner::automatic, all solves after one that took two levels take them, too: a stiff scene
-  /// stays stiff, and where block Jacobi is slow the estimate of the error comes out too small. Part of the
-  /// state. \param goal  its least scales are set to what gravity and external forces alone would make
+  /// Preconditioner::automatic goes through its stages over the run (Stage), which are part of the state.
+  /// \param goal  its least scales are set to what gravity and external forces alone would make, its stage to
+  /// that of the run
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Between solve() and end_step(): where bodies turn otherwise than the frames of the step, takes frames
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
@@ -174,6 +174,7 @@ class Dynamics {
   CouplingSystem couplings_;
   LinearSystem system_;
   CoarseSpace coarse_;
+  RestFactor factor_;
   ConjugateGradients solver_;
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
@@ -198,10 +199,10 @@ class Dynamics {
   std::vector<simd::Padded3> turn_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;  ///< of the solution, by mass: that of gravity and external forces alone
-  double time_step_ = 0.0;   ///< of the step that has begun; that of diagonal_ and factors_
-  bool two_level_ = false;   ///< a solve took two levels
-  bool updated_ = false;     ///< elements_ are as the positions and the plastic strains are now
+  double load_scale_ = 0.0;     ///< of the solution, by mass: that of gravity and external forces alone
+  double time_step_ = 0.0;      ///< of the step that has begun; that of diagonal_ and factors_
+  Stage stage_ = Stage::start;  ///< of the automatic preconditioner
+  bool updated_ = false;        ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

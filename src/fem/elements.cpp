@@ -54,13 +54,14 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
 }
 
 void Elements::fill_group() {
-  const std::size_t groups = parallel::chunk_count(corners_.size(), simd::element_group);
-  const std::size_t whole = groups * simd::element_group;
+  const std::size_t whole = (corners_.size() / simd::element_group + 1) * simd::element_group;
   corners_.resize(whole, Tet{});
   for (auto& column : inverse_rest_) column.resize(whole);
-  for (auto* column : {&volume_, &mu_, &lambda_, &factor_, &energy_}) column->resize(whole);
+  for (auto& column : turned_) column.resize(whole);
+  for (auto* column : {&volume_, &mu_, &lambda_, &ratio_, &factor_, &energy_}) column->resize(whole);
   gradients_.resize(4 * whole);
   forces_.resize(4 * whole);
+  products_.resize(4 * whole);
   left_.resize(whole);
   inverted_.resize(whole);
 }
@@ -156,11 +157,46 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
     gradient_sum += scale * gradient;
     force_sum += force;
     const std::size_t place = 4 * element + static_cast<std::size_t>(corner);
-    gradients_[place] = padded(scale * gradient);
+    set_gradient(element, corner, scale * gradient);
     forces_[place] = padded(force);
   }
-  gradients_[4 * element] = padded(-gradient_sum);
+  set_gradient(element, 0, -gradient_sum);
   forces_[4 * element] = padded(-force_sum);
+}
+
+void Elements::set_gradient(std::size_t element, int corner, const Vec3& a) {
+  gradients_[4 * element + static_cast<std::size_t>(corner)] = {
+      static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z),
+      static_cast<float>(ratio_[element])};
+  if (corner == 0) return;
+  const auto first = static_cast<std::size_t>(3 * (corner - 1));
+  turned_[first][element] = a.x;
+  turned_[first + 1][element] = a.y;
+  turned_[first + 2][element] = a.z;
+}
+
+Vec3 Elements::gradient(Index element, int corner) const {
+  const auto e = static_cast<std::size_t>(element);
+  const auto row_of = [&](std::size_t k) {
+    return Vec3{turned_[k][e], turned_[k + 1][e], turned_[k + 2][e]};
+  };
+  if (corner == 0) return -(row_of(0) + row_of(3) + row_of(6));
+  return row_of(static_cast<std::size_t>(3 * (corner - 1)));
+}
+
+std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threads,
+                                                  std::span<const simd::Padded3> vectors) const {
+  if (tets_.empty()) return {};
+  simd::StiffnessPass pass{};
+  pass.vectors = vectors.data();
+  pass.corners = corners_.front().data();
+  for (std::size_t k = 0; k < 9; ++k) pass.turned[k] = turned_[k].data();
+  pass.ratios = ratio_.data();
+  pass.products = products_.data();
+  parallel::for_chunks(
+      threads, corners_.size(), element_grain,
+      [&](std::size_t begin, std::size_t end, std::size_t) { simd::stiffness_pass(pass, begin, end); });
+  return std::span<const simd::Padded3>(products_).first(4 * tets_.size());
 }
 
 void Elements::set_factors(std::span<const double> factors) {
@@ -168,17 +204,20 @@ void Elements::set_factors(std::span<const double> factors) {
 }
 
 void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  if (tets_.empty()) return;
   parallel::for_each(threads, positions.size(), element_grain,
                      [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
   simd::ElementPass pass{};
   pass.displacements = displacements_.data();
-  pass.corners = corners_.empty() ? nullptr : corners_.front().data();
+  pass.corners = corners_.front().data();
   for (std::size_t k = 0; k < 9; ++k) pass.inverse_rest[k] = inverse_rest_[k].data();
   pass.volume = volume_.data();
   pass.mu = mu_.data();
   pass.lambda = lambda_.data();
   pass.factors = factor_.data();
-  pass.gradients = &gradients_.data()->x;
+  pass.ratios = ratio_.data();
+  for (std::size_t k = 0; k < 9; ++k) pass.turned[k] = turned_[k].data();
+  pass.gradients = gradients_.data();
   pass.forces = &forces_.data()->x;
   pass.energies = energy_.data();
   pass.inverted = inverted_.data();
@@ -201,11 +240,23 @@ Vec3 Elements::force(Index element, int corner) const {
 }
 
 void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const {
-  const Vec3 a = load(at(gradients_, 4 * element + i));
-  const Vec3 b = load(at(gradients_, 4 * element + j));
+  const Vec3 a = gradient(element, i);
+  const Vec3 b = gradient(element, j);
   add_outer(block, at(ratio_, element), a, b);
   add_outer(block, 1.0, b, a);
   for (int k = 0; k < 3; ++k) block(k, k) += dot(a, b);
+}
+
+Matrix3 Elements::stiffness_rest(Index element, int i, int j) const {
+  const auto e = static_cast<std::size_t>(element);
+  const double scale = factor_[e] * mu_[e] * volume_[e];
+  const Vec3 a = gradient_rest(e, i);
+  const Vec3 b = gradient_rest(e, j);
+  Matrix3 block;
+  add_outer(block, scale * ratio_[e], a, b);
+  add_outer(block, scale, b, a);
+  for (int k = 0; k < 3; ++k) block(k, k) += scale * dot(a, b);
+  return block;
 }
 
 double Elements::energy_density(std::size_t element, const Matrix3& rotation, const Matrix3& stretch) const {

@@ -55,9 +55,10 @@ class Elements {
   [[nodiscard]] std::span<const Index> body_of_element() const { return body_; }  ///< (n_elements)
   [[nodiscard]] std::span<const double> volumes_rest() const {
     return std::span(volume_).first(tets_.size());
-  }  ///< (n_elements), m^3
+  }                                                                                 ///< (n_elements), m^3
+  [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points), m
   /// lambda / mu of each element (n_elements).
-  [[nodiscard]] std::span<const double> ratios() const { return ratio_; }
+  [[nodiscard]] std::span<const double> ratios() const { return std::span(ratio_).first(tets_.size()); }
 
   /// Factors >= 0 of the stiffness of each element (n_elements), 1 at first; as of the next update().
   void set_factors(std::span<const double> factors);
@@ -72,10 +73,18 @@ class Elements {
   /// Adds K'_ij of an element, times its factor, as of the last update() to a block, N/m. With
   /// a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
-  /// The a_i, corner by corner (4 n_elements).
-  [[nodiscard]] std::span<const simd::Padded3> gradients() const {
-    return std::span(gradients_).first(4 * tets_.size());
-  }
+  /// The same with R = I, as it is at rest.
+  [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
+  [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)
+  /// a_i of a corner.
+  [[nodiscard]] Vec3 gradient(Index element, int corner) const;
+  /// All a_i in float, corner by corner, with r as the fourth; after those of the last element at least one
+  /// of zeros.
+  [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
+  /// K'_e times its factor, as of the last update(), times the vectors (n_points) at the corners of each
+  /// element: corner by corner (4 n_elements), valid until the next call. In double. O(n_elements).
+  std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
+                                          std::span<const simd::Padded3> vectors) const;
   /// Forces, corner by corner (4 n_elements), N.
   [[nodiscard]] std::span<const simd::Padded3> forces() const {
     return std::span(forces_).first(4 * tets_.size());
@@ -101,6 +110,7 @@ class Elements {
  private:
   void add_element(const Bodies& bodies, Index tet, Index body, const Material& material);
   void update_element(std::size_t element, std::span<const Vec3> positions);
+  void set_gradient(std::size_t element, int corner, const Vec3& a);
   void add_plasticity(const Material& material);
   void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
@@ -116,23 +126,25 @@ class Elements {
   [[nodiscard]] Matrix3 deformation_gradient(std::size_t element, std::span<const Vec3> positions) const;
 
   std::vector<Vec3> points_rest_;
-  // Of the elements, up to whole groups (simd::element_group), the rest zero; tets_ and what follows it have
-  // no more than there are.
+  // Of the elements, up to whole groups (simd::element_group) and at least one more, the rest zero; tets_ and
+  // what follows it have no more than there are.
   std::vector<Tet> corners_;
   Columns<9> inverse_rest_;  ///< D_m^-1, row by row: row k is the gradient of corner k + 1
   std::vector<double> volume_;
   std::vector<double> mu_;
   std::vector<double> lambda_;
+  std::vector<double> ratio_;
   std::vector<double> factor_;
   std::vector<double> energy_;
-  std::vector<simd::Padded3> gradients_;  ///< a_i, corner by corner
-  std::vector<simd::Padded3> forces_;     ///< corner by corner
-  std::vector<std::uint8_t> left_;        ///< those that the pass has left to be done one by one
-  std::vector<std::uint8_t> inverted_;    ///< as of the last update()
+  Columns<9> turned_;                   ///< a_i of corners 1 to 3
+  std::vector<simd::Quad> gradients_;   ///< a_i, corner by corner
+  std::vector<simd::Padded3> forces_;   ///< corner by corner
+  std::vector<std::uint8_t> left_;      ///< those that the pass has left to be done one by one
+  std::vector<std::uint8_t> inverted_;  ///< as of the last update()
   std::vector<Index> tets_;
   std::vector<Index> body_;
-  std::vector<double> ratio_;
   std::vector<simd::Padded3> displacements_;       ///< (n_points), scratch
+  mutable std::vector<simd::Padded3> products_;    ///< 4 an element, scratch
   std::vector<Plasticity> plasticity_;             ///< (n_elements), or empty where no material yields
   std::vector<SymmetricMatrix3> plastic_strains_;  ///< as plasticity_
 };

@@ -15,9 +15,13 @@ namespace palpate::fem {
 /// wait; this takes S d_k as the estimate, with no wait.
 class ErrorEstimate {
  public:
-  void clear();
+  /// \param enough  iterations before there is an estimate
+  void clear(std::size_t enough = 4);
   /// Takes d_k of the next iteration. O(k).
   void add(double decrease);
+  /// What the next iteration would lower it by, if its step is as long as the last: where each lowers it a
+  /// lot, that says how large the error is now, without an iteration more. Twice that, as steps differ.
+  void look_ahead(double next_decrease);
   /// Estimate of |e_k|_A before the iteration of the last add(): the error now is smaller. Infinite before
   /// there are enough iterations to judge by.
   [[nodiscard]] double error() const { return error_; }
@@ -25,6 +29,8 @@ class ErrorEstimate {
  private:
   std::vector<double> decreases_;
   std::vector<double> tails_;  ///< sum of the decreases from each on
+  std::size_t enough_ = 4;
+  double ratio_ = 1.0;
   double error_ = 0.0;
 };
 

@@ -13,6 +13,10 @@ namespace palpate::fem {
 /// The matrix of a step, A = B + W with B a BlockMatrix and W a CouplingSystem, restricted to the free
 /// points, and its block-Jacobi preconditioner.
 ///
+/// There are two products with it. The exact one is in double and by point: the stiffness of each element
+/// times the vectors at its corners, which takes as long as two or three of the other. That one is in float
+/// and by rows of B: what solvers iterate with. They differ by the rounding of B's blocks.
+///
 /// The restriction is exact: rows of points that are not free give zero, and vectors are zero there, so their
 /// columns have no part either. Refers to B and W, which must outlive it.
 class LinearSystem {
@@ -22,35 +26,39 @@ class LinearSystem {
 
   [[nodiscard]] std::size_t size() const { return free_.size(); }  ///< n_points
   [[nodiscard]] std::span<const std::uint8_t> free() const { return free_; }
+  [[nodiscard]] const BlockMatrix& blocks() const { return *blocks_; }
+  [[nodiscard]] const CouplingSystem& couplings() const { return *couplings_; }
 
-  /// diag(A): a lower bound of A, since the rest is positive semi-definite; 1 where not free.
-  [[nodiscard]] std::span<const double> masses() const { return masses_; }
-  [[nodiscard]] std::span<const double> inverse_masses() const {
-    return inverse_masses_;
-  }  ///< 0 where not free
+  /// diag(A) of rows: a lower bound of A, since the rest is positive semi-definite; and its inverse, 0 where
+  /// there is no row.
+  [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
+  [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
-  /// Takes over the masses and inverts the diagonal blocks of A as they are now. O(n_points).
+  /// Takes over the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
   /// CoarseSpace::update() with A as it is now.
   void update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
                      std::span<const Vec3> positions) const;
 
-  /// y = A x at free points, 0 elsewhere; x and y are of (n_points). Returns the sum of x y over the free
-  /// points. O(n_blocks).
-  double multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x,
-                  std::span<simd::Padded3> y);
-  /// The inverted diagonal blocks of A, 12 values a point (simd::GradientVectors); 0 where a point is not
-  /// free.
-  [[nodiscard]] std::span<const simd::Padded3> inverse_diagonal() const { return inverse_diagonal_; }
+  /// y = A x at free points, 0 elsewhere, in double; x and y are of (n_points), and x may be other than zero
+  /// at points that are not free. O(n_elements).
+  void multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                        std::span<simd::Padded3> y);
+  /// y = A x by rows, in float; returns the sum of x y. O(n_blocks).
+  /// \param x  (row_count)
+  /// \param y  simd::slice_values a slice
+  double multiply(const parallel::Threads& threads, std::span<const simd::Quad> x, std::span<float> y);
+  /// The inverted diagonal blocks of A, simd::slice_symmetric a slice.
+  [[nodiscard]] std::span<const float> inverse_diagonal() const { return inverse_diagonal_; }
 
  private:
   const BlockMatrix* blocks_;
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;
-  std::vector<double> masses_;
-  std::vector<double> inverse_masses_;
-  std::vector<simd::Padded3> inverse_diagonal_;  ///< three columns a point
+  simd::AlignedVector<float> inverse_masses_;
+  simd::AlignedVector<float> diagonal_;  ///< blocks with couplings, scratch
+  simd::AlignedVector<float> inverse_diagonal_;
   std::vector<double> partial_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
+#include <utility>
 
 namespace palpate {
 
@@ -43,6 +45,8 @@ void CompactGrid::index_entries(const parallel::Threads& threads) {
 }
 
 Sort CompactGrid::sort_points(const parallel::Threads& threads) {
+  // The last order is that of the last build. Whether that was the last frame must not show.
+  if (std::exchange(skipped_, false)) point_sort_.forget();
   // Where a start serves one key, sorting and C go together.
   std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
   const PointSort::Result result =
@@ -54,18 +58,49 @@ Sort CompactGrid::sort_points(const parallel::Threads& threads) {
 
 Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& lattice,
                                const FixedPositions& points) {
+  if (!skipped_) {
+    write_keys(threads, lattice, points);
+    return sort_points(threads);
+  }
+  skip_points(threads, lattice, points);
+  const std::size_t movers = movers_;
+  const Sort used = sort_points(threads);
+  movers_ = movers;
+  return used;
+}
+
+void CompactGrid::skip_points(const parallel::Threads& threads, const Lattice& lattice,
+                              const FixedPositions& points) {
+  std::swap(keys_, keys_before_);
+  write_keys(threads, lattice, points);
+  skipped_ = true;
+  movers_ = keys_.size();
+  if (keys_before_.size() != keys_.size()) return;
+  constexpr std::size_t grain = 8192;
+  mover_scratch_.assign(parallel::chunk_count(keys_.size(), grain), 0.0);
+  parallel::for_chunks(threads, keys_.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         std::uint32_t moved = 0;
+                         for (std::size_t p = begin; p < end; ++p)
+                           moved += keys_[p] != keys_before_[p] ? 1U : 0U;
+                         mover_scratch_[chunk] = moved;
+                       });
+  movers_ = static_cast<std::size_t>(std::accumulate(mover_scratch_.begin(), mover_scratch_.end(), 0.0));
+}
+
+void CompactGrid::write_keys(const parallel::Threads& threads, const Lattice& lattice,
+                             const FixedPositions& points) {
   const std::size_t count = points.points().size();
   index_.resize(lattice.size());
   choose_shifts(count);
   const bool linear =
       index_.order() == Order::linear && key_shift_ == 0 && std::bit_width(index_.last()) < 32;
-  if (!linear) {
-    return build_points(threads, lattice, count, [&](Index p) {
-      return points.takes_part(p) ? std::optional(points.cell_of(at(points.points(), p))) : std::nullopt;
-    });
-  }
-  points.write_linear_keys(threads, keys_);
-  return sort_points(threads);
+  if (linear) return points.write_linear_keys(threads, keys_);
+  keys_.resize(count);
+  parallel::for_each(threads, count, 2048, [&](std::size_t i) {
+    const auto p = static_cast<Index>(i);
+    keys_[i] = points.takes_part(p) ? key_of(index_(points.cell_of(at(points.points(), p)))) : no_key;
+  });
 }
 
 CompactGrid::Interval CompactGrid::within(Interval block, std::uint32_t first, std::uint32_t last) const {

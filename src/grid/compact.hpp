@@ -61,7 +61,10 @@ class CompactGrid {
 
   /// The same for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
-  /// Points whose key changed in the last build_points(); all of the first.
+  /// In place of building for a frame that needs no grid: only counts movers. L and C stay; the next build
+  /// sorts anew.
+  void skip_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
+  /// Points whose key changed since the frame before the last one built or skipped; all of the first.
   [[nodiscard]] std::size_t movers() const { return movers_; }
   /// Of Sort::adaptive.
   [[nodiscard]] SortSwitch& adaptive_switch() { return point_sort_.adaptive_switch(); }
@@ -117,6 +120,7 @@ class CompactGrid {
   };
 
   void choose_shifts(std::size_t primitives);
+  void write_keys(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   Sort sort_points(const parallel::Threads& threads);  ///< by keys_
   void sort_entries(const parallel::Threads& threads, std::uint32_t largest_key);
   void index_entries(const parallel::Threads& threads);  ///< derives C
@@ -155,7 +159,10 @@ class CompactGrid {
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
-  std::vector<std::uint32_t> keys_;  ///< of points
+  std::vector<std::uint32_t> keys_;         ///< of points
+  std::vector<std::uint32_t> keys_before_;  ///< of the last frame, where that was skipped
+  std::vector<double> mover_scratch_;
+  bool skipped_ = false;
   std::size_t movers_ = 0;
   Sort sort_;
   PointSort point_sort_;

@@ -26,7 +26,7 @@ FixedPositions::FixedPositions(std::span<const std::uint8_t> takes_part, std::sp
     points_[p] = {0, 0, 0, static_cast<std::int32_t>(static_cast<std::uint32_t>(p) | mark)};
   }
   const auto n = static_cast<std::size_t>(std::count(takes_part.begin(), takes_part.end(), 1));
-  for (std::vector<std::int32_t>* list : {&x_, &y_, &z_, &name_}) list->resize(n + simd::row_padding);
+  in_order_.resize(n + simd::row_padding);
 }
 
 bool FixedPositions::represents(const Lattice& lattice) {
@@ -46,6 +46,7 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
             simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
       });
   // Points that take no part may be anywhere.
+  for (const std::uint32_t p : absent_) points_[p] = {0, 0, 0, points_[p].name};
   if (!absent_.empty()) return std::nullopt;
   Box box;
   bool finite = true;
@@ -56,6 +57,11 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
   const Box most{{-largest_coordinate, -largest_coordinate, -largest_coordinate},
                  {largest_coordinate, largest_coordinate, largest_coordinate}};
   return finite && most.contains(box.lower) && most.contains(box.upper) ? std::optional(box) : std::nullopt;
+}
+
+void FixedPositions::set_points(std::span<const std::array<std::int32_t, 3>> numbers) {
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    points_[p] = {numbers[p][0], numbers[p][1], numbers[p][2], points_[p].name};
 }
 
 void FixedPositions::write_linear_keys(const parallel::Threads& threads,
@@ -69,13 +75,8 @@ void FixedPositions::write_linear_keys(const parallel::Threads& threads,
 }
 
 void FixedPositions::put_in_order(const parallel::Threads& threads, std::span<const Entry> entries) {
-  parallel::for_each(threads, entries.size(), grain, [&](std::size_t e) {
-    const simd::FixedPoint& point = at(points_, reference_of(entries[e]));
-    x_[e] = point.x;
-    y_[e] = point.y;
-    z_[e] = point.z;
-    name_[e] = point.name;
-  });
+  parallel::for_each(threads, entries.size(), grain,
+                     [&](std::size_t e) { in_order_[e] = at(points_, reference_of(entries[e])); });
 }
 
 }  // namespace palpate

@@ -35,6 +35,8 @@ class FixedPositions {
   /// the domain of the lattice. Parallel, O(n).
   std::optional<Box> place(const parallel::Threads& threads, const Lattice& lattice,
                            std::span<const Vec3> positions);
+  /// Takes over the numbers of points, their names stay, in a lattice with the same parts.
+  void set_points(std::span<const std::array<std::int32_t, 3>> numbers);
   /// The keys of all points, linear cell indices below 2^31; those that take no part have no_key. Parallel,
   /// O(n).
   void write_linear_keys(const parallel::Threads& threads, std::vector<std::uint32_t>& keys) const;
@@ -42,7 +44,8 @@ class FixedPositions {
   void put_in_order(const parallel::Threads& threads, std::span<const Entry> entries);
 
   [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
-  [[nodiscard]] simd::PointRows rows() const { return {x_.data(), y_.data(), z_.data(), name_.data()}; }
+  /// In the order of L, with simd::row_padding places beyond.
+  [[nodiscard]] const simd::FixedPoint* in_order() const { return in_order_.data(); }
   [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
   /// The cell of a fixed position; that of Lattice::cell_of().
   [[nodiscard]] Cell cell_of(const simd::FixedPoint& p) const {
@@ -51,7 +54,7 @@ class FixedPositions {
   }
   [[nodiscard]] bool takes_part(Index point) const { return at(takes_part_, point) != 0; }
   [[nodiscard]] std::size_t bytes() const {
-    return points_.capacity() * sizeof(simd::FixedPoint) + 4 * x_.capacity() * sizeof(std::int32_t);
+    return (points_.capacity() + in_order_.capacity()) * sizeof(simd::FixedPoint);
   }
 
  private:
@@ -59,10 +62,7 @@ class FixedPositions {
   std::vector<std::uint32_t> absent_;  ///< points that take no part
   std::vector<simd::Bounds> bounds_;   ///< of a chunk
   std::vector<simd::FixedPoint> points_;
-  std::vector<std::int32_t> x_;
-  std::vector<std::int32_t> y_;
-  std::vector<std::int32_t> z_;
-  std::vector<std::int32_t> name_;
+  std::vector<simd::FixedPoint> in_order_;
   int fraction_bits_ = 0;
   Cell size_{};
 };

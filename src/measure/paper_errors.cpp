@@ -37,7 +37,9 @@ Deviation deviation(std::span<const Vec3> a, std::span<const Vec3> b) {
 struct Run {
   std::vector<Vec3> positions;
   double milliseconds = 0.0;  ///< mean detection of a step
-  double dropped = 0.0;       ///< mean cells left out in a step
+  std::vector<double> of_step{};
+  std::string hash{};    ///< of the last state
+  double dropped = 0.0;  ///< mean cells left out in a step
 };
 
 Run run(const PaperScene& scene, std::optional<int> cells_per_primitive, int steps) {
@@ -49,11 +51,13 @@ Run run(const PaperScene& scene, std::optional<int> cells_per_primitive, int ste
   Run result;
   for (int step = 0; step < steps; ++step) {
     const StepMetrics& metrics = simulation.step();
-    result.milliseconds += 1e3 * total(metrics.detection_seconds) / metrics.detections;
+    result.of_step.push_back(1e3 * total(metrics.detection_seconds) / metrics.detections);
+    result.milliseconds += result.of_step.back();
     result.dropped += static_cast<double>(metrics.detection.dropped_cells);
   }
   result.milliseconds /= steps;
   result.dropped /= steps;
+  result.hash = simulation.state_hash();
   result.positions.assign(simulation.positions().begin(), simulation.positions().end());
   return result;
 }
@@ -78,11 +82,16 @@ Section approximate_errors(const std::vector<PaperScene>& scenes, const PaperEff
   std::string speeds;
   for (const PaperScene& scene : scenes) {
     if (scene.name == "stacking") continue;
-    const Run exact = run(scene, std::nullopt, effort.error_steps);
+    Run exact = run(scene, std::nullopt, effort.error_steps);
+    section.measures.push_back(measure_of(scene.name + ", exact", std::move(exact.of_step)));
+    if (!section.result_hash.empty()) section.result_hash += ' ';
+    section.result_hash += exact.hash;
     section.table.rows.push_back({scene.name, "exact", exact.milliseconds, 0.0, 0.0, 0.0, 0.0});
     double at_27 = 0.0;
     for (const int k : {27, 8, 1}) {
-      const Run approximate = run(scene, k, effort.error_steps);
+      Run approximate = run(scene, k, effort.error_steps);
+      section.measures.push_back(
+          measure_of(fmt::format("{}, {} cells", scene.name, k), std::move(approximate.of_step)));
       if (k == 27) at_27 = approximate.milliseconds;
       const Deviation d = deviation(exact.positions, approximate.positions);
       const double cm = 100.0 * scene.meters_per_unit;

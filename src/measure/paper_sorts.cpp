@@ -1,12 +1,12 @@
-#include <algorithm>
 #include <fmt/format.h>
-#include <limits>
 #include <map>
+#include <span>
 
 #include <palpate/error.hpp>
 
 #include "measure/paper.hpp"
 #include "measure/sorters.hpp"
+#include "sim/state_hash.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::measure {
@@ -14,14 +14,14 @@ namespace {
 
 constexpr std::size_t entries = 128000;
 
-/// Least time of a sort of a frame over some turns of the frames, s, the sorters in turns. Throws Error where
-/// one does not sort.
-std::map<std::string, double> least_times(const SortFrames& frames, int rounds) {
+/// Times of sorting a frame over some turns of the frames, ms, the sorters in turns. Throws Error where one
+/// does not sort.
+std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, int rounds) {
   const std::vector<Competitor> all = competitors();
   std::vector<Sorter> sorters;
   sorters.reserve(all.size());
   for (const Competitor& competitor : all) sorters.push_back(competitor.make());
-  std::map<std::string, double> least;
+  std::map<std::string, std::vector<double>> times;
   const std::size_t steps = static_cast<std::size_t>(rounds) * frames.steps();
   for (std::size_t step = 0; step < steps; ++step) {
     const std::size_t frame = frames.frame_at(step);
@@ -33,11 +33,10 @@ std::map<std::string, double> least_times(const SortFrames& frames, int rounds) 
       if (all[s].name != "memcpy" && words != frames.sorted[frame])
         throw Error("benchmark", all[s].name, "words out of order", "sorted words");
       if (step == 0) continue;  // no order of a last frame
-      const auto place = least.try_emplace(all[s].name, seconds).first;
-      place->second = std::min(place->second, seconds);
+      times[all[s].name].push_back(1e3 * seconds);
     }
   }
-  return least;
+  return times;
 }
 
 }  // namespace
@@ -54,22 +53,35 @@ Section sort_timings(const PaperEffort& effort) {
           "One thread, least times; `std_sort_last_order` starts from last frame's order as the paper "
           "does, `comparison` is our parallel sort of that kind. Every result is compared with "
           "std::sort's.",
-      .table = {{"changed keys, %", "sort", "ms"}, {}}};
+      .table = {{"sort; ms by changed keys, %"}, {}}};
   const std::vector<std::pair<Movers, std::string>> motions{
       {Movers::still, "0"},    {Movers::near_2, "2"},     {Movers::near_10, "10"},
       {Movers::near_50, "50"}, {Movers::near_100, "100"}, {Movers::random_100, "random"}};
   std::map<std::string, std::map<std::string, double>> all;
+  std::uint64_t hash = fnv1a({});
   Chart chart{
       .title = "Sorting 128,000 entries", .x_label = "changed keys, %", .y_label = "ms", .series = {}};
   for (const auto& [movers, name] : motions) {
-    all[name] = least_times(make_frames(entries, movers), effort.rounds);
-    for (const auto& [sort, seconds] : all[name]) section.table.rows.push_back({name, sort, 1e3 * seconds});
+    const SortFrames frames = make_frames(entries, movers);
+    hash = fnv1a(std::as_bytes(std::span(frames.sorted.back())), hash);
+    for (auto& [sort, times] : times_of(frames, effort.rounds)) {
+      const bool reference = sort == "memcpy" || sort.starts_with("std_sort");
+      section.measures.push_back(measure_of(name + " %, " + sort, std::move(times), reference));
+      all[name][sort] = section.measures.back().least;
+    }
+    section.table.columns.push_back(name);
   }
+  for (const Competitor& competitor : competitors()) {
+    auto& row = section.table.rows.emplace_back();
+    row.emplace_back(competitor.name);
+    for (const auto& [movers, name] : motions) row.emplace_back(all[name][competitor.name]);
+  }
+  section.result_hash = hash_text(hash);
   for (const char* sort : {"std_sort_last_order", "comparison", "radix", "repair", "adaptive"}) {
     Series series{sort, {}, {}};
     for (const char* percent : {"0", "2", "10", "50", "100"}) {
       series.x.push_back(std::stod(percent));
-      series.y.push_back(1e3 * all[percent][sort]);
+      series.y.push_back(all[percent][sort]);
     }
     chart.series.push_back(std::move(series));
   }
@@ -84,7 +96,7 @@ Section sort_timings(const PaperEffort& effort) {
       "sort needs few digits. What gains from the last order is the repair sort: {:.2f} ms at 2 %, {:.2f} ms "
       "at 10 %; "
       "the adaptive switch takes it up to 14 % changed keys (docs/structures.md)",
-      ratio("2"), ratio("10"), ratio("random"), 1e3 * all["2"]["repair"], 1e3 * all["10"]["repair"]);
+      ratio("2"), ratio("10"), ratio("random"), all["2"]["repair"], all["10"]["repair"]);
   return section;
 }
 

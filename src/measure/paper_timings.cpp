@@ -72,7 +72,7 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Wa
 }  // namespace
 
 Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) {
-  const Recording recording = record(stacking.model, stacking.settings, effort.stacking_steps, 0);
+  const Recording recording = record(stacking.model, stacking.settings, effort.stacking_steps, 1);
   std::vector<Way> ways{with_structure(stacking.settings.detection, Structure::hash, "serial hashing", 1)};
   ways.reserve(1 + effort.threads.size());
   for (const int threads : effort.threads) ways.push_back(index_sort(stacking.settings.detection, threads));
@@ -88,6 +88,7 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
                           recording.frames.size()),
       .charts = {frames_chart("Stacking: collision handling per frame", ways, times)}};
   add_times(section, ways, times);
+  add_measures(section, "stacking", ways, times);
   add_scaling(section, "Index sort", ways, times, 1, effort.threads.size());
   const bool update = times[1].median_update() < times[0].median_update();
   const bool query_slower = times[1].median_query() > times[0].median_query();
@@ -106,7 +107,7 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
 }
 
 Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
-  const Recording recording = record(eye.model, eye.settings, effort.organ_steps, 0);
+  const Recording recording = record(eye.model, eye.settings, effort.organ_steps, 1);
   std::vector<Way> ways;
   ways.reserve(2 * effort.threads.size());
   for (const int threads : effort.threads) ways.push_back(index_sort(eye.settings.detection, threads));
@@ -123,6 +124,7 @@ Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
       .ours = fmt::format("{} frames of the eye scene.", recording.frames.size()),
       .charts = {frames_chart("Eye: collision handling per frame", ways, times)}};
   add_times(section, ways, times);
+  add_measures(section, "eye", ways, times);
   const std::size_t n = effort.threads.size();
   add_scaling(section, "Index sort", ways, times, 0, n);
   add_scaling(section, "Cuckoo hashing", ways, times, n, n);
@@ -142,19 +144,20 @@ Section order_timings(const std::vector<PaperScene>& scenes, const PaperEffort& 
       .paper = "Z-order makes edge-triangle queries about 8 % faster, by the cache.",
       .ours =
           "Time of linear order over that of Z-order, on one thread, medians of the same frames in "
-          "turns: above 1, Z-order is faster. Cache misses need counters of the processor, which "
-          "`perf stat -e cache-misses palpate detect` shows where there are any.",
+          "turns: above 1, Z-order is faster. Cache misses are in a section of their own.",
       .table = {{"scene", "update", "edge-triangle crossings", "whole"}, {}}};
   double least = 1e300;
   double most = 0.0;
   for (const PaperScene& scene : scenes) {
-    const Recording recording = record(scene.model, scene.settings, effort.organ_steps, 0);
+    const Recording recording = record(scene.model, scene.settings, effort.organ_steps, 1);
     DetectionSettings linear = scene.settings.detection;
     linear.structure = Structure::compact;
     linear.order = Order::linear;
     DetectionSettings z = linear;
     z.order = Order::z;
-    const auto times = replay(recording, {{"linear", linear, 1}, {"z", z, 1}}, effort.rounds + 1);
+    const std::vector<Way> ways{{"linear", linear, 1}, {"z", z, 1}};
+    const auto times = replay(recording, ways, effort.rounds + 1);
+    add_measures(section, scene.name, ways, times);
     const double crossings =
         times[0].median_crossings() > 0.0 ? times[0].median_crossings() / times[1].median_crossings() : 1.0;
     least = std::min(least, crossings);
@@ -183,7 +186,7 @@ Section cell_sizes(const std::vector<PaperScene>& scenes, const PaperEffort& eff
   std::string best_texts;
   bool mean_best = true;
   for (const PaperScene& scene : scenes) {
-    const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 4, 0);
+    const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 4, 1);
     const Spread edges = mesh_statistics(recording.bodies, recording.bodies.points_rest()).edge_length;
     std::vector<Way> ways;
     const auto add = [&](const std::string& name, const CellSize& size) {
@@ -197,6 +200,7 @@ Section cell_sizes(const std::vector<PaperScene>& scenes, const PaperEffort& eff
     add("maximal edge", CellSizeRule::max_edge);
     add("auto", CellSizeRule::automatic);
     const auto times = replay(recording, ways, effort.rounds);
+    add_measures(section, scene.name, ways, times);
     Chart chart{.title = "Cell size: " + scene.name,
                 .x_label = "cell size / mean edge length",
                 .y_label = "whole detection, ms",
@@ -236,7 +240,7 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
   std::size_t tries = 0;
   bool compact_least = true;
   for (const PaperScene& scene : scenes) {
-    const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 2, 0);
+    const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 2, 1);
     std::vector<Way> ways;
     for (const Structure structure :
          {Structure::uniform, Structure::compact, Structure::hash, Structure::cuckoo}) {
@@ -245,6 +249,7 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
       ways.push_back({std::string(structure_names[static_cast<std::size_t>(structure)]), settings, 1});
     }
     const auto times = replay(recording, ways, effort.rounds);
+    add_measures(section, scene.name, ways, times);
     const auto points = static_cast<double>(recording.frames.front().size());
     for (std::size_t w = 0; w < ways.size(); ++w) {
       const std::optional<CuckooCounts>& cuckoo = times[w].last_counts.cuckoo_points;

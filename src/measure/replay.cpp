@@ -8,6 +8,7 @@
 
 #include "geometry/vector.hpp"
 #include "sim/model_check.hpp"
+#include "sim/state_hash.hpp"
 
 namespace palpate::measure {
 namespace {
@@ -71,13 +72,40 @@ Recording record(Model model, const SimulationSettings& settings, int steps, int
   return recording;
 }
 
+std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash) {
+  const auto add = [&](const auto& values) { hash = fnv1a(std::as_bytes(std::span(values)), hash); };
+  add(contacts.point);
+  add(contacts.body);
+  add(contacts.tet);
+  add(contacts.depth);
+  add(contacts.direction);
+  return hash;
+}
+
+void add_measures(Section& section, const std::string& scene, const std::vector<Way>& ways,
+                  const std::vector<WayTimes>& times) {
+  for (std::size_t w = 0; w < ways.size(); ++w) {
+    std::vector<double> milliseconds;
+    for (std::size_t f = 1; f < times[w].of_frame.size(); ++f)
+      milliseconds.push_back(1e3 * total(times[w].of_frame[f]));
+    if (!milliseconds.empty())
+      section.measures.push_back(measure_of(scene + ", " + ways[w].name, std::move(milliseconds)));
+  }
+  // Of several scenes, all their hashes.
+  const std::string both = section.result_hash + hash_text(times.front().hash);
+  section.result_hash = section.result_hash.empty() ? both : hash_text(fnv1a(std::as_bytes(std::span(both))));
+}
+
 std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds) {
   std::vector<WayTimes> results(ways.size());
   for (int round = 0; round < rounds; ++round) {
     std::vector<Detector> detectors;
     detectors.reserve(ways.size());
-    for (const Way& way : ways)
-      detectors.emplace_back(recording.bodies, way.settings, recording.rigid, way.threads);
+    for (const Way& way : ways) {
+      DetectionSettings settings = way.settings;
+      settings.coherence = false;  // structures are compared by what a frame on its own costs
+      detectors.emplace_back(recording.bodies, settings, recording.rigid, way.threads);
+    }
     for (std::size_t frame = 0; frame < recording.frames.size(); ++frame) {
       for (std::size_t turn = 0; turn < ways.size(); ++turn) {
         const std::size_t w = (frame + turn) % ways.size();
@@ -90,6 +118,8 @@ std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>&
           keep_least(result.of_frame[frame], detectors[w].times());
         }
       }
+      if (round == 0)
+        results[0].hash = hash_of(detectors[0].contacts(), frame == 0 ? fnv1a({}) : results[0].hash);
       for (std::size_t w = 1; w < ways.size(); ++w) {
         if (!ways[w].settings.cells_per_primitive)
           require_same(detectors[w].contacts(), detectors.front().contacts(), ways[w].name, frame);

@@ -8,6 +8,8 @@
 #include <palpate/model.hpp>
 #include <palpate/simulation.hpp>
 
+#include "measure/section.hpp"
+
 /// What benchmarks measure: detections of recorded positions, by ways that take turns on each frame.
 namespace palpate::measure {
 
@@ -34,6 +36,7 @@ struct WayTimes {
   DetectionCounts last_counts;
   std::size_t structure_bytes = 0;
   std::size_t contacts = 0;  ///< of all frames
+  std::uint64_t hash = 0;    ///< of the contacts of all frames; of the first way only, others have the same
   double cell_size = 0.0;
   /// Median over the frames but the first, s: of the whole, and of the update (grid) and the rest (query).
   [[nodiscard]] double median_total() const;
@@ -49,5 +52,12 @@ double total(const DetectionTimes& times);
 /// machine disturbs all; `rounds` times from the start, each with fresh detectors. Throws Error where an
 /// exact way finds other contacts, depths or directions than the first one.
 std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds);
+
+/// Goes on with a hash (fnv1a) of contacts: points, bodies, tets, depths and directions.
+std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash);
+
+/// What the ways took for their frames but the first, and the hash of what they found, into the section.
+void add_measures(Section& section, const std::string& scene, const std::vector<Way>& ways,
+                  const std::vector<WayTimes>& times);
 
 }  // namespace palpate::measure

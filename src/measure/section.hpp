@@ -33,18 +33,38 @@ struct Table {
   std::vector<std::vector<nlohmann::ordered_json>> rows;
 };
 
+/// How often something was timed and what it took, ms: what two reports are compared by.
+struct Measure {
+  std::string name;
+  bool reference = false;  ///< work that is not ours: it tells how fast the machine was
+  std::size_t samples = 0;
+  double least = 0.0;
+  double lower_quartile = 0.0;
+  double median = 0.0;
+  double upper_quartile = 0.0;
+  double most = 0.0;
+};
+
+/// The measure of times in ms, in any order; at least one.
+Measure measure_of(std::string name, std::vector<double> milliseconds, bool reference = false);
+
 /// An item of the report: what the paper did and found, what we did, our figures, and what that says.
 struct Section {
   std::string id{};
   std::string title{};
-  std::string paper{};
+  std::string paper{};  ///< empty where the paper has nothing of the kind
   std::string ours{};
   Verdict verdict = Verdict::not_comparable;
   std::string why{};
   Table table{};
   std::vector<Chart> charts{};
+  std::vector<Measure> measures{};
+  std::string result_hash{};  ///< of what was found, the same on every machine; empty: nothing to hash
 };
 
 nlohmann::ordered_json to_json(const Section& section);
+
+/// 16 hexadecimal digits.
+std::string hash_text(std::uint64_t hash);
 
 }  // namespace palpate::measure

@@ -30,9 +30,30 @@ void describe(Archive& archive, Vec3& v) {
   archive(v.x, v.y, v.z);
 }
 
-/// Appends values to bytes.
-class ArchiveWriter {
+/// What both directions do alike: values that consist of others go to the archive part by part.
+template <class Direction>
+class Archive {
  public:
+  template <class T, std::size_t n>
+  void operator()(std::array<T, n>& values) {
+    for (T& value : values) direction()(value);
+  }
+  template <class T>
+  requires(!Scalar<T>) void operator()(T& value) { describe(direction(), value); }
+  template <class First, class Second, class... More>
+  void operator()(First& first, Second& second, More&... more) {
+    direction()(first);
+    direction()(second, more...);
+  }
+
+ private:
+  Direction& direction() { return static_cast<Direction&>(*this); }
+};
+
+/// Appends values to bytes.
+class ArchiveWriter : public Archive<ArchiveWriter> {
+ public:
+  using Archive::operator();
   template <Scalar T>
   void operator()(const T& value) {
     const std::size_t place = bytes_.size();
@@ -51,21 +72,10 @@ class ArchiveWriter {
     (*this)(size);
     for (T& value : values) (*this)(value);
   }
-  template <class T, std::size_t n>
-  void operator()(std::array<T, n>& values) {
-    for (T& value : values) (*this)(value);
-  }
   template <class T>
   void operator()(std::optional<T>& value) {
     (*this)(value.has_value());
     if (value) (*this)(*value);
-  }
-  template <class T>
-  requires(!Scalar<T>) void operator()(T& value) { describe(*this, value); }
-  template <class First, class Second, class... More>
-  void operator()(First& first, Second& second, More&... more) {
-    (*this)(first);
-    (*this)(second, more...);
   }
   /// An enumerator of [0, count).
   template <class Enum>
@@ -81,8 +91,9 @@ class ArchiveWriter {
 
 /// Reads what an ArchiveWriter wrote. Whatever the bytes are, it reads only them, and asks for no more memory
 /// than a small multiple of their number.
-class ArchiveReader {
+class ArchiveReader : public Archive<ArchiveReader> {
  public:
+  using Archive::operator();
   /// \param source  what errors name
   ArchiveReader(std::span<const std::byte> bytes, std::string source)
       : bytes_(bytes), source_(std::move(source)) {}
@@ -108,23 +119,12 @@ class ArchiveReader {
     values.resize(length());
     for (T& value : values) (*this)(value);
   }
-  template <class T, std::size_t n>
-  void operator()(std::array<T, n>& values) {
-    for (T& value : values) (*this)(value);
-  }
   template <class T>
   void operator()(std::optional<T>& value) {
     bool there = false;
     (*this)(there);
     value.reset();
     if (there) (*this)(value.emplace());
-  }
-  template <class T>
-  requires(!Scalar<T>) void operator()(T& value) { describe(*this, value); }
-  template <class First, class Second, class... More>
-  void operator()(First& first, Second& second, More&... more) {
-    (*this)(first);
-    (*this)(second, more...);
   }
   template <class Enum>
   void choice(Enum& value, std::size_t count) {

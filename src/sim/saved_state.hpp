@@ -79,7 +79,8 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
-  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps, s.two_level);
+  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps);
+  archive.choice(s.stage, 4);
 }
 
 template <class Archive>
@@ -96,7 +97,7 @@ void describe(Archive& archive, CellSizeTrial& trial) {
 template <class Archive>
 void describe(Archive& archive, DetectorMemory& m) {
   archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_notes,
-          m.triangle_notes, m.share);
+          m.triangle_notes, m.share, m.noted_points, m.coherence, m.skipped_grid);
 }
 
 template <class Archive>

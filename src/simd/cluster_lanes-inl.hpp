@@ -33,10 +33,14 @@ static_assert(Cluster::most_primitives % hn::MaxLanes(Floats()) == 0);
 
 /// Bit i of the result: lane i of the mask.
 template <class D>
-HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
+HWY_INLINE std::uint32_t bits_of([[maybe_unused]] D d, hn::Mask<D> mask) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  return static_cast<std::uint32_t>(mask.raw);  // StoreMaskBits goes through memory
+#else
   std::array<std::uint8_t, 8> bytes{};
   hn::StoreMaskBits(d, mask, bytes.data());
   return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
+#endif
 }
 
 /// Where the lanes that a mask keeps come from: those of lane i of the result in row `bits of the mask`.

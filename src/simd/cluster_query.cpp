@@ -21,11 +21,18 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
           ClusterBlock& block) {
   scalar::cluster_kernels().load(points, point_lists, block);
 }
-void filter(const PointRows& points, ClusterBlock& block) {
+void filter(const FixedPoint* points, ClusterBlock& block) {
   scalar::cluster_kernels().filter(points, block);
 }
-void test(const PointRows& points, ClusterBlock& block) {
+void test(const FixedPoint* points, ClusterBlock& block) {
   scalar::cluster_kernels().test(points, block);
+}
+void near(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
+  scalar::cluster_kernels().near(points, margin, block);
+}
+void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+            ClusterBlock& block) {
+  scalar::cluster_kernels().gather(points, point_lists, block);
 }
 bool upright(const ClusterBlock& block) {
   return scalar::cluster_kernels().upright(block);
@@ -52,35 +59,81 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
   }
 }
 
-void filter(const PointRows& points, ClusterBlock& block) {
-  const Int first_places = hn::Iota(ints, 0);
-  std::size_t count = 0;
+void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+            ClusterBlock& block) {
+  const hn::FixedTag<std::int32_t, 4> d;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const ClusterBox& box = block.box[c];
-    const Int x0 = hn::Set(ints, box.lower.x);
-    const Int y0 = hn::Set(ints, box.lower.y);
-    const Int z0 = hn::Set(ints, box.lower.z);
-    const Int x1 = hn::Set(ints, box.upper.x);
-    const Int y1 = hn::Set(ints, box.upper.y);
-    const Int z1 = hn::Set(ints, box.upper.z);
-    const Int own0 = hn::Set(ints, box.lower.name);
-    const Int own1 = hn::Set(ints, box.upper.name);
-    const Int skips_marked = hn::Set(ints, box.skips_marked);
+    const Cluster& cluster = *block.cluster[c];
+    const std::int32_t* const list = point_lists.data() + cluster.first_point;
+    for (std::size_t i = 0; i < cluster.points; ++i)
+      hn::Store(hn::Load(d, &points[static_cast<std::size_t>(list[i])].x), d, &block.corners[c][i].x);
+  }
+}
+
+/// As many points as a vector holds, four numbers each.
+using Points = hn::CappedTag<std::int32_t, 16>;
+constexpr Points point_numbers;
+constexpr std::size_t points_at_a_time = hn::MaxLanes(point_numbers) / 4;
+
+/// Stores the places of the points whose bit is set, one after the other, and whatever behind them; returns
+/// how many.
+HWY_INLINE std::size_t store_places(std::uint32_t first, std::uint32_t bits, std::int32_t* to) {
+  if constexpr (points_at_a_time == 4) {
+    const hn::FixedTag<std::int32_t, 4> d;
+    static constexpr auto kept = make_places_kept<4>();
+    const auto places = hn::PromoteTo(d, hn::LoadU(hn::FixedTag<std::uint8_t, 4>(), kept[bits].data()));
+    hn::StoreU(hn::Add(places, hn::Set(d, static_cast<std::int32_t>(first))), d, to);
+    return static_cast<std::size_t>(std::popcount(bits));
+  } else {
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < points_at_a_time; ++i) {
+      to[count] = static_cast<std::int32_t>(first + i);
+      count += bits >> i & 1U;
+    }
+    return count;
+  }
+}
+
+/// A box against several points at a time: which are in it, and not left out by their names.
+class BoxTest {
+ public:
+  explicit BoxTest(const ClusterBox& box)
+      : lower_(hn::LoadDup128(point_numbers, &box.lower.x)),
+        upper_(hn::LoadDup128(point_numbers, &box.upper.x)),
+        names_(hn::LoadDup128(point_numbers, only_names.data())),
+        marks_(hn::And(names_, hn::Set(point_numbers, box.skips_marked))) {}
+
+  /// Bit i: point i of those from `points` on.
+  [[nodiscard]] HWY_INLINE std::uint32_t operator()(const FixedPoint* points) const {
+    const auto p = hn::LoadU(point_numbers, &points->x);
+    // Names count where they are not between the two.
+    auto out = hn::Xor(hn::Or(hn::Sub(p, lower_), hn::Sub(upper_, p)), names_);
+    out = hn::Or(out, hn::And(p, marks_));
+    std::uint32_t bits = bits_of(point_numbers, hn::Lt(out, hn::Zero(point_numbers)));
+    bits |= bits >> 2;
+    bits = ~(bits | bits >> 1) & 0x1111U;
+    return (bits | bits >> 3 | bits >> 6 | bits >> 9) & ((1U << points_at_a_time) - 1);
+  }
+
+ private:
+  alignas(16) static constexpr std::array<std::int32_t, 4> only_names{0, 0, 0, -1};
+  hn::Vec<Points> lower_;
+  hn::Vec<Points> upper_;
+  hn::Vec<Points> names_;
+  hn::Vec<Points> marks_;
+};
+
+void filter(const FixedPoint* points, ClusterBlock& block) {
+  std::size_t count = 0;
+  block.candidates = block.candidate.data();
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    const BoxTest in_box(block.box[c]);
     block.first_candidate[c] = static_cast<std::uint32_t>(count);
     for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
       const PointRange row = block.rows[r];
-      for (std::uint32_t e = row.begin; e < row.end; e += static_cast<std::uint32_t>(lanes())) {
-        const Int x = hn::LoadU(ints, points.x + e);
-        const Int y = hn::LoadU(ints, points.y + e);
-        const Int z = hn::LoadU(ints, points.z + e);
-        const Int name = hn::LoadU(ints, points.name + e);
-        const Int place = hn::Add(first_places, hn::Set(ints, static_cast<std::int32_t>(e)));
-        const Int beyond = hn::Sub(hn::Set(ints, static_cast<std::int32_t>(row.end - 1)), place);
-        Int out = hn::Or(hn::Or(outside(x, x0, x1), outside(y, y0, y1)), outside(z, z0, z1));
-        out = hn::Or(out, hn::Or(hn::And(name, skips_marked), beyond));
-        const Int in = hn::AndNot(out, outside(name, own0, own1));
-        const auto keep = hn::MaskFromVec(hn::BroadcastSignBit(in));
-        count += store_kept(place, keep, block.candidate.data() + count);
+      for (std::uint32_t e = row.begin; e < row.end; e += points_at_a_time) {
+        const std::uint32_t of_row = row.end - e < points_at_a_time ? (1U << (row.end - e)) - 1 : ~0U;
+        count += store_places(e, in_box(points + e) & of_row, block.candidate.data() + count);
       }
     }
   }
@@ -95,10 +148,18 @@ struct Planes {
       64) std::array<float, Cluster::most_primitives> bound;  ///< infinite where the tet's turn is not sure
 };
 
-HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& planes) {
+/// How far planes go outwards, and the bound of the errors then.
+struct Widening {
+  float reach;  ///< times the sum of the sizes of a normal's components
+  float bound;
+};
+
+template <bool is_wide>
+HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Widening& widening,
+                            Planes& planes) {
   Corners corners;
   spread_out(block, c, corners);
-  const Float bound = hn::Set(floats, volume_bound(extent_of(block.box[c])));
+  const Float bound = hn::Set(floats, widening.bound);
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
     const Cluster& cluster = *block.cluster[c];
     const Vector a = corner_of(corners, cluster, 0, lane);
@@ -119,7 +180,12 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, Planes& pl
     const Float turn = hn::And(volume, hn::SignBit(floats));
     for (std::size_t face = 0; face < 4; ++face) {
       const Vector& n = normal[face];
-      const Float offset = hn::Neg(dot(n, face < 3 ? d : a));
+      Float offset = hn::Neg(dot(n, face < 3 ? d : a));
+      if constexpr (is_wide) {
+        const Float size = hn::Add(hn::Add(hn::Abs(n.x), hn::Abs(n.y)), hn::Abs(n.z));
+        const Float further = hn::Mul(hn::Set(floats, widening.reach), size);
+        offset = hn::Add(offset, hn::Xor(further, turn));  // turned once more below
+      }
       hn::Store(hn::Xor(n.x, turn), floats, planes.face[face][0].data() + lane);
       hn::Store(hn::Xor(n.y, turn), floats, planes.face[face][1].data() + lane);
       hn::Store(hn::Xor(n.z, turn), floats, planes.face[face][2].data() + lane);
@@ -146,7 +212,7 @@ struct Plane {
 /// Puts candidates of a cluster into the half spaces of the tets in the lanes from `lane` on.
 class Test {
  public:
-  Test(const PointRows& points, const FixedPoint& origin, const Planes& planes, std::size_t lane)
+  Test(const FixedPoint* points, const FixedPoint& origin, const Planes& planes, std::size_t lane)
       : points_(points),
         x_(hn::Set(ints, origin.x)),
         y_(hn::Set(ints, origin.y)),
@@ -160,18 +226,18 @@ class Test {
 
   /// Bits of the tets that may contain a candidate, and << 16 of those that surely do.
   [[nodiscard]] HWY_INLINE std::uint32_t operator()(std::int32_t candidate) const {
-    const Vector p{from(points_.x, candidate, x_), from(points_.y, candidate, y_),
-                   from(points_.z, candidate, z_)};
+    const FixedPoint& point = points_[candidate];
+    const Vector p{from(point.x, x_), from(point.y, y_), from(point.z, z_)};
     const Float least = hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
     const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less_));
     return may | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
 
  private:
-  static HWY_INLINE Float from(const std::int32_t* numbers, std::int32_t candidate, Int origin) {
-    return hn::ConvertTo(floats, hn::Sub(hn::Set(ints, numbers[candidate]), origin));
+  static HWY_INLINE Float from(std::int32_t number, Int origin) {
+    return hn::ConvertTo(floats, hn::Sub(hn::Set(ints, number), origin));
   }
-  const PointRows& points_;
+  const FixedPoint* points_;
   Int x_;
   Int y_;
   Int z_;
@@ -183,7 +249,8 @@ class Test {
   Float no_less_;
 };
 
-void test(const PointRows& points, ClusterBlock& block) {
+template <bool is_wide>
+HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets;
   std::size_t hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -191,9 +258,12 @@ void test(const PointRows& points, ClusterBlock& block) {
     const std::uint32_t end = block.first_candidate[c + 1];
     if (begin == end) continue;
     Planes planes;
-    make_planes(block, c, planes);
+    const float extent = extent_of(block.box[c]);
+    make_planes<is_wide>(
+        block, c, {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)}, planes);
+    const std::int32_t* const candidates = block.candidates;
     const auto take = [&](std::uint32_t i, std::uint32_t found) {
-      block.hit[hits] = {block.candidate[i], static_cast<std::uint32_t>(c), found};
+      block.hit[hits] = {candidates[i], static_cast<std::uint32_t>(c), found};
       hits += found != 0 ? 1 : 0;
     };
     const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
@@ -202,17 +272,24 @@ void test(const PointRows& points, ClusterBlock& block) {
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);
       for (std::uint32_t i = begin; i < end; ++i) {
-        const std::uint32_t found = test_lanes(block.candidate[i]) << lane;
+        const std::uint32_t found = test_lanes(candidates[i]) << lane;
         tets[i] = lane == 0 ? found : tets[i] | found;
       }
     }
     const Test test_last(points, block.box[c].lower, planes, last);
     for (std::uint32_t i = begin; i < end; ++i) {
-      const std::uint32_t found = test_last(block.candidate[i]) << last;
+      const std::uint32_t found = test_last(candidates[i]) << last;
       take(i, (last == 0 ? found : tets[i] | found) & used);
     }
   }
   block.hits = hits;
+}
+
+void test(const FixedPoint* points, ClusterBlock& block) {
+  test_block<false>(points, 0, block);
+}
+void near(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
+  test_block<true>(points, margin, block);
 }
 
 bool upright(const ClusterBlock& block) {
@@ -245,6 +322,8 @@ namespace {
 HWY_EXPORT(load);
 HWY_EXPORT(filter);
 HWY_EXPORT(test);
+HWY_EXPORT(near);
+HWY_EXPORT(gather);
 HWY_EXPORT(upright);
 
 }  // namespace
@@ -254,13 +333,19 @@ ClusterKernels cluster_kernels() {
       [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(load)(points, lists, block);
       },
-      [](const PointRows& points, ClusterBlock& block) {
+      [](const FixedPoint* points, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(filter)
         (points, block);
       },
-      [](const PointRows& points, ClusterBlock& block) {
+      [](const FixedPoint* points, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(test)
         (points, block);
+      },
+      [](const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
+        HWY_DYNAMIC_DISPATCH(near)(points, margin, block);
+      },
+      [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
+        HWY_DYNAMIC_DISPATCH(gather)(points, lists, block);
       },
       [](const ClusterBlock& block) { return HWY_DYNAMIC_DISPATCH(upright)(block); },
   };

@@ -12,13 +12,7 @@
 /// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
 
-/// Points in the order of their cells, as arrays of numbers. Each has `row_padding` places beyond its end.
-struct PointRows {
-  const std::int32_t* x;
-  const std::int32_t* y;
-  const std::int32_t* z;
-  const std::int32_t* name;
-};
+/// Points in the order of their cells have so many places beyond their end.
 inline constexpr std::size_t row_padding = 16;
 
 /// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name], or is marked
@@ -35,7 +29,15 @@ inline float extent_of(const ClusterBox& box) {
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z}));
 }
 
-/// Points [begin, end) of PointRows.
+/// Grows a box on all sides; numbers stay >= 0.
+inline void widen(ClusterBox& box, std::int32_t margin) {
+  FixedPoint& l = box.lower;
+  l = {std::max(0, l.x - margin), std::max(0, l.y - margin), std::max(0, l.z - margin), l.name};
+  FixedPoint& u = box.upper;
+  u = {u.x + margin, u.y + margin, u.z + margin, u.name};
+}
+
+/// Points [begin, end) of those in order.
 struct PointRange {
   std::uint32_t begin;
   std::uint32_t end;
@@ -50,7 +52,7 @@ struct ClusterBlock {
 
   /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do.
   struct Hit {
-    std::int32_t entry;     ///< in PointRows
+    std::int32_t entry;     ///< of the points that were tested
     std::uint32_t cluster;  ///< in the block
     std::uint32_t primitives;
   };
@@ -70,7 +72,8 @@ struct ClusterBlock {
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
-  std::array<std::int32_t, most_points + padding> candidate;  ///< entries of PointRows
+  const std::int32_t* candidates;                             ///< places of points; at most most_points
+  std::array<std::int32_t, most_points + padding> candidate;  ///< room for them
   std::size_t hits = 0;
   std::array<Hit, most_points + 1> hit;
 };
@@ -83,10 +86,16 @@ struct ClusterKernels {
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
   /// Lists the points of the rows that lie in the box of their cluster.
-  void (*filter)(const PointRows& points, ClusterBlock& block);
+  void (*filter)(const FixedPoint* points, ClusterBlock& block);
   /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
   /// out is outside by exact arithmetic, and what it is sure of is inside.
-  void (*test)(const PointRows& points, ClusterBlock& block);
+  void (*test)(const FixedPoint* points, ClusterBlock& block);
+  /// As test, of the tets that a candidate may be in once all points have moved by up to `margin` in each
+  /// coordinate: what it leaves out stays outside. The boxes hold all places that points move to.
+  void (*near)(const FixedPoint* points, std::int32_t margin, ClusterBlock& block);
+  /// Fetches the corners of each cluster of the block, without their box.
+  void (*gather)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+                 ClusterBlock& block);
   /// Whether all tets of the block surely have a positive volume.
   bool (*upright)(const ClusterBlock& block);
 };
@@ -108,6 +117,21 @@ inline float volume_bound(float extent) {
   const float normal = 4.0F * extent * edge + 2.0F * edge * edge + 4.1F * u * extent * extent;
   return slack *
          (3.1F * normal * (extent + 1.1F) + (12.1F * coordinate + 54.0F * u * extent) * extent * extent);
+}
+
+/// How far `near` moves the planes of a tet outwards, by the sum of their normals' components, when points
+/// move by up to `margin`: two points, and the rounding of their numbers.
+inline float reach_of(std::int32_t margin) {
+  return 2.0F * static_cast<float>(margin + 2);
+}
+
+/// Bound of the error of the volumes that `near` compares with zero (docs/query.md).
+inline float near_bound(float extent, std::int32_t margin) {
+  constexpr float u = 0x1p-24F;
+  const float edge = 1.02F + 3.01F * u * extent;
+  const float normal = 4.0F * extent * edge + 2.0F * edge * edge + 4.1F * u * extent * extent;
+  const float moved = 3.1F * reach_of(margin) * normal + 40.0F * u * extent * extent * (extent + 8.0F);
+  return volume_bound(extent) + 1.001F * moved;
 }
 
 }  // namespace palpate::simd

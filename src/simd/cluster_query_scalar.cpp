@@ -24,8 +24,19 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
   }
 }
 
-void filter(const PointRows& points, ClusterBlock& block) {
+void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
+            ClusterBlock& block) {
+  for (std::size_t c = 0; c < block.clusters; ++c) {
+    const Cluster& cluster = *block.cluster[c];
+    const auto list = point_lists.subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
+    for (std::size_t i = 0; i < list.size(); ++i)
+      block.corners[c][i] = points[static_cast<std::size_t>(list[i])];
+  }
+}
+
+void filter(const FixedPoint* points, ClusterBlock& block) {
   std::size_t count = 0;
+  block.candidates = block.candidate.data();
   for (std::size_t c = 0; c < block.clusters; ++c) {
     const auto& [lower, upper, skips_marked] = block.box[c];
     block.first_candidate[c] = static_cast<std::uint32_t>(count);
@@ -34,10 +45,10 @@ void filter(const PointRows& points, ClusterBlock& block) {
         const auto within = [](std::int32_t x, std::int32_t from, std::int32_t to) {
           return from <= x && x <= to;
         };
-        const std::int32_t name = points.name[e];
-        const bool in = within(points.x[e], lower.x, upper.x) && within(points.y[e], lower.y, upper.y) &&
-                        within(points.z[e], lower.z, upper.z) && !within(name, lower.name, upper.name) &&
-                        (name & skips_marked) >= 0;
+        const FixedPoint& p = points[e];
+        const bool in = within(p.x, lower.x, upper.x) && within(p.y, lower.y, upper.y) &&
+                        within(p.z, lower.z, upper.z) && !within(p.name, lower.name, upper.name) &&
+                        (p.name & skips_marked) >= 0;
         if (!in) continue;
         block.candidate[count++] = static_cast<std::int32_t>(e);
       }
@@ -64,7 +75,8 @@ struct Planes {
   float bound;
 };
 
-Planes planes_of(const std::array<Vector, 4>& corner, float bound) {
+/// \param reach  how far planes go outwards, times the sum of the sizes of a normal's components
+Planes planes_of(const std::array<Vector, 4>& corner, float reach, float bound) {
   const auto& [a, b, c, d] = corner;
   const Vector da = difference(a, d);
   const Vector db = difference(b, d);
@@ -77,7 +89,8 @@ Planes planes_of(const std::array<Vector, 4>& corner, float bound) {
   for (std::size_t face = 0; face < 4; ++face) {
     Vector& n = planes.normal[face];
     if (volume < 0.0F) n = {-n[0], -n[1], -n[2]};
-    planes.offset[face] = -dot(n, face < 3 ? d : a);
+    const float size = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+    planes.offset[face] = -dot(n, face < 3 ? d : a) + reach * size;
   }
   return planes;
 }
@@ -96,13 +109,12 @@ std::array<Vector, 4> corners_of(const ClusterBlock& block, std::size_t c, std::
   return corner;
 }
 
-void test_tet(const PointRows& points, const ClusterBlock& block, std::size_t c, std::size_t tet,
-              std::uint32_t* tets) {
+void test_tet(const FixedPoint* points, const ClusterBlock& block, std::size_t c, std::size_t tet,
+              const Planes& planes, std::uint32_t* tets) {
   const ClusterBox& box = block.box[c];
-  const Planes planes = planes_of(corners_of(block, c, tet), volume_bound(extent_of(box)));
   for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
-    const auto e = static_cast<std::size_t>(block.candidate[i]);
-    const Vector p = from_corner(box, points.x[e], points.y[e], points.z[e]);
+    const FixedPoint& point = points[block.candidates[i]];
+    const Vector p = from_corner(box, point.x, point.y, point.z);
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t face = 0; face < 4; ++face)
       least = std::min(least, dot(planes.normal[face], p) + planes.offset[face]);
@@ -112,16 +124,28 @@ void test_tet(const PointRows& points, const ClusterBlock& block, std::size_t c,
   }
 }
 
-void test(const PointRows& points, ClusterBlock& block) {
+/// \tparam BoundOf  gives the bound of the errors of a cluster, from its extent
+template <class BoundOf>
+void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets{};
   block.hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    for (std::size_t t = 0; t < block.cluster[c]->size; ++t) test_tet(points, block, c, t, tets.data());
+    const float bound = bound_of(extent_of(block.box[c]));
+    for (std::size_t t = 0; t < block.cluster[c]->size; ++t)
+      test_tet(points, block, c, t, planes_of(corners_of(block, c, t), reach, bound), tets.data());
     for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
       if (tets[i] != 0)
-        block.hit[block.hits++] = {block.candidate[i], static_cast<std::uint32_t>(c), tets[i]};
+        block.hit[block.hits++] = {block.candidates[i], static_cast<std::uint32_t>(c), tets[i]};
     }
   }
+}
+
+void test(const FixedPoint* points, ClusterBlock& block) {
+  test_block(points, 0.0F, volume_bound, block);
+}
+void near(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
+  test_block(
+      points, reach_of(margin), [margin](float extent) { return near_bound(extent, margin); }, block);
 }
 
 bool upright(const ClusterBlock& block) {
@@ -139,7 +163,7 @@ bool upright(const ClusterBlock& block) {
 }  // namespace
 
 ClusterKernels cluster_kernels() {
-  return {load, filter, test, upright};
+  return {load, filter, test, near, gather, upright};
 }
 
 }  // namespace palpate::simd::scalar

@@ -8,106 +8,13 @@
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
 
+#include "simd/tet_lanes-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
-
-using D = hn::CappedTag<double, 8>;
-using V = hn::Vec<D>;
-using M = hn::Mask<D>;
-using Four = hn::FixedTag<double, 4>;
-constexpr std::size_t lanes = hn::MaxLanes(D());
-
-struct Vec3V {
-  V x, y, z;
-};
-/// Row by row.
-struct Matrix3V {
-  Vec3V a, b, c;
-};
-
-HWY_INLINE V dot(const Vec3V& a, const Vec3V& b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-HWY_INLINE Vec3V cross(const Vec3V& a, const Vec3V& b) {
-  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
-          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
-}
-HWY_INLINE Vec3V minus(const Vec3V& a, const Vec3V& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE Vec3V plus(const Vec3V& a, const Vec3V& b) {
-  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-}
-HWY_INLINE Vec3V times(V s, const Vec3V& a) {
-  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
-}
-/// s a + b
-HWY_INLINE Vec3V times_plus(V s, const Vec3V& a, const Vec3V& b) {
-  return {hn::MulAdd(s, a.x, b.x), hn::MulAdd(s, a.y, b.y), hn::MulAdd(s, a.z, b.z)};
-}
-HWY_INLINE Vec3V negative(const Vec3V& a) {
-  return {hn::Neg(a.x), hn::Neg(a.y), hn::Neg(a.z)};
-}
-HWY_INLINE V inner(const Matrix3V& m, const Matrix3V& n) {
-  return hn::Add(dot(m.a, n.a), hn::Add(dot(m.b, n.b), dot(m.c, n.c)));
-}
-HWY_INLINE Vec3V product(const Matrix3V& m, const Vec3V& v) {
-  return {dot(m.a, v), dot(m.b, v), dot(m.c, v)};
-}
-HWY_INLINE Matrix3V cofactors(const Matrix3V& m) {
-  return {cross(m.b, m.c), cross(m.c, m.a), cross(m.a, m.b)};
-}
-
-/// Lane i of the result: element i of the corner's displacements. With eight lanes the vectors hold rows k
-/// and k + 4, as those of the other half of the lanes.
-HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
-  const D d;
-  const auto load = [&](std::size_t k) {
-    const double* first = &rows[static_cast<std::size_t>(corners[4 * k])].x;
-#if HWY_MAX_BYTES >= 64
-    const double* second = &rows[static_cast<std::size_t>(corners[4 * k + 16])].x;
-    return hn::Combine(d, hn::Load(Four(), second), hn::Load(Four(), first));
-#else
-    return hn::Load(d, first);
-#endif
-  };
-  const V v0 = load(0);
-  const V v1 = load(1);
-  const V v2 = load(2);
-  const V v3 = load(3);
-  const V xz01 = hn::InterleaveLower(d, v0, v1);
-  const V yw01 = hn::InterleaveUpper(d, v0, v1);
-  const V xz23 = hn::InterleaveLower(d, v2, v3);
-  const V yw23 = hn::InterleaveUpper(d, v2, v3);
-  return {hn::OddEvenBlocks(hn::SwapAdjacentBlocks(xz23), xz01),
-          hn::OddEvenBlocks(hn::SwapAdjacentBlocks(yw23), yw01),
-          hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01))};
-}
-
-/// The way back: row k of 16 doubles an element gets (x, y, z, 0) of lane k.
-HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
-  const D d;
-  const V zero = hn::Zero(d);
-  const V xy02 = hn::InterleaveLower(d, v.x, v.y);
-  const V xy13 = hn::InterleaveUpper(d, v.x, v.y);
-  const V zw02 = hn::InterleaveLower(d, v.z, zero);
-  const V zw13 = hn::InterleaveUpper(d, v.z, zero);
-  const auto store = [&](V row, std::size_t k) {
-#if HWY_MAX_BYTES >= 64
-    hn::Store(hn::LowerHalf(Four(), row), Four(), rows + 16 * k);
-    hn::Store(hn::UpperHalf(Four(), row), Four(), rows + 16 * (k + 4));
-#else
-    hn::Store(row, d, rows + 16 * k);
-#endif
-  };
-  store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw02), xy02), 0);
-  store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw13), xy13), 1);
-  store(hn::OddEvenBlocks(zw02, hn::SwapAdjacentBlocks(xy02)), 2);
-  store(hn::OddEvenBlocks(zw13, hn::SwapAdjacentBlocks(xy13)), 3);
-}
 
 /// One step X <- (g X + X^-T / g) / 2, with g = sqrt(|X^-1| / |X|) or 1 (fem/rotation.hpp); returns the
 /// square of the change.
@@ -138,8 +45,8 @@ HWY_INLINE void polar(Matrix3V& x, Matrix3V& y, M& x_done, M& y_done) {
   const D d;
   constexpr int cap = 10;
   const V small =
-      hn::Set(d, 1e-16);  // convergence is quadratic: a change of 1e-8 leaves an error of its square
-  const V near = hn::Set(d, 1e-4);  // from here scaling changes nothing
+      hn::Set(d, 1e-14);  // convergence is quadratic: a change of 1e-7 leaves an error of its square
+  const V near = hn::Set(d, 1e-2);  // from here scaling changes nothing
   bool scaled = true;
   for (int i = 0; i < cap; ++i) {
     const V x_change = scaled ? polar_step<true>(x) : polar_step<false>(x);
@@ -221,6 +128,7 @@ HWY_INLINE void store_lot(const ElementPass& pass, std::size_t e, const Lot& lot
   hn::StoreU(hn::NegMulAdd(minus_volume, density, hn::Zero(d)), d, pass.energies + e);
   const V twice_mu = hn::Mul(minus_volume, hn::Add(mu, mu));
   const V scale = hn::Sqrt(hn::Neg(hn::Mul(hn::Mul(hn::LoadU(d, pass.factors + e), mu), minus_volume)));
+  const V ratio = hn::LoadU(d, pass.ratios + e);
   Vec3V gradient_sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   Vec3V force_sum = gradient_sum;
   const auto corner = [&](std::size_t k, const Vec3V& g) {
@@ -229,13 +137,16 @@ HWY_INLINE void store_lot(const ElementPass& pass, std::size_t e, const Lot& lot
     const Vec3V gradient = times(scale, turned);
     gradient_sum = plus(gradient_sum, gradient);
     force_sum = plus(force_sum, force);
-    store_rows(gradient, pass.gradients + 16 * e + 4 * k);
+    hn::StoreU(gradient.x, d, pass.turned[3 * k - 3] + e);
+    hn::StoreU(gradient.y, d, pass.turned[3 * k - 2] + e);
+    hn::StoreU(gradient.z, d, pass.turned[3 * k - 1] + e);
+    store_quads(gradient, ratio, pass.gradients + 4 * e + k);
     store_rows(force, pass.forces + 16 * e + 4 * k);
   };
   corner(1, lot.g1);
   corner(2, lot.g2);
   corner(3, lot.g3);
-  store_rows(negative(gradient_sum), pass.gradients + 16 * e);
+  store_quads(negative(gradient_sum), ratio, pass.gradients + 4 * e);
   store_rows(negative(force_sum), pass.forces + 16 * e);
   done = hn::And(done, lot.good);
   store_flags(hn::Not(done), pass.left + e);

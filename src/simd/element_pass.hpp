@@ -19,12 +19,14 @@ struct ElementPass {
   const double* volume;
   const double* mu;
   const double* lambda;
-  const double* factors;   ///< of the stiffness
-  double* gradients;       ///< 4 x 4 an element: sqrt(factor mu V) R g_i, and 0
-  double* forces;          ///< 4 x 4 an element: force on corner i, and 0
-  double* energies;        ///< J
-  std::uint8_t* inverted;  ///< 1: no positive volume
-  std::uint8_t* left;      ///< 1: not done, the caller must
+  const double* ratios;           ///< lambda / mu
+  const double* factors;          ///< of the stiffness
+  std::array<double*, 9> turned;  ///< a_i = sqrt(factor mu V) R g_i of corners 1 to 3
+  Quad* gradients;                ///< 4 an element: a_i of all corners, and the ratio
+  double* forces;                 ///< 4 x 4 an element: force on corner i, and 0
+  double* energies;               ///< J
+  std::uint8_t* inverted;         ///< 1: no positive volume
+  std::uint8_t* left;             ///< 1: not done, the caller must
 };
 
 /// Rotation, forces and turned gradients of elastic tets (fem/elements.hpp has the formulas), as many at a
@@ -33,5 +35,21 @@ struct ElementPass {
 /// the processor has fewer than four lanes all are left. \param begin,end  elements; multiples of
 /// element_group
 void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end);
+
+/// What a stiffness pass reads and writes.
+struct StiffnessPass {
+  const Padded3* vectors;  ///< (n_points)
+  const std::int32_t* corners;
+  std::array<const double*, 9> turned;  ///< as the element pass leaves them
+  const double* ratios;
+  Padded3* products;  ///< 4 an element
+};
+
+/// K'_e x of each element, in double: with G = sum_j x_j a_j^T that is (r tr(G) I + G + G^T) a_i at corner i.
+/// \param begin,end  elements; multiples of element_group
+void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t end);
+namespace scalar {
+void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t end);
+}
 
 }  // namespace palpate::simd

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -69,6 +70,27 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
   return bounds;
 }
 
+std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
+  std::int32_t largest = 0;
+  std::size_t i = 0;
+#if HWY_TARGET != HWY_SCALAR
+  const hn::CappedTag<std::int32_t, 16> d;
+  const std::size_t at_a_time = hn::Lanes(d) / 4;
+  auto most = hn::Zero(d);
+  // Names are equal, so their lanes add nothing.
+  for (; at_a_time > 0 && i + at_a_time <= points.size(); i += at_a_time) {
+    const auto way = hn::Sub(hn::LoadU(d, &points[i].x), hn::LoadU(d, &references[i].x));
+    most = hn::Max(most, hn::Abs(way));
+  }
+  largest = hn::GetLane(hn::MaxOfLanes(d, most));
+#endif
+  for (; i < points.size(); ++i) {
+    largest = std::max({largest, std::abs(points[i].x - references[i].x),
+                        std::abs(points[i].y - references[i].y), std::abs(points[i].z - references[i].z)});
+  }
+  return largest;
+}
+
 std::uint32_t key_of(const FixedPoint& point, const KeyRule& rule) {
   const auto cell = [&](std::int32_t number, std::size_t axis) {
     return static_cast<std::uint32_t>(std::min(number >> rule.fraction_bits, rule.size[axis] - 1));
@@ -111,6 +133,7 @@ namespace palpate::simd {
 
 HWY_EXPORT(place_points);
 HWY_EXPORT(linear_keys);
+HWY_EXPORT(largest_way);
 
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points) {
   return HWY_DYNAMIC_DISPATCH(place_points)(positions, lower, scale, points);
@@ -118,6 +141,10 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
 
 void linear_keys(std::span<const FixedPoint> points, const KeyRule& rule, std::uint32_t* keys) {
   HWY_DYNAMIC_DISPATCH(linear_keys)(points, rule, keys);
+}
+
+std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
+  return HWY_DYNAMIC_DISPATCH(largest_way)(points, references);
 }
 
 }  // namespace palpate::simd

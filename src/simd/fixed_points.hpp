@@ -33,6 +33,9 @@ struct Bounds {
 /// something else that fits. Returns the box of the positions, at least one.
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points);
 
+/// The largest distance along an axis between points and references with the same names.
+std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references);
+
 /// How fixed-point coordinates become a key: cell = min(number >> fraction_bits, size - 1), and
 /// key = i + j size_x + k size_x size_y, below 2^31.
 struct KeyRule {

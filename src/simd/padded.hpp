@@ -10,4 +10,12 @@ struct alignas(32) Padded3 {
   double w = 0.0;
 };
 
+/// The same in float; the fourth lane may have a meaning of its own.
+struct alignas(16) Quad {
+  float x = 0.0F;
+  float y = 0.0F;
+  float z = 0.0F;
+  float w = 0.0F;
+};
+
 }  // namespace palpate::simd

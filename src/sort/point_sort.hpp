@@ -39,6 +39,8 @@ class PointSort {
   Result update(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                 std::uint32_t key_count, std::vector<std::uint64_t>& words,
                 std::vector<std::uint32_t>* cell_begin = nullptr);
+  /// The next update() starts anew, as the first one does.
+  void forget() { changes_.clear(); }
   /// Of Sort::adaptive.
   [[nodiscard]] SortSwitch& adaptive_switch() { return switch_; }
   [[nodiscard]] const SortSwitch& adaptive_switch() const { return switch_; }

@@ -1,9 +1,11 @@
-// The report of `palpate bench paper` on small scenes. Oracles: Amdahl's law by hand, and the scenes' own
-// runs.
+// The reports of `palpate bench` on small scenes. Oracles: Amdahl's law, quartiles and growth by hand, and
+// the scenes' own runs.
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "apps/workplace.hpp"
 #include "measure/paper.hpp"
+#include "measure/scaling.hpp"
 
 namespace palpate::test {
 namespace {
@@ -53,6 +55,70 @@ TEST_F(BenchPaper, MeasuresTheErrorOfFewCells) {
   EXPECT_EQ(rows[0][1], "exact");
   EXPECT_EQ(rows[1][4], 0.0) << "27 cells hold all that such tets cover: the run is the exact one";
   EXPECT_GT(rows[3][3].get<double>(), 0.0) << "one cell leaves some out";
+}
+
+TEST(Measure, HasTheQuartilesOfItsSample) {
+  const measure::Measure m = measure::measure_of("x", {4.0, 1.0, 3.0, 2.0, 5.0, 6.0});
+  EXPECT_EQ(m.samples, 6U);
+  EXPECT_EQ(m.least, 1.0);
+  EXPECT_EQ(m.lower_quartile, 2.25) << "a quarter of the way from the 1st to the 6th";
+  EXPECT_EQ(m.median, 3.5);
+  EXPECT_EQ(m.upper_quartile, 4.75);
+  EXPECT_EQ(m.most, 6.0);
+  EXPECT_EQ(measure::measure_of("x", {7.0}).upper_quartile, 7.0);
+}
+
+TEST(Growth, FindsThePowerOfAPower) {
+  const std::vector<double> x{1e4, 3e4, 1e5, 1e6};
+  std::vector<double> y;
+  for (const double u : x) y.push_back(0.7 * std::pow(u, 1.3));
+  EXPECT_NEAR(measure::growth_exponent(x, y), 1.3, 1e-12);
+}
+
+class BenchScaling : public CommandTest {
+ protected:
+  [[nodiscard]] Json section(const std::string& id) const {
+    const Json report =
+        json_of({"bench", "scaling", "--most-tets", "40000", "--only", id, "--out", "out", "--json"});
+    EXPECT_EQ(report["kind"], "scaling");
+    EXPECT_EQ(report["effort"], "quick");
+    EXPECT_EQ(report, Json::parse(read("out/report.json")));
+    return report["sections"].at(0);
+  }
+};
+
+TEST_F(BenchScaling, TellsTimeAndMemoryBySize) {
+  const Json section = this->section("growth");
+  const Json& rows = section["table"]["rows"];
+  ASSERT_EQ(rows.size(), 2U) << "10000 and 32400 tets; larger ones are left out";
+  EXPECT_EQ(rows[0][0], 10000);
+  EXPECT_EQ(rows[0][1], 4840) << "Table 1 of the paper";
+  EXPECT_EQ(rows[1][0], 18 * 18 * 20 * 5);
+  EXPECT_NE(section["why"].get<std::string>().find("whole "), std::string::npos);
+  for (const Json& measure : section["measures"]) {
+    EXPECT_GE(measure["samples"], 3) << measure;
+    EXPECT_LE(measure["least"], measure["median"]) << measure;
+    EXPECT_LE(measure["median"], measure["most"]) << measure;
+  }
+}
+
+TEST_F(BenchScaling, ThreadsFindTheSame) {
+  const Json first = section("threads");
+  EXPECT_EQ(first["table"]["rows"][0][1], 1);
+  EXPECT_EQ(first["table"]["rows"][0][3], 1.0) << "one thread is as fast as one thread";
+}
+
+TEST_F(BenchScaling, AStepHasAllItsPhases) {
+  for (const Json& row : section("step-growth")["table"]["rows"]) {
+    const double phases = row[3].get<double>() + row[4].get<double>() + row[5].get<double>();
+    EXPECT_GT(row[5].get<double>(), 0.0);
+    EXPECT_LT(phases, 1.5 * row[6].get<double>()) << "medians of parts are about those of the whole";
+  }
+}
+
+TEST_F(BenchScaling, RefusesWhatIsNotThere) {
+  expect_error(2, {"bench", "scaling", "--only", "speed"}, {"--only: found 'speed'", "growth"});
+  expect_error(2, {"bench", "scaling", "--most-tets", "many"}, {"--most-tets: found 'many'"});
 }
 
 TEST_F(BenchPaper, RefusesWhatIsNotThere) {

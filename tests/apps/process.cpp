@@ -16,7 +16,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr auto longest = std::chrono::minutes(2);
+constexpr auto longest = std::chrono::seconds(PALPATE_LONGEST_SECONDS);
 constexpr auto pause = std::chrono::milliseconds(2);
 
 /// In the child: becomes the command.

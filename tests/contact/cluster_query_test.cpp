@@ -9,9 +9,8 @@
 #include <set>
 #include <string>
 
-#include "contact/layers.hpp"
+#include "contact/all_pairs.hpp"
 #include "contact/scenes.hpp"
-#include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
 #include "support/rational.hpp"
 #include "support/simd_targets.hpp"
@@ -20,8 +19,9 @@ namespace palpate {
 namespace {
 
 using test::ContactScene;
+using test::InTet;
+using test::Pairs;
 using test::Random;
-using Pairs = std::vector<std::pair<Index, Index>>;
 
 struct Case {
   ContactScene scene;
@@ -63,27 +63,12 @@ Answer ask(const Case& c, const simd::ClusterKernels& kernels, int thread_count)
   return answer;
 }
 
-using InTet = bool (*)(const Vec3&, const Vec3&, const Vec3&, const Vec3&, const Vec3&);
-
 Answer all_pairs(const Case& c, InTet in_tet) {
+  const test::AllPairs all =
+      test::all_pairs(c.scene.bodies, c.scene.positions, {c.scene.immovable, c.self_collision}, in_tet);
   Answer answer;
-  const Bodies& bodies = c.scene.bodies;
-  const std::span<const Vec3> x = c.scene.positions;
-  const PairFilter may_touch{c.scene.immovable, c.self_collision};
-  for (Index p = 0; p < static_cast<Index>(x.size()); ++p) {
-    for (Index t = 0; t < static_cast<Index>(bodies.tets().size()); ++t) {
-      const Tet& tet = at(bodies.tets(), t);
-      const Index own = at(bodies.body_of_point(), p);
-      const Index body = bodies.body_of(tet);
-      if (!box_of(x, tet).contains(at(x, p)) || !may_touch(own, body, p, tet)) continue;
-      if (!in_tet(at(x, p), at(x, tet[0]), at(x, tet[1]), at(x, tet[2]), at(x, tet[3]))) continue;
-      if (own == body && is_fold(bodies, x, p, t)) {
-        ++answer.tally.folded_pairs;
-      } else {
-        answer.pairs.emplace_back(p, t);
-      }
-    }
-  }
+  answer.pairs = all.pairs;
+  answer.tally.folded_pairs = all.folded;
   return answer;
 }
 

@@ -39,7 +39,7 @@ struct System {
     for (Index e = 0; e < elements.size(); ++e) factors.push_back(1e-4 * uniform(random));
     elements.set_factors(factors);
     elements.update(threads, noisy(bodies, 0.02, 20));
-    matrix.assemble(threads, elements, diagonal);
+    matrix.assemble(threads, diagonal);
     std::uniform_int_distribution<Index> any(0, 10);
     for (int c = 0; c < 600; ++c) {
       Coupling coupling;
@@ -111,6 +111,36 @@ inline SolveReport solve(System& s, ConjugateGradients& solver, std::span<const 
   const SolveReport report = solver.solve(s.threads, s.system, padded(b), padded_x, goal);
   x = unpadded(padded_x);
   return report;
+}
+
+/// Vectors by row, as solvers have them, and back.
+inline std::vector<simd::Quad> quads_by_row(const System& s, std::span<const Vec3> values) {
+  std::vector<simd::Quad> rows(s.matrix.row_count());
+  for (std::size_t row = 0; row < s.matrix.point_of_row().size(); ++row) {
+    const Vec3& v = at(values, s.matrix.point_of_row()[row]);
+    rows[row] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
+  }
+  return rows;
+}
+inline std::vector<float> floats_by_row(const System& s, std::span<const Vec3> values) {
+  const auto quads = quads_by_row(s, values);
+  std::vector<float> rows(3 * quads.size());
+  for (std::size_t row = 0; row < quads.size(); ++row) {
+    float* place = rows.data() + simd::slice_values * (row / 16) + row % 16;
+    place[0] = quads[row].x;
+    place[16] = quads[row].y;
+    place[32] = quads[row].z;
+  }
+  return rows;
+}
+inline std::vector<Vec3> by_point(const System& s, std::span<const float> rows) {
+  std::vector<Vec3> values(s.free.size());
+  for (std::size_t row = 0; row < s.matrix.point_of_row().size(); ++row) {
+    const float* place = rows.data() + simd::slice_values * (row / 16) + row % 16;
+    at(values, s.matrix.point_of_row()[row]) = {static_cast<double>(place[0]), static_cast<double>(place[16]),
+                                                static_cast<double>(place[32])};
+  }
+  return values;
 }
 
 /// sqrt(sum of m x^2), or with 1/m.

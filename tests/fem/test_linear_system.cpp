@@ -50,7 +50,7 @@ TEST(BlockMatrix, TakesTetsOfDifferentPoissonRatios) {
   elements.update(threads, noisy(bodies, 0.02, 30));
   const std::vector<std::uint8_t> free(bodies.points_rest().size(), 1);
   BlockMatrix matrix(elements, free);
-  matrix.assemble(threads, elements, std::vector<double>(free.size(), 2.0));
+  matrix.assemble(threads, std::vector<double>(free.size(), 2.0));
   expect_exactly_symmetric(matrix, free);
   const auto n = 3 * static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd expected = 2.0 * Eigen::MatrixXd::Identity(n, n);
@@ -68,7 +68,7 @@ TEST(BlockMatrix, TakesTetsOfDifferentPoissonRatios) {
   for (Index row = 0; row < matrix.size(); ++row) {
     for (const auto& [column, block] : row_of(matrix, row)) {
       const Eigen::Matrix3d difference = to_eigen(block) - expected.block<3, 3>(3 * row, 3 * column);
-      EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-13 * scale);
+      EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6 * scale);
     }
   }
 }
@@ -90,11 +90,14 @@ TEST(LinearSystem, ProductEqualsTheDenseMatrixWithCouplingsAndFixedPoints) {
   s.restrict(a);
   const auto x = s.random_free_vector(22);
   std::vector<simd::Padded3> padded_y(x.size(), {9.0, 9.0, 9.0, 9.0});
-  const double inner = s.system.multiply(s.threads, padded(x), padded_y);
+  s.system.multiply_exactly(s.threads, padded(x), padded_y);
   const auto y = unpadded(padded_y);
   const Eigen::VectorXd expected = a * to_eigen(x);
   EXPECT_LT((to_eigen(y) - expected).cwiseAbs().maxCoeff(), 1e-13 * expected.cwiseAbs().maxCoeff());
-  EXPECT_NEAR(inner, to_eigen(x).dot(expected), 1e-12 * std::abs(inner));
+  std::vector<float> rows(3 * s.matrix.row_count(), 9.0F);
+  const double inner = s.system.multiply(s.threads, quads_by_row(s, x), rows);
+  EXPECT_LT((to_eigen(by_point(s, rows)) - expected).norm(), 1e-6 * expected.norm());
+  EXPECT_NEAR(inner, to_eigen(x).dot(expected), 1e-5 * std::abs(inner));
   for (std::size_t i = 0; i < y.size(); ++i) {
     if (s.free[i] == 0) {
       EXPECT_EQ(y[i], Vec3{});
@@ -108,10 +111,11 @@ TEST(LinearSystem, PreconditionerIsTheInverseOfTheDiagonalBlocks) {
   const auto r = random_vectors(s.free.size(), 1.0, 23);
   for (std::size_t i = 0; i < s.free.size(); ++i) {
     Vec3 z;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const simd::Padded3& column = s.system.inverse_diagonal()[3 * i + k];
-      const double factor = std::array{r[i].x, r[i].y, r[i].z}[k];
-      z += factor * Vec3{column.x, column.y, column.z};
+    if (s.free[i] != 0) {
+      const auto row = static_cast<std::size_t>(s.matrix.row_of_point()[i]);
+      const float* place = s.system.inverse_diagonal().data() + simd::slice_symmetric * (row / 16) + row % 16;
+      const auto entry = [&](std::size_t k) { return static_cast<double>(place[16 * k]); };
+      z = SymmetricMatrix3{entry(0), entry(1), entry(2), entry(3), entry(4), entry(5)} * r[i];
     }
     const auto at_row = 3 * static_cast<Eigen::Index>(i);
     const Eigen::Matrix3d block = a.block<3, 3>(at_row, at_row);
@@ -119,7 +123,7 @@ TEST(LinearSystem, PreconditionerIsTheInverseOfTheDiagonalBlocks) {
     if (s.free[i] == 0) {
       EXPECT_EQ(z, Vec3{});
     } else {
-      EXPECT_LT((to_eigen(z) - expected).norm(), 1e-11 * expected.norm());
+      EXPECT_LT((to_eigen(z) - expected).norm(), 1e-4 * expected.norm());
     }
   }
 }

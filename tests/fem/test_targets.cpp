@@ -5,7 +5,10 @@
 
 #include "fem/block_matrix.hpp"
 #include "fem/meshes.hpp"
-#include "simd/block_rows.hpp"
+#include "fem/system.hpp"
+#include "simd/element_pass.hpp"
+#include "simd/factor_columns.hpp"
+#include "simd/sliced_rows.hpp"
 #include "support/simd_targets.hpp"
 
 namespace palpate::fem::test {
@@ -58,10 +61,13 @@ TEST(SimdTargets, ElementPassEqualsOneByOne) {
       for (int k = 0; k < 4; ++k) size = std::max(size, length(expected.force(e, k)));
       for (int k = 0; k < 4; ++k) {
         ASSERT_LT(length(elements.force(e, k) - expected.force(e, k)), 1e-12 * size) << target << ", " << e;
-        const simd::Padded3 a = at(elements.gradients(), 4 * e + k);
-        const simd::Padded3 b = at(expected.gradients(), 4 * e + k);
-        ASSERT_LT(length(Vec3{a.x - b.x, a.y - b.y, a.z - b.z}), 1e-12 * length({b.x, b.y, b.z})) << target;
-        ASSERT_EQ(a.w, 0.0);
+        const Vec3 a = expected.gradient(e, k);
+        ASSERT_LT(length(elements.gradient(e, k) - a), 1e-12 * length(a)) << target;
+        const simd::Quad row = at(elements.gradients(), 4 * e + k);
+        const Vec3 rounded{static_cast<double>(row.x), static_cast<double>(row.y),
+                           static_cast<double>(row.z)};
+        ASSERT_LT(length(rounded - a), 1e-7 * length(a)) << target;
+        ASSERT_EQ(row.w, static_cast<float>(at(expected.ratios(), e)));
       }
       ASSERT_NEAR(elements.energy(e), expected.energy(e), 1e-12 * expected.energy(e)) << target;
       ASSERT_NEAR(expected.energy(e, c.positions), expected.energy(e), 1e-14 * expected.energy(e));
@@ -73,18 +79,61 @@ TEST(SimdTargets, ElementPassEqualsOneByOne) {
   EXPECT_GT(targets, 1);
 }
 
-std::vector<simd::Padded3> random_rows(std::size_t count, unsigned seed) {
-  return padded(random_vectors(count, 1.0, seed));
+TEST(SimdTargets, StiffnessPassEqualsTheBlocks) {
+  const ElementCase c;
+  Elements elements = c.elements();
+  const auto x = random_vectors(c.positions.size(), 1.0, 90);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    elements.update(one_thread, c.positions);
+    const auto products = elements.multiply(one_thread, padded(x));
+    for (Index e = 0; e < elements.size(); ++e) {
+      const Tet& corners = at(elements.corners(), e);
+      for (int i = 0; i < 4; ++i) {
+        Vec3 expected;
+        double size = 0.0;
+        for (int j = 0; j < 4; ++j) {
+          Matrix3 block;
+          elements.add_stiffness(e, i, j, block);
+          expected += block * at(x, at(corners, j));
+          size += length(block * at(x, at(corners, j)));
+        }
+        const simd::Padded3& found = at(products, 4 * e + i);
+        ASSERT_LT(length(Vec3{found.x, found.y, found.z} - expected), 1e-12 * size) << target;
+      }
+    }
+  });
 }
 
-Eigen::VectorXd flat(const std::vector<simd::Padded3>& rows) {
-  return to_eigen(unpadded(rows));
+std::vector<float> random_floats(std::size_t count, unsigned seed, float low = -1.0F) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<float> uniform(low, 1.0F);
+  std::vector<float> values(count);
+  for (float& value : values) value = uniform(random);
+  return values;
 }
 
-void expect_near(const std::vector<simd::Padded3>& found, const std::vector<simd::Padded3>& expected,
-                 const char* target) {
-  EXPECT_LT((flat(found) - flat(expected)).norm(), 1e-13 * flat(expected).norm()) << target;
-  for (const simd::Padded3& row : found) ASSERT_EQ(row.w, 0.0) << target;
+std::vector<simd::Quad> random_quads(std::size_t count, unsigned seed) {
+  const auto values = random_floats(3 * count, seed);
+  std::vector<simd::Quad> quads(count);
+  for (std::size_t i = 0; i < count; ++i)
+    quads[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2], 0.0F};
+  return quads;
+}
+
+double distance(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(static_cast<double>(a[i] - b[i]), 2);
+  return std::sqrt(sum);
+}
+
+double size_of(const std::vector<float>& a) {
+  return distance(a, std::vector<float>(a.size(), 0.0F));
+}
+
+std::vector<float> flat(const std::vector<simd::Quad>& rows) {
+  std::vector<float> values;
+  for (const simd::Quad& row : rows) values.insert(values.end(), {row.x, row.y, row.z, row.w});
+  return values;
 }
 
 struct RowsCase {
@@ -93,9 +142,6 @@ struct RowsCase {
     std::mt19937_64 random(83);
     std::uniform_real_distribution<double> uniform(0.5, 2.0);
     for (std::size_t i = 0; i < free.size(); ++i) masses.push_back(uniform(random));
-    for (std::size_t i = 0; i < 12 * free.size(); ++i) {
-      inverse_diagonal.push_back({uniform(random), 0.1 * uniform(random), uniform(random), 0.0});
-    }
     for (std::int32_t c = 0; c < 50; ++c) {
       Coupling coupling;
       coupling.points = {c, c + 3, c % 7 == 0 ? -1 : c + 9, c + 11, c + 5};
@@ -104,69 +150,191 @@ struct RowsCase {
       list.push_back(coupling);
     }
     couplings.set(list, 0.5, free);
+    couplings.order(matrix.row_of_point(), matrix.row_count());
   }
   ElementCase shapes;
   Elements elements;
   std::vector<std::uint8_t> free;
   BlockMatrix matrix;
   std::vector<double> masses;
-  std::vector<simd::Padded3> inverse_diagonal;
   std::vector<Coupling> list;
   CouplingSystem couplings;
 };
 
-TEST(SimdTargets, AssemblyAndProductEqualTheirTwins) {
+TEST(SimdTargets, ProductEqualsItsTwin) {
   RowsCase c;
-  const std::size_t n = c.free.size();
-  const auto x = random_rows(n, 84);
-  std::vector<Eigen::VectorXd> results;
+  const auto x = random_quads(c.matrix.row_count(), 84);
+  std::vector<std::vector<float>> results;
   palpate::test::for_each_simd_target([&](const char* target) {
-    c.matrix.assemble(one_thread, c.elements, c.masses);
+    c.matrix.assemble(one_thread, c.masses);
     c.couplings.multiply(one_thread, x);
-    std::vector<simd::Padded3> y(n, {7.0, 7.0, 7.0, 7.0});
-    std::vector<simd::Padded3> twin(n, {7.0, 7.0, 7.0, 7.0});
-    const double inner = simd::multiply_rows(c.matrix.rows(), c.couplings.rows(), x.data(), y.data(), 0, n);
+    std::vector<float> y(3 * x.size(), 7.0F);
+    std::vector<float> twin(3 * x.size(), 7.0F);
+    const std::size_t n = c.matrix.slice_count();
+    const double inner = simd::multiply_slices(c.matrix.rows(), c.couplings.rows(), x.data(), y.data(), 0, n);
     const double expected =
-        simd::scalar::multiply_rows(c.matrix.rows(), c.couplings.rows(), x.data(), twin.data(), 0, n);
-    EXPECT_NEAR(inner, expected, 1e-13 * std::abs(expected)) << target;
-    expect_near(y, twin, target);
-    results.push_back(flat(y));
-    EXPECT_LT((results.back() - results.front()).norm(), 1e-13 * results.front().norm()) << target;
+        simd::scalar::multiply_slices(c.matrix.rows(), c.couplings.rows(), x.data(), twin.data(), 0, n);
+    EXPECT_NEAR(inner, expected, 2e-6 * std::abs(expected)) << target;
+    EXPECT_LT(distance(y, twin), 2e-6 * size_of(twin)) << target;
+    results.push_back(y);
+    EXPECT_LT(distance(results.back(), results.front()), 2e-6 * size_of(results.front())) << target;
   });
-  EXPECT_GT(results.front().norm(), 0.0);
+  EXPECT_GT(size_of(results.front()), 0.0);
+}
+
+TEST(SimdTargets, AssemblyEqualsItsTwinWhereRatiosDifferToo) {
+  const RowsCase c;
+  for (const bool mixed : {false, true}) {
+    // Two slices of three slots, with terms of any elements.
+    const std::vector<std::uint32_t> slots{0, 2, 3};
+    const std::vector<std::uint32_t> begin{0, 3, 4, 9, 11, 14};
+    std::vector<std::uint32_t> terms(16 * begin.back());
+    std::mt19937_64 random(91);
+    for (auto& term : terms) term = static_cast<std::uint32_t>(random() % 1600);
+    auto gradients = random_quads(4 * 100, 92);
+    for (std::size_t i = 0; i < gradients.size(); ++i)
+      gradients[i].w = mixed ? static_cast<float>(1 + i / 4 % 3) : 2.5F;
+    const auto masses = random_floats(32, 93);
+    const simd::SlicedAssembly rows{slots.data(),     begin.data(),  terms.data(),
+                                    gradients.data(), masses.data(), mixed};
+    std::vector<float> twin(3 * simd::slot_values);
+    std::vector<float> twin_diagonal(2 * simd::slice_symmetric);
+    simd::scalar::assemble_slices(rows, twin.data(), twin_diagonal.data(), 0, 2);
+    palpate::test::for_each_simd_target([&](const char* target) {
+      std::vector<float> values(twin.size());
+      std::vector<float> diagonal(twin_diagonal.size());
+      simd::assemble_slices(rows, values.data(), diagonal.data(), 0, 2);
+      EXPECT_LT(distance(values, twin), 1e-6 * size_of(twin)) << target;
+      EXPECT_LT(distance(diagonal, twin_diagonal), 1e-6 * size_of(twin_diagonal));
+    });
+  }
+}
+
+TEST(SimdTargets, InversesOfDiagonalBlocksAreThose) {
+  std::vector<float> blocks(2 * simd::slice_symmetric, 0.0F);
+  std::mt19937_64 random(94);
+  for (std::size_t row = 0; row + 1 < 2 * simd::slice_rows; ++row) {
+    const SymmetricMatrix3 a = random_semi_definite(random, row % 3 == 0 ? 1e4 : 1.0);
+    const std::array entries{a.xx + 1.0, a.yy + 1.0, a.zz + 1.0, a.xy, a.xz, a.yz};
+    for (std::size_t k = 0; k < 6; ++k)
+      blocks[simd::slice_symmetric * (row / 16) + 16 * k + row % 16] = static_cast<float>(entries[k]);
+  }
+  std::vector<float> twin(blocks.size());
+  simd::scalar::invert_slices(blocks.data(), twin.data(), 0, 2);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<float> inverses(blocks.size(), 7.0F);
+    simd::invert_slices(blocks.data(), inverses.data(), 0, 2);
+    EXPECT_LT(distance(inverses, twin), 1e-3 * size_of(twin)) << target;
+    const auto whole = [](const std::vector<float>& v, std::size_t row) {
+      const float* p = v.data() + simd::slice_symmetric * (row / 16) + row % 16;
+      Eigen::Matrix3f m;
+      m << p[0], p[48], p[64], p[48], p[16], p[80], p[64], p[80], p[32];
+      return m;
+    };
+    for (std::size_t row = 0; row + 1 < 32; ++row) {
+      const Eigen::Matrix3f product = whole(blocks, row) * whole(inverses, row);
+      EXPECT_LT((product - Eigen::Matrix3f::Identity()).norm(), 1e-2F) << target << row;
+    }
+    EXPECT_EQ(whole(inverses, 31).norm(), 0.0F) << "a row of zeros";
+  });
+}
+
+TEST(SimdTargets, FactorKernelsEqualTheirTwins) {
+  // Two columns that two others wait for, and rows of two slices with two slots.
+  const std::vector<std::uint32_t> begin{0, 2, 3, 4, 4};
+  const std::vector<std::uint32_t> block_rows{2, 3, 3, 3};
+  const auto blocks = random_floats(9 * 4 + 3, 110);
+  const auto inverses = random_floats(9 * 4 + 3, 111);
+  const simd::FactorColumns columns{begin.data(), block_rows.data(), blocks.data(), inverses.data()};
+  const std::vector<std::uint32_t> slots{0, 1, 2};
+  std::vector<std::uint32_t> lanes(32);
+  std::vector<std::uint32_t> places(32);
+  std::vector<float> taken(32);
+  for (std::uint32_t i = 0; i < 32; ++i) {
+    lanes[i] = (7 * i + 3) % 32;
+    places[i] = (11 * i + 5) % 32;
+    taken[i] = i % 3 == 0 ? 0.0F : 1.0F;
+  }
+  const auto edges = random_floats(2 * simd::slice_values, 112);
+  const auto r = random_floats(2 * simd::slice_values, 113);
+  const auto quads = random_quads(32, 114);
+  const auto positions = random_quads(32, 115);
+  const auto start = random_floats(2 * simd::slice_values, 116);
+  std::vector<float> turns = random_floats(2 * simd::slot_values, 117);
+  const auto rows_with = [&](std::vector<float>& rotations) {
+    return simd::TurnedRows{slots.data(),  lanes.data(), edges.data(),
+                            places.data(), taken.data(), rotations.data()};
+  };
+  std::vector<simd::Quad> solved(quads.begin(), quads.begin() + 4);
+  simd::scalar::solve_columns(columns, solved.data(), 0, 4);
+  std::vector<float> rotations(turns.size());
+  simd::scalar::find_rotations(rows_with(rotations), positions.data(), 0, 2);
+  std::vector<simd::Quad> back(32);
+  simd::scalar::turn_back(rows_with(turns), r.data(), back.data(), 0, 2);
+  std::vector<float> forth = start;
+  const double inner = simd::scalar::turn_forth(rows_with(turns), r.data(), quads.data(), forth.data(), 0, 2);
+  const auto three = [](std::vector<simd::Quad> rows) {
+    for (simd::Quad& row : rows) row.w = 0.0F;
+    return flat(rows);
+  };
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<simd::Quad> b(quads.begin(), quads.begin() + 4);
+    simd::solve_columns(columns, b.data(), 0, 4);
+    EXPECT_LT(distance(three(b), three(solved)), 1e-5 * size_of(three(solved))) << target;
+    std::vector<float> found(turns.size());
+    simd::find_rotations(rows_with(found), positions.data(), 0, 2);
+    EXPECT_LT(distance(found, rotations), 1e-3 * size_of(rotations)) << target;
+    std::vector<simd::Quad> turned(32);
+    simd::turn_back(rows_with(turns), r.data(), turned.data(), 0, 2);
+    EXPECT_LT(distance(three(turned), three(back)), 1e-6 * size_of(three(back))) << target;
+    std::vector<float> z = start;
+    const double sum = simd::turn_forth(rows_with(turns), r.data(), quads.data(), z.data(), 0, 2);
+    EXPECT_LT(distance(z, forth), 1e-6 * size_of(forth)) << target;
+    EXPECT_NEAR(sum, inner, 1e-5 * size_of(r) * size_of(forth)) << target;
+  });
 }
 
 TEST(SimdTargets, VectorPassesEqualTheirTwins) {
-  const RowsCase c;
-  const std::size_t n = c.free.size();
-  const std::vector<double> inverse_masses(c.masses.rbegin(), c.masses.rend());
+  constexpr std::size_t n = 5;
+  const auto inverse_diagonal = random_floats(simd::slice_symmetric * n, 95);
+  const auto masses = random_floats(simd::slice_rows * n, 96, 0.1F);
+  const auto inverse_masses = random_floats(simd::slice_rows * n, 97, 0.1F);
+  const auto guess = random_floats(simd::slice_values * n, 98);
   struct Vectors {
-    std::vector<simd::Padded3> x, r, z, p, q;
+    std::vector<float> x, r, z, q;
+    std::vector<simd::Quad> p;
   };
-  const Vectors start{random_rows(n, 85), random_rows(n, 86), random_rows(n, 87), random_rows(n, 88),
-                      random_rows(n, 89)};
+  const Vectors start{random_floats(simd::slice_values * n, 85), random_floats(simd::slice_values * n, 86),
+                      random_floats(simd::slice_values * n, 87), random_floats(simd::slice_values * n, 88),
+                      random_quads(simd::slice_rows * n, 89)};
   const auto view = [&](Vectors& v) {
-    return simd::GradientVectors{v.x.data(),      v.r.data(),           v.z.data(),
-                                 v.p.data(),      v.q.data(),           &c.inverse_diagonal.data()->x,
-                                 c.masses.data(), inverse_masses.data()};
+    return simd::GradientVectors{v.x.data(),
+                                 v.r.data(),
+                                 v.z.data(),
+                                 v.q.data(),
+                                 v.p.data(),
+                                 guess.data(),
+                                 inverse_diagonal.data(),
+                                 masses.data(),
+                                 inverse_masses.data()};
   };
   palpate::test::for_each_simd_target([&](const char* target) {
     Vectors found = start;
     Vectors twin = start;
-    const simd::VectorSums sums = simd::advance_rows(view(found), 0.7, 3, n - 2);
-    const simd::VectorSums expected = simd::scalar::advance_rows(view(twin), 0.7, 3, n - 2);
-    EXPECT_NEAR(sums.residual, expected.residual, 1e-13 * expected.residual) << target;
-    EXPECT_NEAR(sums.by_mass, expected.by_mass, 1e-13 * expected.by_mass) << target;
-    EXPECT_NEAR(sums.solution, expected.solution, 1e-13 * expected.solution) << target;
-    EXPECT_NEAR(sums.preconditioned, expected.preconditioned, 1e-12 * expected.residual) << target;
-    simd::turn_rows(view(found), -0.3, 3, n - 2);
-    simd::scalar::turn_rows(view(twin), -0.3, 3, n - 2);
-    expect_near(found.x, twin.x, target);
-    expect_near(found.r, twin.r, target);
-    expect_near(found.z, twin.z, target);
-    expect_near(found.p, twin.p, target);
-    EXPECT_EQ(found.x[2].x, start.x[2].x) << "outside of the range";
-    EXPECT_NE(found.x[3].x, start.x[3].x);
+    const simd::VectorSums sums = simd::advance_slices(view(found), 0.7F, 1, n - 1);
+    const simd::VectorSums expected = simd::scalar::advance_slices(view(twin), 0.7F, 1, n - 1);
+    EXPECT_NEAR(sums.residual, expected.residual, 1e-6 * expected.residual) << target;
+    EXPECT_NEAR(sums.by_mass, expected.by_mass, 1e-6 * expected.by_mass) << target;
+    EXPECT_NEAR(sums.solution, expected.solution, 1e-6 * expected.solution) << target;
+    EXPECT_NEAR(sums.preconditioned, expected.preconditioned, 1e-6 * expected.residual) << target;
+    simd::turn_slices(view(found), -0.3F, 1, n - 1);
+    simd::scalar::turn_slices(view(twin), -0.3F, 1, n - 1);
+    EXPECT_LT(distance(found.x, twin.x), 1e-6 * size_of(twin.x)) << target;
+    EXPECT_LT(distance(found.r, twin.r), 1e-6 * size_of(twin.r)) << target;
+    EXPECT_LT(distance(found.z, twin.z), 1e-6 * size_of(twin.z)) << target;
+    EXPECT_LT(distance(flat(found.p), flat(twin.p)), 1e-6 * size_of(flat(twin.p))) << target;
+    EXPECT_EQ(found.x[simd::slice_values - 1], start.x[simd::slice_values - 1]) << "outside of the range";
+    EXPECT_NE(found.x[simd::slice_values], start.x[simd::slice_values]);
   });
 }
 

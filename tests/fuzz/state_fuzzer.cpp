@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<std::byte> content(start.begin() + head, start.begin() + head + fingerprint);
   content.insert(content.end(), bytes.begin(), bytes.end());
   fuzz::refusing([&] {
-    simulation.restore(sealed({.kind = "PALPSTAT", .version = 1}, content));
+    simulation.restore(sealed({.kind = "PALPSTAT", .version = 2}, content));
     simulation.step();
   });
   simulation.restore(start);

@@ -54,6 +54,9 @@ class DevScript(unittest.TestCase):
             (["test", "-R", "mesh", "--preset=slow"], "there is no preset 'slow'"),
             (["test", "--preset"], "--preset needs a name"),
             (["setup", "now"], "'setup' takes no arguments, found 'now'"),
+            (["bench", "--fast"], "bench takes --quick, --full and --compare OLD [NEW], found '--fast'"),
+            (["bench", "--compare"], "--compare needs a report"),
+            (["bench", "--compare", "nowhere.json"], "there is no file '/nowhere.json'"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
         ]:
             with self.subTest(arguments=arguments):

@@ -29,9 +29,20 @@ TEST_F(MeshRefusals, Files) {
   write("cut.nrrd", whole.substr(0, whole.size() - 100));
   refuse({"cut.nrrd"}, {"cut.nrrd"});
   write("text.nii", "this is no NIfTI file");
-  refuse({"text.nii"}, {"text.nii"});
+  refuse({"text.nii"}, {"text.nii", "header", "21 bytes", "348"});
+  std::string nan = nifti(box_map());
+  nan.replace(284, 4, "\x00\x00\xc0\x7f", 4);  // srow_x[1]
+  write("nan.nii", nan);
+  refuse({"nan.nii"}, {"nan.nii", "byte 284", "nan", "finite"});
+  write("text.mha", "NDims = three\n");
+  refuse({"text.mha"}, {"text.mha"});
   write("empty.nrrd", nrrd(TestMap({8, 8, 8}, [](int, int, int) { return 0; })));
   refuse({"empty.nrrd"}, {"empty.nrrd", "no voxel that is not 0"});
+  write("voxels.raw", std::string(400UL * 400UL * 3UL, '\0'));
+  write("elsewhere.nrrd",
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 400 400 3\nencoding: raw\ndata file: "
+        "voxels.raw\n\n");
+  refuse({"elsewhere.nrrd"}, {"elsewhere.nrrd", "no voxel that is not 0"});
   std::filesystem::create_directory(folder_ / "folder");
   refuse({"folder"}, {"folder", "0 DICOM series"});
   TestMap map = box_map();
@@ -48,6 +59,9 @@ TEST_F(MeshRefusals, ImagesThatAreNoLabelMaps) {
   refuse({"ct.nrrd"}, {"ct.nrrd", "voxel 2", "0.5", "whole number >= 0"});
   write("hu.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 2 2 1\nencoding: ascii\n\n0 1 2 -1000\n");
   refuse({"hu.nrrd"}, {"hu.nrrd", "voxel 3", "-1000"});
+  write("large.nrrd",
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 60000 4000 1\nencoding: raw\n\nabcd");
+  refuse({"large.nrrd"}, {"large.nrrd", "voxels of 240000000 bytes in a file of 81"});
   write("layers.seg.nrrd",
         "NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 2 2 2\nkinds: list domain domain domain\n"
         "encoding: ascii\n\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1\n");

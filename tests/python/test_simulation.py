@@ -5,12 +5,12 @@ import io
 import json
 import subprocess
 import sys
-import threading
 
 import numpy as np
 import pytest
 
 import palpate
+from threads import in_threads
 
 SOFT = dict(young_modulus=2e4, poisson_ratio=0.3, density=1000.0)
 
@@ -234,11 +234,7 @@ def test_two_simulations_in_two_threads():
         simulation.run(10)
         results.append(simulation.state_hash)
 
-    threads = [threading.Thread(target=work) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, 2)
     assert len(results) == 2 and results[0] == results[1]
 
 
@@ -253,11 +249,7 @@ def test_one_simulation_in_two_threads_makes_whole_steps_or_refuses():
             except palpate.Error as error:
                 refusals.append(str(error))
 
-    threads = [threading.Thread(target=work) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, 3)
     assert all("one thread at a time" in text for text in refusals)
     alone = palpate.Simulation(scene)
     alone.run(shared.metrics.step)

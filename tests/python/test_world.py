@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
+from threads import in_threads
 
 
 @pytest.fixture
@@ -226,11 +227,7 @@ def test_two_worlds_in_two_threads(stack):
             if not same(world.contacts, expected):
                 failures.append(frame)
 
-    threads = [threading.Thread(target=work) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, 2)
     assert not failures
 
 
@@ -252,11 +249,7 @@ def test_one_world_in_two_threads_is_refused_or_right_never_a_crash():
             except palpate.Error as error:
                 refusals.append(str(error))
 
-    threads = [threading.Thread(target=work) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, 3)
     assert not wrong
     assert all("one thread at a time" in text or "no update" in text for text in refusals)
 

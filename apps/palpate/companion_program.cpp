@@ -1,4 +1,4 @@
-#include "mesh_program.hpp"
+#include "companion_program.hpp"
 
 #include <cerrno>
 #include <filesystem>
@@ -14,15 +14,15 @@
 
 namespace palpate::app {
 
-int run_mesh_program(std::span<const char* const> arguments) {
+int run_companion(const Companion& companion, std::span<const char* const> arguments) {
   const std::string program =
-      std::filesystem::read_symlink("/proc/self/exe").replace_filename("palpate-mesh").string();
+      std::filesystem::read_symlink("/proc/self/exe").replace_filename(companion.program).string();
   std::error_code ignored;
   if (!std::filesystem::exists(program, ignored)) {
-    throw BadInput("mesh", "", fmt::format("no '{}'", program),
-                   "a build where CGAL and ITK are installed (libcgal-dev, libinsighttoolkit5-dev)");
+    throw BadInput(std::string(companion.words), "", fmt::format("no '{}'", program),
+                   std::string(companion.needs));
   }
-  std::vector<std::string> words{"palpate mesh"};
+  std::vector<std::string> words{fmt::format("palpate {}", companion.words)};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
   pointers.reserve(words.size() + 1);

@@ -1,6 +1,7 @@
-#include "query_scenes.hpp"
+#include "measure/query_scenes.hpp"
 
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 
 #include "geometry/rotation.hpp"
@@ -8,7 +9,7 @@
 #include "scene/generators.hpp"
 #include "scene/load.hpp"
 
-namespace palpate::bench {
+namespace palpate::measure {
 namespace {
 
 /// Uniform in [-1, 1], from its arguments alone: the finaliser of SplitMix64.
@@ -21,26 +22,15 @@ double random_unit(std::uint64_t stream, std::uint64_t index) {
   return std::ldexp(static_cast<double>(z >> 11U), -52) - 1.0;
 }
 
-/// Displacement along each axis that takes 2 of 100 points to another cell: two draws from [-a, a] differ by
-/// 2 a / 3 on average, and any of three axes will do.
-double tremble_for(double cell_size) {
-  constexpr double movers = 0.02;
-  return movers * cell_size / 2.0;
-}
-
-void start(QueryScene& scene) {
+/// Sets the points in motion. Two draws from [-a, a] differ by 2 a / 3 on average, and any of three axes
+/// takes a point to another cell: a tremble of a makes 2 a / cell movers. Two cells to and fro move all.
+void start(QueryScene& scene, double movers = 0.02) {
   scene.places.assign(scene.bodies.points_rest().begin(), scene.bodies.points_rest().end());
   scene.self_collision.assign(scene.bodies.bodies().size(), 0);
-  scene.tremble = tremble_for(mesh_statistics(scene.bodies, scene.places).edge_length.mean);
-}
-
-/// The stack with uneven surfaces.
-Model stack(int cells) {
-  StackingOptions options;
-  options.cells = {cells, cells, 1};
-  options.size = {0.02 * cells, 0.02 * cells, 0.01};
-  options.gap = 0.0;
-  return load_model(make_stacking_scene(options), {});
+  const double cell_size = mesh_statistics(scene.bodies, scene.places).edge_length.mean;
+  const bool all = movers >= 1.0;
+  scene.tremble = (all ? 0.02 : movers) * cell_size / 2.0;
+  scene.shift = all ? 2.0 * cell_size : 0.0;
 }
 
 void make_uneven(std::vector<Vec3>& places) {
@@ -49,20 +39,39 @@ void make_uneven(std::vector<Vec3>& places) {
 
 }  // namespace
 
+Model stacking_model(int cells) {
+  StackingOptions options;
+  options.cells = {cells, cells, 1};
+  options.size = {0.02 * cells, 0.02 * cells, 0.01};
+  options.gap = 0.0;
+  return load_model(make_stacking_scene(options), {});
+}
+
+std::vector<std::uint8_t> QueryScene::immovable() const {
+  std::vector<std::uint8_t> marks(bodies.bodies().size(), 0);
+  marks[0] = bodies.body_count() > 1 ? 1 : 0;
+  return marks;
+}
+
 void QueryScene::place(std::uint32_t frame, std::vector<Vec3>& positions) const {
   positions.resize(places.size());
   const std::uint64_t stream = 16 + std::uint64_t{frame} * 4;
   for (std::size_t p = 0; p < places.size(); ++p) {
     const Vec3 way{random_unit(stream, p), random_unit(stream + 1, p), random_unit(stream + 2, p)};
     positions[p] = places[p] + tremble * way;
+    if (frame % 2 == 1) positions[p].x += shift;
   }
 }
 
-QueryScene stacking_scene(int cells) {
+int stacking_cells(double tets) {
+  return static_cast<int>(std::lround(std::sqrt(tets / (20.0 * 5.0))));
+}
+
+QueryScene stacking_scene(int cells, double movers) {
   QueryScene scene;
-  scene.bodies = stack(cells).bodies;
+  scene.bodies = stacking_model(cells).bodies;
   scene.name = "stacking " + std::to_string(scene.bodies.tets().size());
-  start(scene);
+  start(scene, movers);
   make_uneven(scene.places);
   return scene;
 }
@@ -75,7 +84,10 @@ QueryScene pile_scene() {
     TetMesh mesh = ball ? make_ball(0.58, 4 + b % 5) : make_box({5 + b % 4, 6, 5}, {1.05, 1.05, 1.05});
     const Vec3 axis{1.0 + random_unit(2, static_cast<std::uint64_t>(b)), 1.0, 0.5};
     const Turn turn = turn_about(axis, 37.0 * b);
-    const Vec3 centre{static_cast<double>(b % 3), static_cast<double>(b / 3 % 3), static_cast<double>(b / 9)};
+    const std::div_t layer = std::div(b, 9);
+    const std::div_t row = std::div(layer.rem, 3);
+    const Vec3 centre{static_cast<double>(row.rem), static_cast<double>(row.quot),
+                      static_cast<double>(layer.quot)};
     for (Vec3& p : mesh.points) p = rotated(turn, p) + centre;
     scene.bodies.add((ball ? "ball " : "box ") + std::to_string(b), std::move(mesh));
   }
@@ -86,7 +98,7 @@ QueryScene pile_scene() {
 QueryScene self_scene() {
   QueryScene scene;
   scene.name = "self-collision";
-  const Model model = stack(10);
+  const Model model = stacking_model(10);
   TetMesh mesh;
   mesh.points.assign(model.bodies.points_rest().begin(), model.bodies.points_rest().end());
   mesh.tets.assign(model.bodies.tets().begin(), model.bodies.tets().end());
@@ -97,4 +109,4 @@ QueryScene self_scene() {
   return scene;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::measure

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace palpate::app {
+
+/// A subcommand that is a program of its own, beside this one: it contains what this command is not to, as
+/// CGAL, which is GPL.
+struct Companion {
+  std::string_view words;    ///< what calls it: "mesh"
+  std::string_view program;  ///< "palpate-mesh"
+  std::string_view needs;    ///< what a build has it with
+};
+
+inline constexpr Companion mesh_companion{
+    "mesh", "palpate-mesh", "a build where CGAL and ITK are installed (libcgal-dev, libinsighttoolkit5-dev)"};
+inline constexpr Companion peers_companion{
+    "bench peers", "palpate-bench-peers",
+    "a build where CGAL, Bullet and TBB are installed (libcgal-dev, libbullet-dev, libtbb-dev)"};
+
+/// Becomes the program, which lies beside this one, with these arguments; does not return. Throws BadInput
+/// where it is not there.
+int run_companion(const Companion& companion, std::span<const char* const> arguments);
+
+}  // namespace palpate::app

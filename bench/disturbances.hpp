@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+namespace palpate::bench {
+
+/// splitmix64: the same numbers on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high);
+  Vec3 in_ball(double radius);
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Pushes, grabs and other ways for what moves on rails, by the sizes of the scene and drawn from a seed:
+/// every few steps a point is pushed, or grabbed, drawn about and let go; what moves on rails (jaws, plates)
+/// goes to and fro near its path.
+class Disturbances {
+ public:
+  /// \param motions  those of the scene
+  /// \param rigid    (n_bodies) 1 for each body that is rigid
+  Disturbances(const Simulation& simulation, std::vector<Motion> motions, std::span<const std::uint8_t> rigid,
+               std::uint64_t seed);
+
+  /// Before a step. Motions also change in `others`, which a state is to be restored in: it says nothing of
+  /// them.
+  void apply(Simulation& simulation, std::span<Simulation> others = {});
+
+ private:
+  struct Soft {
+    Range points;
+    double inertia;  ///< mass of a point over the time step squared, N/m
+  };
+  void push(Simulation& simulation);
+  void hold(Simulation& simulation);
+  void redirect(Simulation& simulation, std::span<Simulation> others);
+  std::pair<Index, double> any_point();
+
+  Random random_;
+  std::vector<Motion> rails_;    ///< as the scene has them
+  std::vector<Keyframe> poses_;  ///< where each is going
+  std::vector<Soft> soft_;
+  double edge_ = 0.0;  ///< mean, m
+  Index pushed_ = -1;
+  Index grab_ = -1;  ///< its number; -1: none
+  Vec3 home_{};
+};
+
+}  // namespace palpate::bench

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "measure/section.hpp"
+#include "peers/peer.hpp"
+
+namespace palpate::bench {
+
+/// How long a contest may go on, beside the trial of modes.
+struct ContestEffort {
+  double seconds = 0.0;  ///< for all frames; at least three, at most 41 are measured
+};
+
+/// What an entrant took and found.
+struct Performance {
+  std::string name;
+  int threads = 1;
+  Answer answer = Answer::exact;
+  std::string mode;
+  std::vector<double> milliseconds{};
+  std::size_t pairs = 0;    ///< in all measured frames
+  std::size_t missing = 0;  ///< answers of ours that it does not have
+  std::size_t extra = 0;    ///< of its own that we do not have
+};
+
+struct ContestResult {
+  std::size_t edges = 0;    ///< border edges of the last frame
+  std::size_t answers = 0;  ///< ours, of the last frame
+  std::size_t frames = 0;
+  double movers = 0.0;     ///< mean share of points in another cell than in the frame before
+  std::uint64_t hash = 0;  ///< of our answers
+  std::vector<Performance> performances;
+  std::vector<Absentee> dropped;  ///< entrants that broke down
+};
+
+/// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame
+/// after frame. Throws Error where an exact test gives other answers than ours, or where ours are not among
+/// candidates.
+ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, const ContestEffort& effort);
+
+}  // namespace palpate::bench

@@ -1,0 +1,232 @@
+#include "peers/sections.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <map>
+
+#include "measure/report.hpp"
+#include "sim/state_hash.hpp"
+
+namespace palpate::bench {
+namespace {
+
+using measure::Measure;
+using measure::Section;
+using Json = nlohmann::ordered_json;
+
+/// All threads and one.
+std::vector<int> one_and_all() {
+  const int most = measure::thread_counts().back();
+  return most > 1 ? std::vector<int>{1, most} : std::vector<int>{1};
+}
+
+measure::QueryScene scene_of(const Heat& heat) {
+  return heat.cells == 0 ? measure::pile_scene() : measure::stacking_scene(heat.cells, heat.movers);
+}
+
+constexpr std::array<const char*, 3> answer_texts{"the same pairs", "own test", "candidates only"};
+
+/// How the answers compare, in words.
+std::string comparison(const Performance& p, std::size_t frames) {
+  const std::string text = answer_texts[static_cast<std::size_t>(p.answer)];
+  if (p.answer == Answer::exact) return text;
+  const auto each = [&](std::size_t count) {
+    return static_cast<double>(count) / static_cast<double>(frames);
+  };
+  return fmt::format("{}: {:.4g} a frame missing, {:.4g} too many", text, each(p.missing), each(p.extra));
+}
+
+/// What a section says in the end.
+struct Summary {
+  double least_lead = 1e300;  ///< of the fastest peer's time over ours, with as many threads
+  double most_lead = 0.0;
+  std::string closest;
+  void add(const std::string& scene, const std::vector<Measure>& medians,
+           const std::vector<Performance>& performances) {
+    for (std::size_t ours = 0; ours < performances.size(); ++ours) {
+      if (performances[ours].name != "Palpate") continue;
+      for (std::size_t i = 0; i < performances.size(); ++i) {
+        const bool other = performances[i].name != "Palpate";
+        // One thread of those who have no more stands against all of ours.
+        if (!other || performances[i].threads != performances[ours].threads) continue;
+        const double lead = medians[i].median / medians[ours].median;
+        most_lead = std::max(most_lead, lead);
+        if (lead < least_lead) {
+          least_lead = lead;
+          closest = fmt::format("{} ({}, {} thread{})", performances[i].name, scene, performances[i].threads,
+                                performances[i].threads == 1 ? "" : "s");
+        }
+      }
+    }
+  }
+};
+
+void add_rows(Section& section, const measure::QueryScene& scene, const std::string& name,
+              const ContestResult& result, std::map<std::string, measure::Series>& lines, bool in_chart,
+              Summary& summary) {
+  std::vector<Measure> medians;
+  for (const Performance& p : result.performances)
+    medians.push_back(measure::measure_of(fmt::format("{}, {}, {} threads", name, p.name, p.threads),
+                                          p.milliseconds, p.name != "Palpate"));
+  const auto ours = [&](int threads) {
+    for (std::size_t i = 0; i < medians.size(); ++i)
+      if (result.performances[i].name == "Palpate" && result.performances[i].threads == threads)
+        return medians[i].median;
+    return medians.front().median;
+  };
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    const Performance& p = result.performances[i];
+    section.table.rows.push_back(
+        {scene.name, 100.0 * result.movers, p.name, p.threads, p.mode, medians[i].least, medians[i].median,
+         medians[i].most, medians[i].median / ours(p.threads), comparison(p, result.frames), result.frames});
+    if (in_chart && p.threads == 1) {
+      measure::Series& line = lines.try_emplace(p.name, measure::Series{p.name, {}, {}}).first->second;
+      line.x.push_back(static_cast<double>(scene.bodies.tets().size()));
+      line.y.push_back(medians[i].median);
+    }
+  }
+  summary.add(name, medians, result.performances);
+  section.measures.insert(section.measures.end(), medians.begin(), medians.end());
+}
+
+std::string mode_key(const std::string& scene, const std::string& name, int threads) {
+  return fmt::format("{}, {}, {}", scene, name, threads);
+}
+
+/// Leaves entrants that have been in this scene before the mode that was the fastest then.
+void keep_best_modes(const std::string& scene, const std::map<std::string, std::string>& best,
+                     std::vector<Entrant>& entrants) {
+  for (Entrant& entrant : entrants) {
+    const auto known = best.find(mode_key(scene, entrant.name, entrant.threads));
+    if (known == best.end()) continue;
+    std::erase_if(entrant.modes, [&](const Mode& mode) { return mode.name != known->second; });
+  }
+}
+
+Section empty_section(Task task) {
+  const bool points = task == Task::points_in_tets;
+  return {
+      .id = points ? "peers-points" : "peers-edges",
+      .title = points ? "Peers: points in tets of other bodies" : "Peers: border edges against triangles",
+      .ours = std::string(points ? "Palpate: putting the points into cells and finding the tets they are in. "
+                                 : "Palpate: finding the crossings, the border edges being known to all. ") +
+              "All get the same positions, of the stack of membranes with more and more cells and of a pile "
+              "of balls and boxes, in turns; of each peer the fastest of its modes in a trial counts. With "
+              "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
+              "processor, which a busy machine adds less to; with what a peer needs to take over the "
+              "positions. Who has our exact test as its "
+              "callback must find the same pairs, or the benchmark fails.",
+      .table = {{"scene", "movers, %", "who", "threads", "mode", "least, ms", "median, ms", "most, ms",
+                 "times ours", "answers", "frames"},
+                {}}};
+}
+
+}  // namespace
+
+PeersEffort quick_effort() {
+  PeersEffort effort{.heats = {},
+                     .contest = {.seconds = 2.5},
+                     .threads = one_and_all(),
+                     .reuse_modes = true,
+                     .python_most_tets = 5e4};
+  for (const double movers : {0.02, 0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e4), movers});
+  effort.heats.push_back({measure::stacking_cells(1e5), 0.02});
+  effort.heats.push_back({0, 0.02});
+  return effort;
+}
+
+PeersEffort full_effort() {
+  PeersEffort effort = quick_effort();
+  effort.contest.seconds = 60.0;
+  effort.reuse_modes = false;
+  effort.python_most_tets = 1e300;
+  for (const double movers : {0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e5), movers});
+  for (const double movers : {0.02, 0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e6), movers});
+  return effort;
+}
+
+Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
+                        std::vector<Absentee>& absent) {
+  Section section = empty_section(task);
+  std::map<std::string, measure::Series> lines;
+  std::uint64_t hash = fnv1a({});
+  Summary summary;
+  std::map<std::string, std::string> best_modes;
+  for (const Heat& heat : effort.heats) {
+    const measure::QueryScene scene = scene_of(heat);
+    const Course course{scene, scene.immovable(), task};
+    std::vector<Entrant> entrants;
+    add_ours(course, effort.threads, entrants);
+    add_embree(course, effort.threads, entrants);
+    add_cgal(course, effort.threads, entrants);
+    add_bullet(course, entrants);
+    add_vtk(course, effort.threads, entrants);
+    std::vector<Absentee> away;
+    if (static_cast<double>(scene.bodies.tets().size()) <= effort.python_most_tets) {
+      add_python(python, course, effort.threads, entrants, away);
+    } else {
+      away.push_back({"IPC Toolkit and PBAT", fmt::format("{}: a quick run has no time for it", scene.name)});
+    }
+    if (effort.reuse_modes) keep_best_modes(scene.name, best_modes, entrants);
+    const ContestResult result = run_contest(course, std::move(entrants), effort.contest);
+    for (const Performance& p : result.performances)
+      best_modes[mode_key(scene.name, p.name, p.threads)] = p.mode;
+    away.insert(away.end(), result.dropped.begin(), result.dropped.end());
+    for (Absentee& absentee : away) {
+      absentee.name += task == Task::points_in_tets ? ", points in tets" : ", border edges";
+      const auto same = [&](const Absentee& a) {
+        return a.name == absentee.name && a.reason == absentee.reason;
+      };
+      if (std::ranges::none_of(absent, same)) absent.push_back(absentee);
+    }
+    hash = fnv1a(std::as_bytes(std::span(&result.hash, 1)), hash);
+    const std::string name = fmt::format("{}, {:.0f} % movers", scene.name, 100.0 * heat.movers);
+    const bool in_chart = heat.cells > 0 && heat.movers == 0.02;
+    add_rows(section, scene, name, result, lines, in_chart, summary);
+  }
+  measure::Chart chart{.title = task == Task::points_in_tets ? "Points in tets, one thread, 2 % movers"
+                                                             : "Border edges, one thread, 2 % movers",
+                       .x_label = "tets",
+                       .y_label = "ms a frame",
+                       .logarithmic = true};
+  for (auto& [name, line] : lines) chart.series.push_back(std::move(line));
+  // Ours first: its colour is the same in every chart.
+  std::ranges::stable_partition(chart.series, [](const measure::Series& s) { return s.name == "Palpate"; });
+  section.charts.push_back(std::move(chart));
+  section.result_hash = measure::hash_text(hash);
+  section.why = fmt::format(
+      "With as many threads, peers take {:.3g} to {:.3g} times as long as Palpate; the closest is {}",
+      summary.least_lead, summary.most_lead, summary.closest);
+  return section;
+}
+
+Section peers_section(const std::vector<Absentee>& absent) {
+  Section section{
+      .id = "peers",
+      .title = "Peers: who takes part",
+      .ours = "Each with the part of it that is nearest to the question.",
+      .why = absent.empty() ? "all take part in both tasks" : "not all have an answer to both questions",
+      .table = {{"who", "what it does here"}, {}}};
+  section.table.rows = {
+      {"Palpate",
+       "Detector as users call it; times of the phases of the task, with canonical order and weights"},
+      {"Embree 3",
+       "rtcCollide of user geometries; rebuild low, rebuild medium, refit; one scene, or one per body"},
+      {"CGAL box_intersection_d",
+       "boxes against boxes, four cutoffs, all at once or per body; several threads with "
+       "TBB (Parallel_tag)"},
+      {"Bullet btDbvt",
+       "dynamic trees with updated leaves, tree against tree or primitive by primitive; has no "
+       "threads for it"},
+      {"VTK locator",
+       "points: FindCell of vtkStaticCellLocator or vtkCellTreeLocator, one tet a point and body; "
+       "edges: FindCellsWithinBounds; built anew in each frame; threads share the calls"},
+      {"IPC Toolkit", "edge-face candidates of its broad phases, from Python"},
+      {"PBAT", "TetrahedralAabbHierarchy.primitives_containing_points, one per body, from Python"}};
+  for (const Absentee& absentee : absent)
+    section.table.rows.push_back({absentee.name, "skipped: " + absentee.reason});
+  return section;
+}
+
+}  // namespace palpate::bench

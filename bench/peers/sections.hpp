@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "measure/section.hpp"
+#include "peers/contest.hpp"
+#include "peers/python_peer.hpp"
+
+namespace palpate::bench {
+
+/// A scene of a contest.
+struct Heat {
+  int cells = 0;         ///< of the stack of membranes; 0: the pile of balls and boxes
+  double movers = 0.02;  ///< wanted share
+};
+
+struct PeersEffort {
+  std::vector<Heat> heats;
+  ContestEffort contest;
+  std::vector<int> threads;
+  bool reuse_modes = false;         ///< trials of modes only in the first heat of a scene
+  double python_most_tets = 1e300;  ///< peers in Python stay away from larger scenes
+};
+/// Up to a hundred thousand tets, all shares of movers at ten thousand; and up to a million, all shares of
+/// movers, more frames.
+PeersEffort quick_effort();
+PeersEffort full_effort();
+
+/// Runs a task in all heats; who is absent is added to the list.
+measure::Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
+                                 std::vector<Absentee>& absent);
+
+/// Who takes part, with what, and who does not, and why.
+measure::Section peers_section(const std::vector<Absentee>& absent);
+
+}  // namespace palpate::bench

@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+"""Puts the figures of bench/results into the docs: docs.py ROOT [--check]
+
+Between its marks each page gets what the newest report there says, and the tables of the other benchmarks. With --check nothing is
+written, and the exit code is 1 where a page says something else.
+"""
+
+import json
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+import dynamics_table
+import page
+import query_table
+import sort_table
+import step_table
+
+PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-misses", "cell-size", "structures", "table-2")
+LONGEST_TABLE = 120
+
+
+def newest_report(folder):
+    reports = []
+    for file in sorted(folder.glob("*.json")):
+        report = json.loads(file.read_text())
+        if isinstance(report, dict) and report.get("kind") == "all":
+            reports.append((report["date"], file, report))
+    if not reports:
+        raise SystemExit(f"docs.py: found no report in {folder}, expected one of './dev bench'")
+    return max(reports, key=lambda entry: entry[0])[1:]
+
+
+def cell(value):
+    if value is None:
+        return "–"
+    if isinstance(value, float):
+        return page.number(value)
+    return str(value).replace("|", "\\|")
+
+
+def markdown_table(table):
+    columns, rows = table["columns"], table["rows"]
+    if not columns:
+        return ""
+    numeric = [all(not isinstance(row[c], str) for row in rows) for c in range(len(columns))]
+    lines = ["| " + " | ".join(columns) + " |", "|" + "|".join("---:" if n else "---" for n in numeric) + "|"]
+    lines += ["| " + " | ".join(cell(value) for value in row) + " |" for row in rows[:LONGEST_TABLE]]
+    return "\n".join(lines) + "\n"
+
+
+def sentence(text):
+    return text.rstrip(".") + "."
+
+
+def section_text(section):
+    text = f"### {section['title']}\n"
+    if section["paper"]:
+        text += f"*The paper*: {sentence(section['paper'])} *Here*: {sentence(section['ours'])} **{section['verdict'].capitalize()}**: "
+    else:
+        text += sentence(section["ours"]) + " "
+    return text + sentence(section["why"]) + "\n\n" + markdown_table(section["table"])
+
+
+def facts(file, report):
+    machine = report["machine"]
+    remarks = " " + report["remarks"] if report.get("remarks") else ""
+    return (f"{machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, {machine['build_type']}; commit `{machine['commit']}`; "
+            f"{report['effort']}, {report['date']}, load of the machine up to {report['load']:.1f}: [bench/results/{file.name}]({{path}}bench/results/{file.name}).{remarks}")
+
+
+def benchmarks(file, report):
+    return facts(file, report).format(path="../") + "\n\n" + "\n".join(section_text(section) for section in report["sections"])
+
+
+def findings(file, report):
+    lines = [facts(file, report).format(path="../"), "", "| item | the paper | here | |", "|---|---|---|---|"]
+    for section in report["sections"]:
+        if section["id"] in PAPER_ITEMS:
+            lines.append(f"| {section['title']} | {cell(sentence(section['paper']))} | {cell(sentence(section['why']))} | {section['verdict']} |")
+    return "\n".join(lines) + "\n"
+
+
+def peer_rows(section, scene_part, threads):
+    """(ours, fastest peer) of the first scene of that name with few movers."""
+    rows = [row for row in section["table"]["rows"] if scene_part == row[0] and row[1] < 5 and row[3] == threads]
+    peers = [row for row in rows if row[2] != "Palpate"]
+    ours = [row for row in rows if row[2] == "Palpate"]
+    return (ours[0], min(peers, key=lambda row: row[6])) if ours and peers else None
+
+
+def figures(file, report):
+    sections = {section["id"]: section for section in report["sections"]}
+    lines = ["One thread, 2 % of the points in another cell than in the frame before; medians, each peer in its fastest mode:", "",
+             "| scene | task | Palpate, ms | fastest peer, ms | times |", "|---|---|---:|---:|---:|"]
+    for key, task in (("peers-points", "points in tets"), ("peers-edges", "border edges against triangles")):
+        for scene in dict.fromkeys(row[0] for row in sections[key]["table"]["rows"]):
+            found = peer_rows(sections[key], scene, 1)
+            if found:
+                ours, peer = found
+                lines.append(f"| {scene} | {task} | {ours[6]:.3g} | {peer[6]:.3g}, {peer[2]} | {peer[6] / ours[6]:.3g} |")
+    return "\n".join(lines) + "\n\n" + facts(file, report).format(path="") + "\n"
+
+
+def pages(root):
+    """{page: {block: text}}"""
+    results = root / "bench/results"
+    file, report = newest_report(results)
+    tables = {name: module.table(json.loads((results / json_name).read_text()))
+              for name, module, json_name in (("sort", sort_table, "sorts.json"), ("query", query_table, "query.json"),
+                                              ("dynamics", dynamics_table, "dynamics.json"),
+                                              ("step", step_table, "step.json"))}
+    return {
+        root / "docs/benchmarks.md": {"report": benchmarks(file, report), **{f"{name} table": text for name, text in tables.items()}},
+        root / "docs/paper-map.md": {"findings": findings(file, report)},
+        root / "README.md": {"figures": figures(file, report)},
+    }
+
+
+def main(arguments):
+    if not arguments or arguments[1:] not in ([], ["--check"]):
+        raise SystemExit(__doc__)
+    stale = []
+    for path, blocks in pages(pathlib.Path(arguments[0])).items():
+        text = new = path.read_text()
+        for name, block in blocks.items():
+            new = page.with_block(new, name, block, path)
+        if new == text:
+            continue
+        stale.append(str(path))
+        if arguments[1:] != ["--check"]:
+            beside = path.with_name(path.name + ".new")
+            beside.write_text(new)
+            beside.rename(path)
+    if stale and arguments[1:]:
+        raise SystemExit("docs.py: other figures than in bench/results: " + ", ".join(stale) + " (bench/report/docs.py writes them)")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

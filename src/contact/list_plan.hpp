@@ -1,0 +1,111 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace palpate {
+
+/// How the clusters of a frame are asked.
+enum class FrameWay {
+  all,              ///< each looks up its points; nothing is remembered
+  list,             ///< lists of the points near each are made, then asked
+  listed,           ///< only lists are asked
+  listed_but_stale  ///< lists are asked where they are good, points are looked up for the others
+};
+
+/// Decides when lists of near points pay (docs/query.md, "Coherence"): by counts only, so that it is the same
+/// on every machine. Costs are in hundredths of what it costs to ask one cluster without lists, its share of
+/// the grid included.
+///
+/// Lists that did not earn what they cost are not made again for 8 frames, then 16, and so on to 64: frames
+/// in which everything moves cost a percent or two more than without lists.
+class ListPlan {
+ public:
+  /// \param stale  clusters whose lists are not good any more; means nothing without lists
+  FrameWay choose(std::size_t clusters, std::size_t stale) {
+    const auto n = static_cast<std::int64_t>(clusters);
+    const auto s = static_cast<std::int64_t>(stale);
+    if (!memory_.has_lists) return begin();
+    ++memory_.age;
+    if (s == 0) {
+      memory_.gain += (all_cost - listed_cost) * n;
+      return FrameWay::listed;
+    }
+    if (2 * s > n) return renew(n);
+    const std::int64_t cost = grid_cost * n + (all_cost - grid_cost) * s + listed_cost * (n - s);
+    memory_.gain += all_cost * n - cost;
+    memory_.waste += cost - listed_cost * n;
+    memory_.became_stale = memory_.became_stale || memory_.age <= 2;
+    if (memory_.waste < memory_.patience * listing_cost * n) return FrameWay::listed_but_stale;
+    // A body that never rests makes new lists stale as soon as old ones.
+    memory_.patience = memory_.became_stale ? std::min(2 * memory_.patience, most_patience) : 1;
+    return renew(n);
+  }
+  /// Lists are lost.
+  void forget(std::size_t clusters) {
+    if (memory_.has_lists) settle(static_cast<std::int64_t>(clusters));
+  }
+  [[nodiscard]] bool has_lists() const { return memory_.has_lists; }
+  /// All that it remembers, as numbers.
+  using Numbers = std::array<std::int64_t, 8>;
+  [[nodiscard]] Numbers numbers() const {
+    const Memory& m = memory_;
+    return {m.has_lists, m.became_stale, m.wait, m.pause, m.patience, m.age, m.gain, m.waste};
+  }
+  /// Whether a plan can have come to remember these.
+  [[nodiscard]] static bool allows(const Numbers& n) {
+    constexpr std::int64_t most = std::int64_t{1} << 60;
+    const auto within = [](std::int64_t x, std::int64_t low, std::int64_t high) {
+      return low <= x && x <= high;
+    };
+    return within(n[0], 0, 1) && within(n[1], 0, 1) && within(n[2], 0, most_pause) &&
+           within(n[3], 0, most_pause) && within(n[4], 1, most_patience) && within(n[5], 0, most) &&
+           within(n[6], 0, most) && within(n[7], 0, most);
+  }
+  void set_numbers(const Numbers& n) { memory_ = {n[0] != 0, n[1] != 0, n[2], n[3], n[4], n[5], n[6], n[7]}; }
+
+ private:
+  struct Memory {
+    bool has_lists = false;
+    bool became_stale = false;  ///< within two frames
+    std::int64_t wait = 1;      ///< frames before the next lists: one detection alone makes none
+    std::int64_t pause = 0;     ///< after lists that did not pay
+    std::int64_t patience = 1;
+    std::int64_t age = 0;    ///< frames since the lists were made
+    std::int64_t gain = 0;   ///< what they saved
+    std::int64_t waste = 0;  ///< what new lists would have saved
+  };
+  static constexpr std::int64_t most_pause = 64;
+  static constexpr std::int64_t most_patience = 64;
+  static constexpr std::int64_t all_cost = 100;
+  static constexpr std::int64_t grid_cost = 20;
+  static constexpr std::int64_t listed_cost = 45;
+  static constexpr std::int64_t listing_cost = 80;  ///< more than that of a frame without lists
+
+  FrameWay begin() {
+    if (memory_.wait > 0) {
+      --memory_.wait;
+      return FrameWay::all;
+    }
+    memory_.has_lists = true;
+    memory_.became_stale = false;
+    memory_.age = memory_.gain = memory_.waste = 0;
+    return FrameWay::list;
+  }
+  FrameWay renew(std::int64_t clusters) {
+    settle(clusters);
+    return begin();
+  }
+  void settle(std::int64_t clusters) {
+    const bool paid = memory_.gain >= listing_cost * clusters;
+    memory_.pause = paid ? 0 : std::clamp<std::int64_t>(2 * memory_.pause, 8, most_pause);
+    memory_.wait = memory_.pause;
+    memory_.has_lists = false;
+  }
+
+  Memory memory_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+#include "contact/pair_taker.hpp"
+
+#include <bit>
+
+#include "contact/layers.hpp"
+#include "geometry/predicates.hpp"
+
+namespace palpate {
+
+bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitives) {
+  const Bodies& bodies = context_.bodies;
+  const PairFilter& may_touch = context_.may_touch;
+  // Points of its own body are no candidates of others.
+  const bool own = at(may_touch.self_collision, cluster.body) != 0 &&
+                   at(bodies.bodies(), cluster.body).points.contains(point);
+  if (!own && may_touch.ignores(at(bodies.body_of_point(), point), cluster.body)) return false;
+  const Index* const tets = context_.clusters.primitives.data() + cluster.first;
+  const std::size_t before = found_.size();
+  const std::uint32_t sure = primitives >> 16;
+  for (std::uint32_t left = tets_to_take(context_.clusters, cluster, point, primitives, own); left != 0;
+       left &= left - 1) {
+    const int lane = std::countr_zero(left);
+    const PointInTet pair{point, tets[lane]};
+    if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;
+    if (own && is_folded(pair, cluster.body)) continue;
+    found_.push_back(pair);
+  }
+  return found_.size() > before;
+}
+
+bool PairTaker::is_inside(const PointInTet& pair) const {
+  const std::span<const Vec3> x = context_.positions;
+  const Tet& tet = at(context_.bodies.tets(), pair.tet);
+  return point_in_tet(at(x, pair.point), at(x, tet[0]), at(x, tet[1]), at(x, tet[2]), at(x, tet[3]));
+}
+
+bool PairTaker::is_folded(const PointInTet& pair, Index body) {
+  if (at(context_.upright, body) != 0 || !is_fold(context_.bodies, context_.positions, pair.point, pair.tet))
+    return false;
+  ++tally_.folded_pairs;
+  return true;
+}
+
+}  // namespace palpate

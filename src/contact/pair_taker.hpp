@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "contact/pair_filter.hpp"
+#include "contact/point_in_tet.hpp"
+#include "contact/query_tally.hpp"
+#include "mesh/clusters.hpp"
+#include "simd/cluster_query.hpp"
+
+namespace palpate {
+
+/// What the hits of a query are taken with.
+struct PairContext {
+  const Clusters& clusters;
+  const Bodies& bodies;
+  std::span<const Vec3> positions;
+  const PairFilter& may_touch;
+  std::span<const std::uint8_t> upright;  ///< (n_bodies) 1: no tet of a body is folded
+};
+
+/// Takes the hits of blocks: pairs that are sure are found, others go to the exact predicate; corners of the
+/// tet, ignored bodies and folds drop out.
+class PairTaker {
+ public:
+  PairTaker(const PairContext& context, std::vector<PointInTet>& found) : context_(context), found_(found) {}
+
+  /// Whether something of it is found.
+  bool take(const Cluster& cluster, Index point, std::uint32_t primitives);
+  QueryTally& tally() { return tally_; }
+
+ private:
+  [[nodiscard]] bool is_inside(const PointInTet& pair) const;
+  /// Of a point of the tet's own body.
+  bool is_folded(const PointInTet& pair, Index body);
+
+  const PairContext& context_;
+  std::vector<PointInTet>& found_;
+  QueryTally tally_;
+};
+
+/// Bits of the tets that a hit leaves, without those that the point is a corner of.
+/// \param own  whether the point is of the cluster's body
+inline std::uint32_t tets_to_take(const Clusters& clusters, const Cluster& cluster, Index point,
+                                  std::uint32_t primitives, bool own) {
+  return primitives & 0xFFFFU & ~(own ? clusters.primitives_at(cluster, point) : 0U);
+}
+
+}  // namespace palpate

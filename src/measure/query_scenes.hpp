@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+#include <palpate/model.hpp>
+
+namespace palpate::measure {
+
+/// Bodies whose points move a little from frame to frame, so that a wanted share of them has another cell
+/// than in the frame before: they tremble around their places, or, where all are to be movers, the whole also
+/// goes to and fro along x.
+struct QueryScene {
+  std::string name;
+  Bodies bodies;
+  std::vector<Vec3> places;
+  std::vector<std::uint8_t> self_collision;  ///< per body
+  double tremble = 0.0;                      ///< largest displacement along each axis
+  double shift = 0.0;                        ///< of all points in every other frame
+  /// Per body: 1 for the lowest of several bodies, which is an obstacle.
+  [[nodiscard]] std::vector<std::uint8_t> immovable() const;
+  /// Writes the positions of a frame: all frames are distinct, and follow from the scene and their number.
+  void place(std::uint32_t frame, std::vector<Vec3>& positions) const;
+};
+
+/// The paper's stack of 20 membranes, each of n x n x 1 cells of 5 tets, pressed into each other unevenly so
+/// that about 38 % of the points collide.
+/// \param movers  wanted share of points in another cell than in the frame before, for cells of the mean edge
+QueryScene stacking_scene(int cells, double movers = 0.02);
+/// That stack as it is at rest, to be simulated.
+Model stacking_model(int cells);
+/// Cells along a side of the membranes for about so many tets.
+int stacking_cells(double tets);
+/// Unstructured: a pile of balls and boxes of different resolution, turned, pressed into each other.
+QueryScene pile_scene();
+/// One body that collides with itself: a stack of membranes that are one body.
+QueryScene self_scene();
+
+}  // namespace palpate::measure

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "measure/section.hpp"
+
+namespace palpate::measure {
+
+/// A section of a report, and how it is measured.
+struct Item {
+  std::string_view id;
+  std::function<Section()> measure;
+};
+
+/// 1, 2, 4 … threads, up to all of the machine.
+std::vector<int> thread_counts();
+
+/// A report: kind ("paper", "peers", "scaling"), machine, compiler, commit, settings, the date, UTC, and the
+/// greatest load of the machine (processes that want to run, mean of a minute) after an item.
+/// \param effort  "quick" or "full"
+nlohmann::ordered_json report_of(std::string_view kind, std::string_view effort);
+
+/// Measures the items one after the other into report["sections"]; tells of each when it is done.
+void measure_items(nlohmann::ordered_json& report, const std::vector<Item>& items,
+                   const std::function<void(const std::string& line)>& tell);
+
+}  // namespace palpate::measure

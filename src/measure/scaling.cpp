@@ -1,0 +1,247 @@
+#include "measure/scaling.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <functional>
+#include <numeric>
+#include <unistd.h>
+#include <utility>
+
+#include <palpate/detection.hpp>
+#include <palpate/error.hpp>
+
+#include "measure/query_scenes.hpp"
+#include "measure/replay.hpp"
+#include "measure/report.hpp"
+#include "sim/state_hash.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate::measure {
+namespace {
+
+constexpr std::array<std::pair<const char*, double DetectionTimes::*>, 5> phases{
+    {{"points into cells", &DetectionTimes::grid},
+     {"points in tets", &DetectionTimes::contacts},
+     {"border edges", &DetectionTimes::border_edges},
+     {"crossings", &DetectionTimes::crossings},
+     {"depth", &DetectionTimes::depth}}};
+
+/// A detector of a scene, and what it took for the frames that it has seen.
+struct Runner {
+  Runner(const QueryScene& scene, int n) : threads(n), detector(scene.bodies, {}, scene.immovable(), n) {}
+  int threads;
+  Detector detector;
+  std::vector<DetectionTimes> frames{};
+  std::uint64_t hash = fnv1a({});
+};
+
+/// Lets the runners find the contacts of frame after frame in turns: two frames that do not count, then at
+/// least three, and up to 41 while there is time.
+void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double seconds) {
+  constexpr int warm_up = 2;
+  std::vector<Vec3> positions;
+  double spent = 0.0;
+  for (int frame = 0; frame < warm_up + 3 || (frame < warm_up + 41 && spent < seconds); ++frame) {
+    scene.place(static_cast<std::uint32_t>(frame), positions);
+    for (std::size_t turn = 0; turn < runners.size(); ++turn) {
+      Runner& runner = runners[(turn + static_cast<std::size_t>(frame)) % runners.size()];
+      runner.detector.detect(positions);
+      // How many frames there is time for differs from run to run.
+      if (frame < warm_up + 3) runner.hash = hash_of(runner.detector.contacts(), runner.hash);
+      if (frame < warm_up) continue;
+      runner.frames.push_back(runner.detector.times());
+      spent += total(runner.frames.back());
+    }
+  }
+  for (const Runner& runner : runners) {
+    if (runner.hash == runners.front().hash) continue;
+    throw Error("benchmark", fmt::format("{}, {} threads", scene.name, runner.threads), "other contacts",
+                "those of one thread");
+  }
+}
+
+std::vector<double> milliseconds_of(const Runner& runner,
+                                    const std::function<double(const DetectionTimes&)>& seconds) {
+  std::vector<double> values(runner.frames.size());
+  std::ranges::transform(runner.frames, values.begin(),
+                         [&](const DetectionTimes& times) { return 1e3 * seconds(times); });
+  return values;
+}
+std::vector<double> milliseconds_of(const Runner& runner, double DetectionTimes::*phase) {
+  return milliseconds_of(runner, [phase](const DetectionTimes& times) { return times.*phase; });
+}
+std::vector<double> milliseconds_of(const Runner& runner) {
+  return milliseconds_of(runner, [](const DetectionTimes& times) { return total(times); });
+}
+
+void add_hash(Section& section, std::uint64_t hash) {
+  if (!section.result_hash.empty()) section.result_hash += ' ';
+  section.result_hash += hash_text(hash);
+}
+
+}  // namespace
+
+ScalingEffort quick_scaling() {
+  return {.tets = {1e4, 3.16e4, 1e5, 3.16e5, 1e6},
+          .step_tets = {1e4, 3.16e4, 1e5},
+          .seconds = 2.0,
+          .threads = thread_counts()};
+}
+
+ScalingEffort full_scaling() {
+  return {.tets = {1e4, 3.16e4, 1e5, 3.16e5, 1e6, 3.16e6, 1e7},
+          .step_tets = {1e4, 3.16e4, 1e5, 3.16e5, 1e6},
+          .seconds = 10.0,
+          .threads = thread_counts()};
+}
+
+double growth_exponent(std::span<const double> x, std::span<const double> y) {
+  const auto n = static_cast<double>(x.size());
+  double sx = 0.0;
+  double sy = 0.0;
+  double sxx = 0.0;
+  double sxy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double u = std::log(x[i]);
+    const double v = std::log(y[i]);
+    sx += u;
+    sy += v;
+    sxx += u * u;
+    sxy += u * v;
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+std::size_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t all = 0;
+  std::size_t resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+void describe_growth(Section& section, const std::string& what, const std::vector<PhaseGrowth>& list) {
+  Chart time{.title = what + " against size", .x_label = "tets", .y_label = "ms", .logarithmic = true};
+  Chart each{.title = what + " for each tet", .x_label = "tets", .y_label = "ns a tet", .logarithmic = true};
+  std::string text;
+  for (const PhaseGrowth& phase : list) {
+    time.series.push_back({phase.name, phase.tets, phase.milliseconds});
+    Series& line = each.series.emplace_back(phase.name, phase.tets, std::vector<double>{});
+    for (std::size_t i = 0; i < phase.tets.size(); ++i)
+      line.y.push_back(1e6 * phase.milliseconds[i] / phase.tets[i]);
+    if (phase.tets.size() > 1) {
+      text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", phase.name,
+                          growth_exponent(phase.tets, phase.milliseconds));
+    }
+  }
+  section.charts = {std::move(time), std::move(each)};
+  section.why = text.empty() ? "one size tells nothing of growth"
+                             : "Time grows as the number of tets to the power of (1 is linear): " + text;
+}
+
+Section growth(const ScalingEffort& effort, double most_tets) {
+  Section section{
+      .id = "growth",
+      .title = "Detection against size",
+      .ours =
+          "The stack of membranes with more and more cells, 2 % movers, one thread; medians. The "
+          "structures' bytes are those of the grids of points and border edges; resident bytes are what "
+          "the process gained with the meshes and with the detector.",
+      .table = {{"tets", "points", "contacts", "border edges", "frames"}, {}}};
+  for (const auto& [name, phase] : phases) section.table.columns.push_back(fmt::format("{}, ms", name));
+  for (const char* name :
+       {"whole, ms", "ns a tet", "structures, bytes a point", "meshes, bytes a tet", "detector, bytes a tet"})
+    section.table.columns.emplace_back(name);
+  std::vector<PhaseGrowth> grown;
+  grown.reserve(phases.size() + 1);
+  for (const auto& [name, phase] : phases) grown.push_back({name, {}, {}});
+  grown.push_back({"whole", {}, {}});
+  for (const double wanted : effort.tets) {
+    if (wanted > most_tets) continue;
+    const std::size_t before = resident_bytes();
+    const QueryScene scene = stacking_scene(stacking_cells(wanted));
+    const std::size_t with_meshes = resident_bytes();
+    std::vector<Runner> runners;
+    runners.emplace_back(scene, 1);
+    run_frames(scene, runners, effort.seconds);
+    const Runner& runner = runners.front();
+    const std::size_t with_detector = resident_bytes();
+    const auto tets = static_cast<double>(scene.bodies.tets().size());
+    const auto points = static_cast<double>(scene.places.size());
+    std::vector<nlohmann::ordered_json> row{scene.bodies.tets().size(), scene.places.size(),
+                                            runner.detector.counts().contacts,
+                                            runner.detector.counts().border_edges, runner.frames.size()};
+    for (std::size_t p = 0; p <= phases.size(); ++p) {
+      const bool whole = p == phases.size();
+      const Measure measure =
+          measure_of(fmt::format("{}, {}", scene.name, grown[p].name),
+                     whole ? milliseconds_of(runner) : milliseconds_of(runner, phases[p].second));
+      grown[p].tets.push_back(tets);
+      grown[p].milliseconds.push_back(measure.median);
+      row.emplace_back(measure.median);
+      section.measures.push_back(measure);
+    }
+    row.emplace_back(1e6 * grown.back().milliseconds.back() / tets);
+    row.emplace_back(static_cast<double>(runner.detector.structure_bytes()) / points);
+    const auto gained = [&](std::size_t from, std::size_t to) {
+      return to > from ? static_cast<double>(to - from) / tets : 0.0;
+    };
+    row.emplace_back(gained(before, with_meshes));
+    row.emplace_back(gained(with_meshes, with_detector));
+    section.table.rows.push_back(std::move(row));
+    add_hash(section, runner.hash);
+  }
+  describe_growth(section, "Detection", grown);
+  return section;
+}
+
+Section thread_scaling(const ScalingEffort& effort, double most_tets) {
+  Section section{.id = "threads",
+                  .title = "Detection against threads",
+                  .ours =
+                      "The same stacks; the thread counts take turns on the same frames and must find the "
+                      "same bits. Medians of time that passed.",
+                  .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel share, %"}, {}}};
+  Chart chart{.title = "Speed-up by threads", .x_label = "threads", .y_label = "times as fast as one thread"};
+  std::string best_text = "one thread is all that this machine has";
+  double best = 0.0;
+  for (const double wanted : effort.tets) {
+    if (wanted > std::min(most_tets, 4e6)) continue;
+    const QueryScene scene = stacking_scene(stacking_cells(wanted));
+    std::vector<Runner> runners;
+    runners.reserve(effort.threads.size());
+    for (const int n : effort.threads) runners.emplace_back(scene, n);
+    run_frames(scene, runners, effort.seconds);
+    Series line{fmt::format("{} tets", scene.bodies.tets().size()), {}, {}};
+    double one = 0.0;
+    for (const Runner& runner : runners) {
+      const Measure measure =
+          measure_of(fmt::format("{}, {} threads", scene.name, runner.threads), milliseconds_of(runner));
+      section.measures.push_back(measure);
+      if (runner.threads == 1) one = measure.median;
+      const double gain = one / measure.median;
+      // Amdahl's law as the paper has it; it has no answer for what is slower than one thread.
+      const bool has_share = runner.threads > 1 && gain > 1.0;
+      const double share = has_share ? 100.0 * (1.0 - 1.0 / gain) / (1.0 - 1.0 / runner.threads) : 0.0;
+      section.table.rows.push_back({scene.bodies.tets().size(), runner.threads, measure.median, gain,
+                                    has_share ? nlohmann::ordered_json(share) : nullptr});
+      line.x.push_back(runner.threads);
+      line.y.push_back(gain);
+      if (runner.threads > 1 && gain > best) {
+        best = gain;
+        best_text = fmt::format("{} threads are at best {:.2f} times as fast as one, with {} tets",
+                                runner.threads, gain, scene.bodies.tets().size());
+      }
+    }
+    chart.series.push_back(std::move(line));
+    add_hash(section, runners.front().hash);
+  }
+  if (effort.threads.size() > 1) section.charts = {std::move(chart)};
+  section.why = best_text;
+  return section;
+}
+
+}  // namespace palpate::measure

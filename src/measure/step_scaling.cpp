@@ -1,0 +1,68 @@
+#include <fmt/format.h>
+
+#include <palpate/simulation.hpp>
+
+#include "measure/query_scenes.hpp"
+#include "measure/replay.hpp"
+#include "measure/scaling.hpp"
+#include "stopwatch.hpp"
+
+namespace palpate::measure {
+
+Section step_growth(const ScalingEffort& effort, double most_tets) {
+  constexpr int iterations = 25;
+  constexpr int warm_up = 2;
+  Section section{.id = "step-growth",
+                  .title = "A whole step against size",
+                  .ours = fmt::format(
+                      "The stack falls from touch; one thread, {} iterations of the solver in each solve, so "
+                      "that sizes can be compared (how many a solution takes is another matter). Medians "
+                      "over the steps.",
+                      iterations),
+                  .table = {{"tets", "points", "steps", "detection, ms", "contact forces, ms", "dynamics, ms",
+                             "whole, ms", "ns a tet"},
+                            {}}};
+  std::vector<PhaseGrowth> grown{
+      {"detection", {}, {}}, {"contact forces", {}, {}}, {"dynamics", {}, {}}, {"whole", {}, {}}};
+  for (const double wanted : effort.step_tets) {
+    if (wanted > most_tets) continue;
+    const Model model = stacking_model(stacking_cells(wanted));
+    const auto tets = static_cast<double>(model.bodies.tets().size());
+    SimulationSettings settings;
+    settings.solver.fixed_iterations = iterations;
+    Simulation simulation(model, settings, 1);
+    std::vector<std::vector<double>> times(grown.size());
+    double spent = 0.0;
+    std::string hash;
+    for (int step = 0; step < warm_up + 3 || (step < warm_up + 20 && spent < effort.seconds); ++step) {
+      const Stopwatch watch;
+      const StepMetrics& metrics = simulation.step();
+      const double whole = watch.seconds();
+      if (step == warm_up + 2) hash = simulation.state_hash();  // later steps only where there is time
+      if (step < warm_up) continue;
+      spent += whole;
+      times[0].push_back(1e3 * total(metrics.detection_seconds));
+      times[1].push_back(1e3 * metrics.forces_seconds);
+      times[2].push_back(1e3 * metrics.solver_seconds);
+      times[3].push_back(1e3 * whole);
+    }
+    std::vector<nlohmann::ordered_json> row{model.bodies.tets().size(), model.bodies.points_rest().size(),
+                                            times[3].size()};
+    for (std::size_t p = 0; p < grown.size(); ++p) {
+      const Measure measure =
+          measure_of(fmt::format("{:.0f} tets, {}", tets, grown[p].name), std::move(times[p]));
+      grown[p].tets.push_back(tets);
+      grown[p].milliseconds.push_back(measure.median);
+      row.emplace_back(measure.median);
+      section.measures.push_back(measure);
+    }
+    row.emplace_back(1e6 * grown.back().milliseconds.back() / tets);
+    section.table.rows.push_back(std::move(row));
+    if (!section.result_hash.empty()) section.result_hash += ' ';
+    section.result_hash += hash;
+  }
+  describe_growth(section, "A step", grown);
+  return section;
+}
+
+}  // namespace palpate::measure

@@ -1,0 +1,124 @@
+// Rows of a slice in lanes of float: the way from quads in memory to them and back, and sums in double.
+// Included once for each target.
+#if defined(PALPATE_SIMD_SLICE_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PALPATE_SIMD_SLICE_LANES_INL
+#undef PALPATE_SIMD_SLICE_LANES_INL
+#else
+#define PALPATE_SIMD_SLICE_LANES_INL
+#endif
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <hwy/highway.h>
+
+#include "simd/sliced_rows.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
+
+using Floats = hn::CappedTag<float, slice_rows>;
+using FloatV = hn::Vec<Floats>;
+constexpr std::size_t float_lanes = hn::MaxLanes(Floats());
+
+struct QuadLanes {
+  FloatV x, y, z, w;
+};
+
+/// Fours of lanes: vector k has quads k, k + 4, k + 8 and k + 12.
+template <class Pick>
+HWY_INLINE FloatV fours(Pick&& pick, std::size_t k) {
+  const hn::FixedTag<float, 4> d;
+  [[maybe_unused]] const hn::CappedTag<float, 8> d8;
+  [[maybe_unused]] const Floats whole;
+  const auto load = [&](std::size_t i) { return hn::Load(d, &pick(i).x); };
+#if HWY_MAX_BYTES >= 64
+  return hn::Combine(whole, hn::Combine(d8, load(k + 12), load(k + 8)),
+                     hn::Combine(d8, load(k + 4), load(k)));
+#elif HWY_MAX_BYTES >= 32
+  return hn::Combine(d8, load(k + 4), load(k));
+#else
+  return load(k);
+#endif
+}
+
+template <class Pick>
+HWY_INLINE QuadLanes transposed(Pick&& pick) {
+  const Floats d;
+  const hn::Repartition<double, Floats> pairs;
+  const FloatV v0 = fours(pick, 0);
+  const FloatV v1 = fours(pick, 1);
+  const FloatV v2 = fours(pick, 2);
+  const FloatV v3 = fours(pick, 3);
+  const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, v0, v1));
+  const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, v2, v3));
+  const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, v0, v1));
+  const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, v2, v3));
+  return {hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)),
+          hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
+          hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)),
+          hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+}
+
+/// Lane i: quads[places[i]].
+HWY_INLINE QuadLanes load_quads(const Quad* quads, const std::uint32_t* places) {
+  return transposed([&](std::size_t i) -> const Quad& { return quads[places[i]]; });
+}
+/// Lane i: quads[i].
+HWY_INLINE QuadLanes load_rows_of(const Quad* quads) {
+  return transposed([&](std::size_t i) -> const Quad& { return quads[i]; });
+}
+
+/// The way back, the fourth lanes zero.
+HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
+  const Floats d;
+  const hn::Repartition<double, Floats> pairs;
+  const FloatV zero = hn::Zero(d);
+  const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, v.x, v.y));
+  const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, v.x, v.y));
+  const auto z01 = hn::BitCast(pairs, hn::InterleaveLower(d, v.z, zero));
+  const auto z23 = hn::BitCast(pairs, hn::InterleaveUpper(d, v.z, zero));
+  const auto store = [&](auto rows, std::size_t k) {
+    alignas(64) std::array<float, float_lanes> values;
+    hn::Store(hn::BitCast(d, rows), d, values.data());
+    const hn::FixedTag<float, 4> four;
+    for (std::size_t i = 0; i < float_lanes; i += 4)
+      hn::Store(hn::Load(four, values.data() + i), four, &quads[k + i].x);
+  };
+  store(hn::InterleaveLower(pairs, xy01, z01), 0);
+  store(hn::InterleaveUpper(pairs, xy01, z01), 1);
+  store(hn::InterleaveLower(pairs, xy23, z23), 2);
+  store(hn::InterleaveUpper(pairs, xy23, z23), 3);
+}
+
+/// A sum in double of what is float: as rounding of many terms would make steps of solvers inexact.
+class Sum {
+ public:
+  HWY_INLINE Sum() : low_(hn::Zero(doubles)), high_(hn::Zero(doubles)) {}
+  HWY_INLINE void add(FloatV value) {
+    const hn::Half<Floats> half;
+    low_ = hn::Add(low_, hn::PromoteTo(doubles, hn::LowerHalf(half, value)));
+    high_ = hn::Add(high_, hn::PromoteTo(doubles, hn::UpperHalf(half, value)));
+  }
+  [[nodiscard]] HWY_INLINE double total() const {
+    return hn::GetLane(hn::SumOfLanes(doubles, hn::Add(low_, high_)));
+  }
+
+ private:
+  using Doubles = hn::Repartition<double, Floats>;
+  static constexpr Doubles doubles{};
+  hn::Vec<Doubles> low_;
+  hn::Vec<Doubles> high_;
+};
+
+#endif
+
+}  // namespace
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

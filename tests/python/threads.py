@@ -1,0 +1,12 @@
+"""Work done by several threads at once."""
+
+import threading
+
+
+def in_threads(work, count):
+    """Calls work() in so many threads, and waits for all."""
+    threads = [threading.Thread(target=work) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()

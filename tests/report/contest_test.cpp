@@ -1,0 +1,146 @@
+// The judge of `palpate bench peers`, on peers that are made up: right, wrong in one pair, with candidates
+// only. And the exact test of pairs against all pairs of a small scene.
+#include "peers/contest.hpp"
+
+#include <gtest/gtest.h>
+
+#include <palpate/detection.hpp>
+#include <palpate/error.hpp>
+
+#include "peers/embree_peer.hpp"
+
+namespace palpate::bench {
+namespace {
+
+/// Tests all pairs, and spoils what it has found.
+class SlowPeer : public Peer {
+ public:
+  SlowPeer(const Course& course, std::function<void(std::vector<Pair>&)> spoil)
+      : problem_(course.problem(Grouping::one)), spoil_(std::move(spoil)) {}
+  Spent find(const Frame& frame, std::vector<Pair>& pairs) override {
+    problem_.take(frame);
+    pairs.clear();
+    for (const Index first : problem_.first(0))
+      for (Index second = problem_.second(0).begin; second < problem_.second(0).end; ++second)
+        if (problem_.meets(first, second)) pairs.push_back({first, second});
+    spoil_(pairs);
+    return {2e-3, 1e-3};
+  }
+
+ private:
+  Problem problem_;
+  std::function<void(std::vector<Pair>&)> spoil_;
+};
+
+void leave(std::vector<Pair>&) {}
+void drop_one(std::vector<Pair>& pairs) {
+  pairs.pop_back();
+}
+
+class Contest : public ::testing::TestWithParam<Task> {
+ protected:
+  Contest() : scene(measure::stacking_scene(2)), course{scene, scene.immovable(), GetParam()} {}
+
+  ContestResult run(Answer answer, const std::function<void(std::vector<Pair>&)>& spoil) {
+    Entrant entrant{"made up", 1, answer, {{"slow", [this, spoil] {
+                                              return std::make_unique<SlowPeer>(course, spoil);
+                                            }}}};
+    std::vector<Entrant> entrants;
+    add_ours(course, {1}, entrants);
+    entrants.push_back(std::move(entrant));
+    return run_contest(course, std::move(entrants), {.seconds = 0.0});
+  }
+
+  measure::QueryScene scene;
+  Course course;
+};
+
+TEST_P(Contest, AllPairsAreTheLibrarysContacts) {
+  const ContestResult result = run(Answer::exact, leave);
+  EXPECT_GT(result.answers, 10U);
+  EXPECT_EQ(result.frames, 3U);
+  ASSERT_EQ(result.performances.size(), 2U);
+  EXPECT_EQ(result.performances[1].milliseconds, std::vector<double>(3, 1.0))
+      << "ms of the processor, for one thread";
+  EXPECT_EQ(result.performances[1].missing + result.performances[1].extra, 0U);
+}
+
+TEST_P(Contest, AWrongPeerFailsIt) {
+  EXPECT_THROW(run(Answer::exact, drop_one), Error);
+  EXPECT_THROW(run(Answer::candidates, drop_one), Error);
+}
+
+TEST_P(Contest, WhatAPeerWithItsOwnTestGetsWrongIsCounted) {
+  const ContestResult result = run(Answer::own_test, drop_one);
+  // A point on a face is a pair with two tets: without one of them it is not lost.
+  EXPECT_GT(result.performances[1].missing, 0U);
+  EXPECT_LE(result.performances[1].missing, 3U);
+  EXPECT_EQ(result.performances[1].extra, 0U);
+}
+
+TEST_P(Contest, CandidatesMayBeTooMany) {
+  const Index far = static_cast<Index>(scene.bodies.triangles().size()) - 1;
+  const ContestResult result = run(Answer::candidates, [far](std::vector<Pair>& pairs) {
+    pairs.push_back({0, far});
+  });
+  EXPECT_EQ(result.performances[1].missing, 0U);
+  EXPECT_EQ(result.performances[1].extra, 3U) << "one in each frame";
+}
+
+TEST_P(Contest, TheFastestModeCounts) {
+  class Timed : public SlowPeer {
+   public:
+    Timed(const Course& course, double seconds) : SlowPeer(course, leave), seconds_(seconds) {}
+    Spent find(const Frame& frame, std::vector<Pair>& pairs) override {
+      SlowPeer::find(frame, pairs);
+      return {0.0, seconds_};
+    }
+
+   private:
+    double seconds_;
+  };
+  Entrant entrant{"made up", 1, Answer::exact, {}};
+  for (const auto& [name, seconds] :
+       {std::pair("slow", 3.0), std::pair("fast", 1.0), std::pair("middle", 2.0)})
+    entrant.modes.push_back({name, [this, s = seconds] { return std::make_unique<Timed>(course, s); }});
+  const ContestResult result = run_contest(course, {entrant}, {.seconds = 0.0});
+  EXPECT_EQ(result.performances[0].mode, "fast");
+}
+
+TEST_P(Contest, AnEntrantThatBreaksDownIsDropped) {
+  const auto breaks = [](std::vector<Pair>&) { throw std::runtime_error("its process ended"); };
+  const ContestResult result = run(Answer::exact, breaks);
+  ASSERT_EQ(result.dropped.size(), 1U);
+  EXPECT_EQ(result.dropped[0].reason, "its process ended");
+  EXPECT_EQ(result.performances.size(), 1U);
+}
+
+TEST_P(Contest, EveryModeOfEmbreeFindsThem) {
+  for (const EmbreeMode& mode : every_embree_mode()) {
+    SCOPED_TRACE(mode.name());
+    Entrant entrant{
+        "Embree 3", 1, Answer::exact, {{mode.name(), [&] { return make_embree_peer(course, mode); }}}};
+    EXPECT_NO_THROW(run_contest(course, {entrant}, {.seconds = 0.0}));
+  }
+}
+
+TEST_P(Contest, SharesOfMoversAreWhatIsWanted) {
+  const auto movers = [&](double wanted) {
+    const measure::QueryScene moving = measure::stacking_scene(10, wanted);
+    const Course its{moving, moving.immovable(), GetParam()};
+    std::vector<Entrant> entrants;
+    add_ours(its, {1}, entrants);
+    return run_contest(its, std::move(entrants), {.seconds = 0.05}).movers;
+  };
+  EXPECT_NEAR(movers(0.02), 0.02, 0.015);
+  EXPECT_NEAR(movers(0.1), 0.1, 0.05);
+  EXPECT_GT(movers(1.0), 0.95);
+}
+
+INSTANTIATE_TEST_SUITE_P(Tasks, Contest, ::testing::Values(Task::points_in_tets, Task::edges_on_triangles),
+                         [](const auto& tested) {
+                           return tested.param == Task::points_in_tets ? "Points" : "Edges";
+                         });
+
+}  // namespace
+}  // namespace palpate::bench
