@@ -4,27 +4,15 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath, pathToFileURL } from "node:url";
+import { pathToFileURL } from "node:url";
+import { launch, root, skip } from "../browser.mjs";
 
-const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const pictures = process.env.PALPATE_PICTURES;
 const python = join(root, "build/report-python/bin/python");
-const browserPath = ["chromium", "chromium-browser", "google-chrome"]
-  .flatMap((name) => process.env.PATH.split(":").map((place) => join(place, name)))
-  .find(existsSync);
-
-function skip(why) {
-  console.log(`skipped: ${why}`);
-  process.exit(77);
-}
 if (!existsSync(python)) skip("there is no build/report-python (./dev test makes it)");
-if (!existsSync(join(root, "viewer/node_modules/playwright-core"))) skip("the packages of viewer/ are not installed (npm ci)");
-if (!browserPath) skip("there is no chromium (apt-get install chromium)");
-const { chromium } = createRequire(join(root, "viewer/package.json"))("playwright-core");
 
 /** The newest report that is kept. */
 const kept = readdirSync(join(root, "bench/results"))
@@ -41,7 +29,7 @@ let browser;
 before(async () => {
   const made = spawnSync(python, [join(root, "bench/report/report.py"), kept.file, folder], { encoding: "utf8" });
   assert.equal(made.status, 0, made.stderr);
-  browser = await chromium.launch({ executablePath: browserPath, args: ["--no-sandbox", "--disable-dev-shm-usage"] });
+  browser = await launch();
 });
 after(async () => {
   await browser?.close();

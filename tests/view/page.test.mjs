@@ -3,28 +3,13 @@
 //   PALPATE_PICTURES  where screenshots go
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
+import { launch } from "../browser.mjs";
 
-const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
-const browserPath = ["chromium", "chromium-browser", "google-chrome"]
-  .flatMap((name) => process.env.PATH.split(":").map((place) => join(place, name)))
-  .find(existsSync);
-
-function skip(why) {
-  console.log(`skipped: ${why}`);
-  process.exit(77);
-}
-const packages = join(root, "viewer/package.json");
-if (!existsSync(join(root, "viewer/node_modules/playwright-core"))) skip("the packages of viewer/ are not installed (npm ci)");
-if (!browserPath) skip("there is no chromium (apt-get install chromium)");
-const { chromium } = createRequire(packages)("playwright-core");
-
 const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
 mkdirSync(pictures, { recursive: true });
 const material = { young_modulus: 20000, mass_damping: 2, stiffness_damping: 0.002 };
@@ -46,6 +31,26 @@ const glued = {
 };
 writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
 writeFileSync(join(folder, "glued.json"), JSON.stringify(glued));
+// One corner of a tet in a box: three border edges, each through another face of few triangles.
+const pricked = {
+  name: "pricked box",
+  bodies: [
+    { name: "box", box: { cells: [1, 1, 1], size: [0.1, 0.1, 0.1] }, obstacle: true },
+    { name: "needle", mesh: "needle.mesh", material },
+  ],
+};
+writeFileSync(join(folder, "needle.mesh"), `MeshVersionFormatted 2
+Dimension 3
+Vertices 4
+0.02 0.01 0.01 0
+0.02 0.01 0.2 0
+0.2 0.03 0.02 0
+0.01 0.2 0.02 0
+Tetrahedra 1
+1 2 3 4 0
+End
+`);
+writeFileSync(join(folder, "pricked.json"), JSON.stringify(pricked));
 
 let browser;
 const servers = new Set();
@@ -96,10 +101,7 @@ async function until(what, check, seconds = 60) {
 }
 
 before(async () => {
-  browser = await chromium.launch({
-    executablePath: browserPath,
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog", "--disable-dev-shm-usage"],
-  });
+  browser = await launch(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog"]);
 });
 after(async () => {
   await browser?.close();
@@ -202,6 +204,19 @@ test("settings act, on every page, and layers show", async () => {
   noComplaints(other);
   await page.close();
   await other.close();
+  await server.end();
+});
+
+test("an odd number of crossings is drawn", async () => {
+  const server = await serve("pricked.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const counted = (what, number) => async () => new RegExp(`${what}\\s*${number}(?!\\d)`).test(await text(page, "counts"));
+  await until("three crossings", counted("crossings", 3));
+  await page.check("#show-borders");
+  await page.waitForTimeout(500);
+  await shot(page, "crossings");
+  noComplaints(page);
+  await page.close();
   await server.end();
 });
 

@@ -16,7 +16,8 @@ class Growing<T extends three.Line | three.LineSegments | three.Points> {
     const old = geometry.getAttribute("position") as three.BufferAttribute | undefined;
     if (!old || old.array.length < values.length) {
       geometry.dispose();  // the graphics memory is of the old length
-      const room = new Float32Array(Math.max(6, Math.ceil(1.5 * values.length)));
+      const points = Math.ceil(values.length / 2);  // half as many again, and never a part of one
+      const room = new Float32Array(3 * Math.max(2, points));
       geometry.setAttribute("position", new three.BufferAttribute(room, 3).setUsage(three.DynamicDrawUsage));
     }
     const attribute = geometry.getAttribute("position") as three.BufferAttribute;
