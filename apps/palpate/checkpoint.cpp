@@ -56,7 +56,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 1};
 constexpr std::string_view folder_name = "checkpoints";
 constexpr std::string_view extension = ".palpate";
 

@@ -13,8 +13,11 @@
 #include "metrics_file.hpp"
 #include "run_loop.hpp"
 #include "scene/scene.hpp"
+#include "sim/archive.hpp"
 
 namespace palpate::app {
+
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 1};
 
 /// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
 struct RunPlan {

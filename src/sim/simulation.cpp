@@ -45,8 +45,6 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   return s;
 }
 
-constexpr Seal state_seal{.kind = "PALPSTAT", .version = 2};
-
 double total(const DetectionTimes& t) {
   return t.grid + t.contacts + t.border_edges + t.crossings + t.depth;
 }

@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     });
   };
   look(fuzz::text(data, size));
-  const auto bytes = sealed({.kind = "PALPRUN ", .version = 1}, std::as_bytes(std::span(data, size)));
+  const auto bytes = sealed(app::checkpoint_seal, std::as_bytes(std::span(data, size)));
   look({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   return 0;
 }

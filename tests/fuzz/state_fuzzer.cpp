@@ -1,5 +1,5 @@
-// Saved states: as they are, and as content of a state that is sealed and of the right simulation, so that
-// the checksum does not keep the fuzzer out.
+// Saved states: as they are; as content of a state that is sealed and of the right simulation, so that the
+// checksum does not keep the fuzzer out; and as changes of single bytes of a state that was saved in contact.
 #include <algorithm>
 #include <vector>
 
@@ -27,23 +27,47 @@ Simulation make_simulation() {
   return Simulation(std::move(model), scene.settings, 1);
 }
 
+std::vector<std::byte> content_of(std::span<const std::byte> state) {
+  const std::span<const std::byte> content = unsealed(state_seal, state, "fuzz");
+  return {content.begin(), content.end()};
+}
+
+/// Each three bytes of the input put their third at the place that the first two name.
+std::vector<std::byte> changed(std::vector<std::byte> content, std::span<const std::byte> input) {
+  for (std::size_t i = 0; i + 2 < input.size(); i += 3) {
+    const std::size_t place =
+        std::to_integer<std::size_t>(input[i]) + 256 * std::to_integer<std::size_t>(input[i + 1]);
+    content[place % content.size()] = input[i + 2];
+  }
+  return content;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Simulation simulation = make_simulation();
   static const std::vector<std::byte> start = simulation.save();
+  static const std::vector<std::byte> in_contact = [] {
+    for (int step = 0; step < 12; ++step) simulation.step();
+    fuzz::require(simulation.metrics().detection.contacts > 0);
+    return content_of(simulation.save());
+  }();
   const auto bytes = std::as_bytes(std::span(data, size));
+  simulation.restore(start);
   fuzz::refusing([&] { simulation.restore(bytes); });
 
-  constexpr std::size_t head = 12;  // kind and version
-  constexpr std::size_t fingerprint = sizeof(Fingerprint::hashes);
-  std::vector<std::byte> content(start.begin() + head, start.begin() + head + fingerprint);
+  const auto go_on = [](std::span<const std::byte> content) {
+    fuzz::refusing([&] {
+      simulation.restore(sealed(state_seal, content));
+      simulation.step();
+    });
+    simulation.restore(start);
+    fuzz::require(simulation.save() == start);
+  };
+  static const std::vector<std::byte> first = content_of(start);
+  std::vector<std::byte> content(first.begin(), first.begin() + sizeof(Fingerprint::hashes));
   content.insert(content.end(), bytes.begin(), bytes.end());
-  fuzz::refusing([&] {
-    simulation.restore(sealed({.kind = "PALPSTAT", .version = 2}, content));
-    simulation.step();
-  });
-  simulation.restore(start);
-  fuzz::require(simulation.save() == start);
+  go_on(content);
+  go_on(changed(in_contact, bytes));
   return 0;
 }

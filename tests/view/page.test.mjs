@@ -31,7 +31,7 @@ const glued = {
 };
 writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
 writeFileSync(join(folder, "glued.json"), JSON.stringify(glued));
-// One corner of a tet in a box: three border edges, each through another face of few triangles.
+// One corner of a tet in a box: three border edges, each through its top.
 const pricked = {
   name: "pricked box",
   bodies: [
@@ -42,10 +42,10 @@ const pricked = {
 writeFileSync(join(folder, "needle.mesh"), `MeshVersionFormatted 2
 Dimension 3
 Vertices 4
-0.02 0.01 0.01 0
-0.02 0.01 0.2 0
-0.2 0.03 0.02 0
-0.01 0.2 0.02 0
+0.01 0.02 0.03 0
+0.03 0.02 0.2 0
+-0.01 0.025 0.2 0
+0 0.05 0.2 0
 Tetrahedra 1
 1 2 3 4 0
 End
@@ -71,9 +71,10 @@ async function serve(what, { environment = {}, flags = [] } = {}) {
   return { address, port, end: () => { child.kill("SIGTERM"); return ended; } };
 }
 
-/** A page whose console and errors are watched. */
-async function open(address, options = {}) {
+/** A page whose console and errors are watched; `first` runs in it before its own scripts. */
+async function open(address, options = {}, first = () => {}) {
   const page = await browser.newPage({ viewport: { width: 1000, height: 640 }, ...options });
+  await page.addInitScript(first);
   page.complaints = [];
   page.on("console", (m) => ["error", "warning"].includes(m.type()) && page.complaints.push(m.text()));
   page.on("pageerror", (error) => page.complaints.push(String(error)));
@@ -209,10 +210,17 @@ test("settings act, on every page, and layers show", async () => {
 
 test("an odd number of crossings is drawn", async () => {
   const server = await serve("pricked.json", { flags: ["--paused"] });
-  const page = await open(server.address);
+  const page = await open(server.address, {}, () => {
+    const real = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (draw) => real(function later(now) { window.held ? real(later) : draw(now); });
+  });
   const counted = (what, number) => async () => new RegExp(`${what}\\s*${number}(?!\\d)`).test(await text(page, "counts"));
   await until("three crossings", counted("crossings", 3));
+  // Nothing is drawn until they have come: a busy machine's order of things.
+  await page.evaluate(() => (window.held = true));
   await page.check("#show-borders");
+  await page.waitForTimeout(500);
+  await page.evaluate(() => (window.held = false));
   await page.waitForTimeout(500);
   await shot(page, "crossings");
   noComplaints(page);
