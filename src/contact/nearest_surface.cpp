@@ -38,57 +38,88 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   return best;
 }
 
+bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal,
+               double radius) {
+  const auto is_left_of = [&](const Vec3& from, const Vec3& to) {
+    return dot(cross(to - from, p - from), normal) >= 0.0;
+  };
+  if (is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a) && squared_length(normal) > 0.0) return true;
+  const double r2 = radius * radius;
+  // Of the other end the next side tells.
+  const auto is_near = [&](const Vec3& from, const Vec3& to) {
+    const double l2 = squared_length(to - from);
+    const double along = dot(p - from, to - from);
+    const double to_corner = squared_length(p - from);
+    return to_corner < r2 || (along > 0.0 && along < l2 && to_corner * l2 - along * along < r2 * l2);
+  };
+  return is_near(a, b) || is_near(b, c) || is_near(c, a);
+}
+
+namespace {
+
+constexpr std::size_t few = 32;  // that looking through them all is quicker than a table
+
+std::size_t place_of(Index tet) {
+  return static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32;
+}
+
+}  // namespace
+
 void ExitSearch::start(Index tet) {
   if (!table_.empty()) std::fill(table_.begin(), table_.end(), -1);
   table_.clear();
   reached_.assign(1, tet);
 }
 
-bool ExitSearch::insert(Index tet) {
-  constexpr std::size_t few = 32;  // that looking through them all is quicker than a table
-  if (reached_.size() < few) {
-    if (std::find(reached_.begin(), reached_.end(), tet) != reached_.end()) return false;
-    reached_.push_back(tet);
-    return true;
-  }
-  if (2 * (reached_.size() + 1) > table_.size()) grow();
+bool ExitSearch::has_reached(Index tet) const {
+  if (table_.empty()) return std::find(reached_.begin(), reached_.end(), tet) != reached_.end();
   const std::size_t mask = table_.size() - 1;
-  std::size_t slot = (static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32) & mask;
-  for (; table_[slot] >= 0; slot = (slot + 1) & mask) {
-    if (table_[slot] == tet) return false;
-  }
-  table_[slot] = tet;
+  std::size_t slot = place_of(tet) & mask;
+  while (table_[slot] >= 0 && table_[slot] != tet) slot = (slot + 1) & mask;
+  return table_[slot] == tet;
+}
+
+/// A tet that has not been reached.
+void ExitSearch::add(Index tet) {
   reached_.push_back(tet);
-  return true;
+  if (reached_.size() < few) return;
+  if (2 * reached_.size() > table_.size()) {
+    grow();
+  } else {
+    put_in_table(tet);
+  }
+}
+
+void ExitSearch::put_in_table(Index tet) {
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = place_of(tet) & mask;
+  while (table_[slot] >= 0) slot = (slot + 1) & mask;
+  table_[slot] = tet;
 }
 
 /// Makes a table with room for twice the tets reached, and puts them in.
 void ExitSearch::grow() {
   table_.assign(std::bit_ceil(4 * reached_.size()), -1);
-  const std::size_t mask = table_.size() - 1;
-  for (const Index tet : reached_) {
-    std::size_t slot = (static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32) & mask;
-    while (table_[slot] >= 0) slot = (slot + 1) & mask;
-    table_[slot] = tet;
-  }
+  for (const Index tet : reached_) put_in_table(tet);
 }
 
 SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                  const Vec3& p, Index without, double radius, double enough) {
   SurfacePoint best{p, {}, radius};
   const auto reach = [&] { return best.distance > enough ? best.distance : 0.0; };
-  walk(bodies, positions, tet, p, without, reach,
-       [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
-         const Tet& corners = at(bodies.tets(), here);
-         const auto& [i, j, k] = outward_face[opposite];
-         const Vec3& corner = at(positions, corners[i]);
-         const Vec3 outward = normalized(q - p);
-         best = {q, outward, distance};
-         if (outward == Vec3{}) {
-           best.outward =
-               normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
-         }
-       });
+  walk(
+      bodies, positions, tet, p, without, reach, [](const Vec3&) { return true; },
+      [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
+        const Tet& corners = at(bodies.tets(), here);
+        const auto& [i, j, k] = outward_face[opposite];
+        const Vec3& corner = at(positions, corners[i]);
+        const Vec3 outward = normalized(q - p);
+        best = {q, outward, distance};
+        if (outward == Vec3{}) {
+          best.outward =
+              normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
+        }
+      });
   return best;
 }
 
@@ -99,15 +130,11 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
   double nearest = radius;
   walk(
       bodies, positions, tet, p, -1, [&] { return nearest; },
-      [&](Index here, std::size_t opposite, const Vec3&, double distance) {
-        const Tet& corners = at(bodies.tets(), here);
-        const auto& [i, j, k] = outward_face[opposite];
-        const Vec3& corner = at(positions, corners[i]);
-        const Vec3 normal =
-            normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
-        const double cosine = dot(normal, direction);
-        if (cosine <= along && cosine >= against) nearest = distance;
-      });
+      [&](const Vec3& normal) {
+        const double cosine = dot(normalized(normal), direction);
+        return cosine <= along && cosine >= against;
+      },
+      [&](Index, std::size_t, const Vec3&, double distance) { nearest = distance; });
   return nearest;
 }
 

@@ -23,6 +23,10 @@ struct SurfacePoint {
 /// Nearest point of a triangle: the foot in its plane if that is inside, else on the nearest of its sides.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
+/// Whether a triangle with that normal has a point nearer than `radius`, which its plane is not further away
+/// than: what nearest_on_triangle() would tell, to rounding, without a division or a root.
+bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, double radius);
+
 /// Finds near surface points of a body by walking from tet to tet, from the one that holds the point, through
 /// the faces that are near enough. Keeps its memory between searches; one for each thread.
 ///
@@ -55,24 +59,27 @@ class ExitSearch {
   void for_each_face(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      Index without, double radius, Found&& found) {
     walk(
-        bodies, positions, tet, p, without, [&] { return radius; }, found);
+        bodies, positions, tet, p, without, [&] { return radius; }, [](const Vec3&) { return true; }, found);
   }
 
  private:
-  template <class Radius, class Found>
+  /// Surface faces count where wanted(normal), which has the length of twice the area.
+  template <class Radius, class Wanted, class Found>
   void walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p, Index without,
-            Radius&& radius, Found&& found);
+            Radius&& radius, Wanted&& wanted, Found&& found);
   void start(Index tet);
-  bool insert(Index tet);
+  [[nodiscard]] bool has_reached(Index tet) const;
+  void add(Index tet);
+  void put_in_table(Index tet);
   void grow();
 
   std::vector<Index> reached_;
   std::vector<Index> table_;  ///< of reached tets once they are many: open addressing, -1: free
 };
 
-template <class Radius, class Found>
+template <class Radius, class Wanted, class Found>
 void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                      Index without, Radius&& radius, Found&& found) {
+                      Index without, Radius&& radius, Wanted&& wanted, Found&& found) {
   const auto left_out = [&](const auto& corners) {
     return without >= 0 && std::find(corners.begin(), corners.end(), without) != corners.end();
   };
@@ -80,28 +87,27 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
   for (std::size_t next = 0; next < reached_.size() && radius() > 0.0; ++next) {
     const Index here = reached_[next];
     const Tet& corners = at(bodies.tets(), here);
+    const std::array<Index, 4>& neighbors = at(bodies.tet_neighbors(), here);
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const Index neighbor = neighbors[opposite];
+      if (neighbor >= 0 && has_reached(neighbor)) continue;
       const auto& [i, j, k] = outward_face[opposite];
-      const std::array<Vec3, 3> face{at(positions, corners[i]), at(positions, corners[j]),
-                                     at(positions, corners[k])};
-      const Vec3 normal = cross(face[1] - face[0], face[2] - face[0]);
-      const double to_plane = dot(face[0] - p, normal);  // its plane is no further: quicker than the face
-      if (to_plane * to_plane >= radius() * radius() * squared_length(normal)) {
-        if (normal != Vec3{}) continue;
-      }
-      const Index neighbor = at(bodies.tet_neighbors(), here)[opposite];
-      // A face without area: its sides belong to its neighbours too.
-      if (neighbor < 0 ? normal == Vec3{} || left_out(std::array{corners[i], corners[j], corners[k]})
-                       : left_out(at(bodies.tets(), neighbor)))
+      const Vec3& a = at(positions, corners[i]);
+      const Vec3& b = at(positions, corners[j]);
+      const Vec3& c = at(positions, corners[k]);
+      const Vec3 normal = cross(b - a, c - a);
+      const double to_plane = dot(a - p, normal);  // its plane is no further: quicker than the face
+      const bool flat = normal == Vec3{};
+      if (to_plane * to_plane >= radius() * radius() * squared_length(normal) && !flat) continue;
+      if (neighbor >= 0) {
+        if (!left_out(at(bodies.tets(), neighbor)) && is_nearer(p, a, b, c, normal, radius())) add(neighbor);
         continue;
-      const Vec3 q = nearest_on_triangle(p, face);
-      const double distance = length(q - p);
-      if (distance >= radius()) continue;
-      if (neighbor < 0) {
-        found(here, opposite, q, distance);
-      } else {
-        insert(neighbor);
       }
+      // A face without area: its sides belong to its neighbours too.
+      if (flat || left_out(std::array{corners[i], corners[j], corners[k]}) || !wanted(normal)) continue;
+      const Vec3 q = nearest_on_triangle(p, {a, b, c});
+      const double distance = length(q - p);
+      if (distance < radius()) found(here, opposite, q, distance);
     }
   }
 }
