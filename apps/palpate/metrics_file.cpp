@@ -38,8 +38,8 @@ std::string header(const Units& units) {
   line +=
       ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
-      "dropped_cells,late_clusters,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_retries,cuckoo_"
-      "growths,detections,solves,solver_iterations,"
+      "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
+      "retries,cuckoo_growths,detections,solves,solver_iterations,"
       "solver_converged";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
@@ -98,7 +98,8 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
         c.approximated_primitives, c.dropped_cells}) {
     lines_ += fmt::format(",{}", count);
   }
-  lines_ += fmt::format(",{},{:.4f},{}", c.late_clusters, c.completeness, m.looks_ahead ? 1 : 0);
+  lines_ +=
+      fmt::format(",{},{},{:.4f},{}", c.late_clusters, c.rough_depths, c.completeness, m.looks_ahead ? 1 : 0);
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
   lines_ += fmt::format(",{},{:.4f},{},{},{},{},{},{}", sort, points.occupancy(),

@@ -87,6 +87,8 @@ struct DepthCounts {
   std::size_t raised_depths = 0;
   std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
   std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
+  /// With a budget in milliseconds: contacts for whose depth it left no time but for a first guess.
+  std::size_t rough_depths = 0;
 };
 
 /// What one detection did; counts, not times, are the same on every machine.

@@ -101,6 +101,7 @@ void bind_counts(nb::module_& m) {
       .add("approximated_primitives", &Counts::approximated_primitives,
            doc::DetectionCounts_approximated_primitives)
       .add("dropped_cells", &Counts::dropped_cells, doc::DetectionCounts_dropped_cells)
+      .add("rough_depths", &Counts::rough_depths, doc::DepthCounts_rough_depths)
       .add("late_clusters", &Counts::late_clusters, doc::DetectionCounts_late_clusters)
       .add("completeness", &Counts::completeness, doc::DetectionCounts_late_clusters)
       .add("cells", &Counts::cells, doc::DetectionCounts_cells)

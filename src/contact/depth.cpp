@@ -39,8 +39,9 @@ double squared_distance(const Bodies& bodies, std::span<const Vec3> positions, I
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
-                                   std::span<const BorderEdge> border_edges, const CrossingQuery& crossings) {
-  const Frame frame{threads, bodies, positions, list, border_edges, crossings};
+                                   std::span<const BorderEdge> border_edges, const CrossingQuery& crossings,
+                                   const Deadline& deadline) {
+  const Frame frame{threads, bodies, positions, list, border_edges, crossings, deadline};
   lay_out(frame);
   assemble(frame);
   propagate(frame);
@@ -51,6 +52,7 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
     counts.depth_fallbacks += note.from_surface == no_border || note.from_surface == cancelled ? 1 : 0;
     counts.raised_depths += note.from_surface == raised ? 1 : 0;
     counts.cancelled_directions += note.from_surface == cancelled ? 1 : 0;
+    counts.rough_depths += note.rough ? 1 : 0;
     counts.border_edges_without_crossing += static_cast<std::size_t>(note.without_crossing);
   }
   counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
@@ -267,7 +269,7 @@ void DepthEstimate::balance(const Frame& frame) {
                         std::abs(node.residual[3]);
     if (!std::isfinite(size)) leave_out(c);
   });
-  system_.solve(frame.threads, tolerance, most_iterations);
+  system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
 }
 
 /// What reaches each contact from the planes: 1 at a crossing, less with each edge from there. Solves
@@ -280,7 +282,7 @@ void DepthEstimate::weigh_knowledge(const Frame& frame) {
     node.residual = {-forgotten, 0.0, 0.0, 0.0};
     if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
   });
-  system_.solve(frame.threads, tolerance, most_iterations);
+  system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });
@@ -299,11 +301,13 @@ void DepthEstimate::leave_out(std::size_t c) {
 void DepthEstimate::finish(const Frame& frame) {
   parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         for (std::size_t c = begin; c < end; ++c) finish_contact(frame, c, searches_[chunk]);
+                         const bool rough = frame.deadline.passed();
+                         for (std::size_t c = begin; c < end; ++c)
+                           finish_contact(frame, c, rough, searches_[chunk]);
                        });
 }
 
-void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch& search) {
+void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
   const Vec3& p = at(frame.positions, contacts.point[c]);
@@ -339,6 +343,8 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
     contacts.direction[c] = nearest().outward;
     note.from_surface = cancelled;
   }
+  note.rough = rough;
+  if (rough) return;
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
   if (note.nearest_crossing <= enough) return;

@@ -8,6 +8,7 @@
 
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
+#include "contact/deadline.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_system.hpp"
 #include "contact/surface_normals.hpp"
@@ -32,10 +33,12 @@ class DepthEstimate {
 
   /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
   /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
-  /// x tets nearer than the surface), parallel, the same bits for every thread count.
+  /// x tets nearer than the surface), parallel, without a deadline the same bits for every thread count.
+  /// After the deadline means are not balanced any more, and nobody looks whether a depth is less than the
+  /// distance to the surface.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactList& contacts, std::span<const BorderEdge> border_edges,
-                      const CrossingQuery& crossings);
+                      const CrossingQuery& crossings, const Deadline& deadline = {});
 
  private:
   /// One frame's input.
@@ -46,6 +49,7 @@ class DepthEstimate {
     ContactList& list;
     std::span<const BorderEdge> border_edges;
     const CrossingQuery& crossings;
+    const Deadline& deadline;
   };
   /// What is known of a contact besides its plane.
   struct Note {
@@ -58,6 +62,7 @@ class DepthEstimate {
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
     bool fixed = false;             ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
+    bool rough = false;             ///< there was no time to refine it
   };
   /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
@@ -75,7 +80,7 @@ class DepthEstimate {
   void weigh_knowledge(const Frame& frame);
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
-  void finish_contact(const Frame& frame, std::size_t c, ExitSearch& search);
+  void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
   Index regions_not_reached();
 
   SurfaceNormals normals_;

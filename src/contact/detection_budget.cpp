@@ -17,6 +17,10 @@ namespace {
 constexpr double points_share = 0.75;
 /// Of the time, what is planned with: forecasts are not always right.
 constexpr double planned_share = 0.8;
+/// Of the time, when depths have to be good enough.
+constexpr double refining_share = 0.95;
+/// What a contact would have taken, at least, in a detection that had no time to refine it.
+constexpr double unrefined_factor = 1.25;
 /// What follows from the contacts costs about as much for none as for so many.
 constexpr double contacts_for_none = 256.0;
 
@@ -61,14 +65,16 @@ DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t 
 
 void DetectionBudget::begin(double share) {
   allowance_.reset();
+  refining_ = {};
   std::ranges::fill(late_bodies_, std::uint8_t{0});
   if (budget_.tests) {
     const double tests = points_share * share * static_cast<double>(*budget_.tests);
     allowance_ = Allowance::of_tests(static_cast<std::uint64_t>(std::ceil(tests)));
   } else {
     const double no_limit = std::numeric_limits<double>::infinity();
-    const double seconds = planned_share * share * 1e-3 * budget_.milliseconds.value_or(no_limit);
-    allowance_ = Allowance::of_seconds(after_.known() ? seconds : no_limit);
+    const double seconds = share * 1e-3 * budget_.milliseconds.value_or(no_limit);
+    allowance_ = Allowance::of_seconds(after_.known() ? planned_share * seconds : no_limit);
+    if (after_.known()) refining_ = Deadline::after_seconds(refining_share * seconds);
     allowance_->keep_back(after_.high() * contacts_for_none, after_.high());
   }
 }
@@ -87,7 +93,9 @@ void DetectionBudget::end_points(double seconds) {
 void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  after_.add(for_each(after, contacts));
+  const double each = for_each(after, contacts);
+  // What was cut off must not look cheap, or the next detection finds even more that it has no time for.
+  after_.add(counts.rough_depths == 0 ? each : std::max(each, unrefined_factor * after_.high()));
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;

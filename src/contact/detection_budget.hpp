@@ -9,6 +9,7 @@
 
 #include "contact/allowance.hpp"
 #include "contact/cluster_queue.hpp"
+#include "contact/deadline.hpp"
 #include "contact/recent_cost.hpp"
 #include "stopwatch.hpp"
 
@@ -33,6 +34,8 @@ class DetectionBudget {
   /// have no crossings costs more in the estimate of depths than they would, so that contacts would be left
   /// with ever fewer.
   [[nodiscard]] Allowance* begin_crossings();
+  /// Until when depths are refined; never, but for a budget in time.
+  [[nodiscard]] const Deadline& refining() const { return refining_; }
   /// At the end, with what the phases took; without a limit, queues are empty or null.
   void end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
@@ -45,6 +48,7 @@ class DetectionBudget {
  private:
   Budget budget_;
   std::optional<Allowance> allowance_;
+  Deadline refining_;
   RecentCost after_;  ///< s for each contact, once the pairs are known
   RecentCost whole_;  ///< s
   double points_seconds_ = 0.0;

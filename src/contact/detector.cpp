@@ -377,7 +377,8 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   s.times.crossings = watch.lap();
 
   static_cast<DepthCounts&>(s.counts) =
-      s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings);
+      s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings,
+                      s.budget ? s.budget->refining() : Deadline{});
   s.times.depth = watch.lap();
 
   s.counts.contacts = s.contacts.contacts().size();

@@ -47,7 +47,8 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
                        });
 }
 
-int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most) {
+int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most,
+                       const Deadline& deadline) {
   const std::size_t n = nodes.size();
   resize_with_room(corrections_, n);
   resize_with_room(search_, n);
@@ -56,7 +57,7 @@ int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int m
   start(threads, tolerance);
   Sums now = total();
   int iteration = 0;
-  for (; iteration < most && now.far; ++iteration) {
+  for (; iteration < most && now.far && !deadline.passed(); ++iteration) {
     parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       Sums sums;
       for (std::size_t i = begin; i < end; ++i) {

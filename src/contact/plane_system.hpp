@@ -7,6 +7,7 @@
 
 #include <palpate/types.hpp>
 
+#include "contact/deadline.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -42,9 +43,9 @@ class PlaneSystem {
 
   /// Corrections of the first guess, valid until the next solve. Ends where one more sweep of averages would
   /// turn no normal by more than `tolerance` (radians) nor change a depth by more than `tolerance` of the
-  /// node's length, or after `most` iterations. Returns the iterations done. Parallel, the same bits for
-  /// every thread count.
-  int solve(const parallel::Threads& threads, double tolerance, int most);
+  /// node's length, after `most` iterations, or at the deadline. Returns the iterations done. Parallel;
+  /// without a deadline the same bits for every thread count.
+  int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 
  private:

@@ -52,8 +52,8 @@ void describe(Archive& archive, CuckooCounts& c) {
 template <class Archive>
 void describe(Archive& archive, DetectionCounts& c) {
   archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
-          c.border_edges_without_crossing, c.contacts, c.border_edges, c.crossings, c.candidates,
-          c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.late_clusters,
+          c.border_edges_without_crossing, c.rough_depths, c.contacts, c.border_edges, c.crossings,
+          c.candidates, c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.late_clusters,
           c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points, c.cuckoo_edges);
   bool sorts = c.sort.has_value();
   archive(sorts);

@@ -81,6 +81,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "approximated_primitives",
                                        "dropped_cells",
                                        "late_clusters",
+                                       "rough_depths",
                                        "completeness",
                                        "looks_ahead",
                                        "sort",

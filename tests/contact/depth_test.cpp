@@ -1,12 +1,16 @@
 // Oracles: analytic depths of boxes, balls and planes.
+#include "contact/depth.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edges.hpp"
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
+#include "grid/brute.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 
@@ -217,6 +221,64 @@ TEST(Depth, IsNeverLessThanTheDistanceToTheSurface) {
     }
   }
   EXPECT_GT(checked, 500U);
+}
+
+/// The contacts that a detector finds, with depths as they are when the deadline passes before they are
+/// refined.
+Contacts with_rough_depths(const Bodies& bodies, DepthCounts& counts) {
+  const std::span<const Vec3> positions = bodies.points_rest();
+  Detector detector(bodies, {});
+  detector.detect(positions);
+  std::vector<PointInTet> found;
+  for (std::size_t c = 0; c < detector.contacts().size(); ++c)
+    found.push_back({detector.contacts().point[c], detector.contacts().tet[c]});
+  const parallel::Threads threads(1);
+  ContactList list;
+  list.assign(threads, bodies, positions, found);
+  parallel::ChunkedList<BorderEdge> scratch;
+  std::vector<BorderEdge> border_edges;
+  find_border_edges(threads, bodies, positions, list, scratch, border_edges);
+  const Lattice lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0);
+  BruteForce edges;
+  CrossingQuery crossings;
+  crossings.find(threads, bodies, positions, list.contacts(), border_edges, lattice, edges, CellSlots(0, 0));
+  counts = DepthEstimate(bodies).compute(threads, bodies, positions, list, border_edges, crossings,
+                                         Deadline(Deadline::Clock::now()));
+  return list.contacts();
+}
+
+TEST(Depth, WithoutTimeToRefineItIsExactWhereTheSurfaceIsFlat) {
+  Bodies bodies;
+  bodies.add("lower", test::box_mesh({6, 6, 2}, {-30, -29, -40}, {33, 28, 0}));
+  bodies.add("upper", test::box_mesh({3, 3, 8}, {-1.01, -0.97, -2.5}, {1.03, 1.02, 5.5}));
+  DepthCounts counts;
+  const Contacts contacts = with_rough_depths(bodies, counts);
+  ASSERT_EQ(contacts.size(), 3U * 16U);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_NEAR(contacts.depth[c], -at(bodies.points_rest(), contacts.point[c]).z, 1e-13);
+    EXPECT_NEAR(contacts.direction[c].z, 1.0, 1e-14);
+  }
+  EXPECT_EQ(counts.rough_depths, contacts.size());
+}
+
+TEST(Depth, WithoutTimeToRefineItPointsOut) {
+  // Balls that overlap by a tenth: out is away from the other's centre, and no point is deeper than the
+  // overlap.
+  Bodies bodies;
+  bodies.add("left", test::ball_mesh(9, {0, 0, 0}, 0.05));
+  bodies.add("right", test::ball_mesh(9, {0.09, 0.001, 0.002}, 0.05));
+  const std::array<Vec3, 2> centers{Vec3{0, 0, 0}, Vec3{0.09, 0.001, 0.002}};
+  DepthCounts counts;
+  const Contacts contacts = with_rough_depths(bodies, counts);
+  ASSERT_GT(contacts.size(), 20U);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Vec3 out = at(bodies.points_rest(), contacts.point[c]) - at(centers, contacts.body[c]);
+    EXPECT_GT(dot(contacts.direction[c], normalized(out)), 0.7);
+    EXPECT_NEAR(length(contacts.direction[c]), 1.0, 1e-12);
+    EXPECT_GE(contacts.depth[c], 0.0);
+    EXPECT_LT(contacts.depth[c], 0.0125);
+  }
+  EXPECT_EQ(counts.rough_depths, contacts.size());
 }
 
 TEST(Depth, OfOpposedSurfacesIsTheDistanceToTheNearest) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <chrono>
+
+namespace palpate {
+
+/// A moment from which on a result that is there is not made better any more.
+class Deadline {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Never.
+  Deadline() = default;
+  explicit Deadline(Clock::time_point end) : end_(end) {}
+  static Deadline after_seconds(double seconds) {
+    return Deadline(Clock::now() +
+                    std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
+  }
+  /// From any thread. A look at the clock only where there is an end.
+  [[nodiscard]] bool passed() const { return end_ != Clock::time_point::max() && Clock::now() >= end_; }
+
+ private:
+  Clock::time_point end_ = Clock::time_point::max();
+};
+
+}  // namespace palpate
