@@ -128,7 +128,7 @@ PeersEffort quick_effort() {
   PeersEffort effort{.heats = {},
                      .contest = {.seconds = 2.5},
                      .threads = one_and_all(),
-                     .reuse_modes = true,
+                     .most_tets_of_trials = 0.0,
                      .python_most_tets = 5e4};
   for (const double movers : {0.02, 0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e4), movers});
   effort.heats.push_back({measure::stacking_cells(1e5), 0.02});
@@ -138,8 +138,8 @@ PeersEffort quick_effort() {
 
 PeersEffort full_effort() {
   PeersEffort effort = quick_effort();
-  effort.contest.seconds = 60.0;
-  effort.reuse_modes = false;
+  effort.contest.seconds = 30.0;
+  effort.most_tets_of_trials = 2e5;
   effort.python_most_tets = 1e300;
   for (const double movers : {0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e5), movers});
   for (const double movers : {0.02, 0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e6), movers});
@@ -168,7 +168,8 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
     } else {
       away.push_back({"IPC Toolkit and PBAT", fmt::format("{}: a quick run has no time for it", scene.name)});
     }
-    if (effort.reuse_modes) keep_best_modes(scene.name, best_modes, entrants);
+    if (static_cast<double>(scene.bodies.tets().size()) > effort.most_tets_of_trials)
+      keep_best_modes(scene.name, best_modes, entrants);
     const ContestResult result = run_contest(course, std::move(entrants), effort.contest);
     for (const Performance& p : result.performances)
       best_modes[mode_key(scene.name, p.name, p.threads)] = p.mode;

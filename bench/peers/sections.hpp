@@ -18,8 +18,8 @@ struct PeersEffort {
   std::vector<Heat> heats;
   ContestEffort contest;
   std::vector<int> threads;
-  bool reuse_modes = false;         ///< trials of modes only in the first heat of a scene
-  double python_most_tets = 1e300;  ///< peers in Python stay away from larger scenes
+  double most_tets_of_trials = 0.0;  ///< of larger scenes modes are tried in the first heat only
+  double python_most_tets = 1e300;   ///< peers in Python stay away from larger scenes
 };
 /// Up to a hundred thousand tets, all shares of movers at ten thousand; and up to a million, all shares of
 /// movers, more frames.
