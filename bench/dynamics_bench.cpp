@@ -167,8 +167,9 @@ Json measure(const Body& c) {
     eigen_error = std::max(eigen_error, run.error);
     iterations = run.iterations;
     for (std::size_t k = 0; k < 4; ++k) {
-      our_solve[k].push_back(milliseconds(
-          [&] { our_iterations[k] = ours.solve(static_cast<Preconditioner>(k), goal, positions).iterations; }));
+      our_solve[k].push_back(milliseconds([&] {
+        our_iterations[k] = ours.solve(static_cast<Preconditioner>(k), goal, positions).iterations;
+      }));
       our_error[k] = std::max(our_error[k], error_of(ours, eigen, exact));
     }
     const auto multiply = [&] { ours.system.multiply(one_thread, product_x, product_y); };
@@ -178,23 +179,23 @@ Json measure(const Body& c) {
   // Values and columns, of four bytes each: nine and one a block.
   const std::size_t bytes = ours.matrix.value_bytes() / 9 * 10;
   Json json{{"name", c.name},
-                      {"points", rest.size()},
-                      {"tets", c.bodies.tets().size()},
-                      {"frames", c.frames},
-                      {"goal", goal},
-                      {"eigen",
-                       {{"update_ms", median(eigen_update)},
-                        {"solve_ms", median(eigen_solve)},
-                        {"preconditioner", incomplete ? "incomplete Cholesky" : "diagonal"},
-                        {"tolerance", tolerance},
-                        {"iterations", iterations},
-                        {"largest_error", eigen_error}}},
-                      {"update_ms", median(our_update)},
-                      {"product",
-                       {{"ms", median(product)},
-                        {"bytes", bytes},
-                        {"GB_per_s", static_cast<double>(bytes) / median(product) * 1e-6},
-                        {"read_GB_per_s", read_bandwidth(bytes)}}}};
+            {"points", rest.size()},
+            {"tets", c.bodies.tets().size()},
+            {"frames", c.frames},
+            {"goal", goal},
+            {"eigen",
+             {{"update_ms", median(eigen_update)},
+              {"solve_ms", median(eigen_solve)},
+              {"preconditioner", incomplete ? "incomplete Cholesky" : "diagonal"},
+              {"tolerance", tolerance},
+              {"iterations", iterations},
+              {"largest_error", eigen_error}}},
+            {"update_ms", median(our_update)},
+            {"product",
+             {{"ms", median(product)},
+              {"bytes", bytes},
+              {"GB_per_s", static_cast<double>(bytes) / median(product) * 1e-6},
+              {"read_GB_per_s", read_bandwidth(bytes)}}}};
   for (std::size_t k = 0; k < 4; ++k) {
     json["solve"][std::string(preconditioner_names[k])] = {
         {"ms", median(our_solve[k])}, {"iterations", our_iterations[k]}, {"largest_error", our_error[k]}};

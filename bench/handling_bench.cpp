@@ -1,5 +1,5 @@
-// All that a detection does beside finding the contacts, frame after frame; and border edges against triangles
-// beside Embree.
+// All that a detection does beside finding the contacts, frame after frame; and border edges against
+// triangles beside Embree.
 #include <vector>
 
 #include <palpate/detection.hpp>

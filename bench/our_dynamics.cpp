@@ -7,8 +7,8 @@
 
 namespace palpate::bench {
 
-OurDynamics::OurDynamics(const Bodies& bodies, const Material& material, std::vector<std::uint8_t> free_points,
-     std::span<const double> point_masses)
+OurDynamics::OurDynamics(const Bodies& bodies, const Material& material,
+                         std::vector<std::uint8_t> free_points, std::span<const double> point_masses)
     : free(std::move(free_points)),
       masses(point_masses.begin(), point_masses.end()),
       elements(bodies, std::vector<Material>(static_cast<std::size_t>(bodies.body_count()), material),
@@ -39,7 +39,8 @@ void OurDynamics::update(const parallel::Threads& threads, std::span<const Vec3>
   }
 }
 
-fem::SolveReport OurDynamics::solve(Preconditioner preconditioner, double goal, std::span<const Vec3> positions) {
+fem::SolveReport OurDynamics::solve(Preconditioner preconditioner, double goal,
+                                    std::span<const Vec3> positions) {
   const parallel::Threads one_thread(1);
   std::fill(solution.begin(), solution.end(), simd::Padded3{});
   system.update_preconditioner(one_thread);

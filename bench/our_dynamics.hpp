@@ -10,8 +10,8 @@
 
 namespace palpate::bench {
 
-/// The system of a step from rest and its solution, as a step runs them: elements, matrix, preconditioners. No
-/// contacts.
+/// The system of a step from rest and its solution, as a step runs them: elements, matrix, preconditioners.
+/// No contacts.
 struct OurDynamics {
   static constexpr double time_step = 0.01;
   static constexpr Vec3 gravity{0.0, 0.0, -9.81};

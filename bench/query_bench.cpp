@@ -75,7 +75,8 @@ Competitor single_tets(const Setting& setting) {
   return {"single tets", [state, &setting](std::span<const Vec3> positions) {
             State& s = *state;
             const Box bounds = bounds_of(s.threads, positions, setting.takes_part, s.scratch);
-            if (!setting.lattice.domain().contains(bounds.lower)) throw std::logic_error("positions beyond the lattice");
+            if (!setting.lattice.domain().contains(bounds.lower))
+              throw std::logic_error("positions beyond the lattice");
             s.grid.build_points(s.threads, setting.lattice, positions.size(), [&](Index p) {
               return std::optional(setting.lattice.cell_of(at(positions, p)));
             });
@@ -180,15 +181,13 @@ Json measure(const QueryScene& scene, std::uint32_t count) {
 }  // namespace
 
 Part query_part(const SpeedEffort& effort) {
-  const auto stacking = [](int cells) {
-    return [cells] { return measure::stacking_scene(cells); };
-  };
+  const auto stacking = [](int cells) { return [cells] { return measure::stacking_scene(cells); }; };
   const struct {
     const char* name;
     double tets;
     std::function<QueryScene()> make;
-  } scenes[] = {{"stacking 10000", 1e4, stacking(10)},    {"stacking 102400", 102400, stacking(32)},
-                {"stacking 1000000", 1e6, stacking(100)}, {"pile", 82240, measure::pile_scene},
+  } scenes[] = {{"stacking 10000", 1e4, stacking(10)},        {"stacking 102400", 102400, stacking(32)},
+                {"stacking 1000000", 1e6, stacking(100)},     {"pile", 82240, measure::pile_scene},
                 {"self-collision", 1e4, measure::self_scene}, {"stacking 9985600", 9985600, stacking(316)}};
   Part part{"query", {}, query_rows};
   for (const auto& scene : scenes) {

@@ -1,6 +1,6 @@
 // Whole steps of two scenes of which it is known what SOFA takes: with 25 fixed iterations in one solve, as
-// SOFA makes them, and converged. One thread. The stack is first brought to rest; the jaw of the head goes its
-// 2 mm meanwhile.
+// SOFA makes them, and converged. One thread. The stack is first brought to rest; the jaw of the head goes
+// its 2 mm meanwhile.
 #include <filesystem>
 #include <string>
 
@@ -71,14 +71,14 @@ Json measure_course(StepCase c, int frames) {
   SolverSettings converged = c.settings.solver;
   converged.tolerance = 1e-3;
   Json json{{"name", c.name},
-                      {"points", simulation.bodies().points_rest().size()},
-                      {"tets", simulation.bodies().tets().size()},
-                      {"time_step", c.settings.time_step},
-                      {"steps_before", steps},
-                      {"at_rest", simulation.at_rest()},
-                      {"frames", frames},
-                      {"sofa_ms", c.sofa_ms},
-                      {"sofa_scaled_ms", c.sofa_ms * machine_scale(machine_references())}};
+            {"points", simulation.bodies().points_rest().size()},
+            {"tets", simulation.bodies().tets().size()},
+            {"time_step", c.settings.time_step},
+            {"steps_before", steps},
+            {"at_rest", simulation.at_rest()},
+            {"frames", frames},
+            {"sofa_ms", c.sofa_ms},
+            {"sofa_scaled_ms", c.sofa_ms * machine_scale(machine_references())}};
   json["fixed"] = measure(simulation, fixed, state, frames);
   for (std::size_t k = 0; k < preconditioner_names.size(); ++k) {
     converged.preconditioner = static_cast<Preconditioner>(k);
@@ -124,10 +124,11 @@ StepCase head(const std::filesystem::path& folder) {
 
 Part step_part(const SpeedEffort& effort) {
   const int frames = effort.frames_or(usual_frames);
-  Part part{"step",
-            {{"stacking at rest", 1e4,
-              [=, file = effort.scenes / "stacking.json"] { return measure_course(stacking(file), frames); }}},
-            step_rows};
+  Part part{
+      "step",
+      {{"stacking at rest", 1e4,
+        [=, file = effort.scenes / "stacking.json"] { return measure_course(stacking(file), frames); }}},
+      step_rows};
   if (!effort.skull.empty())
     part.cases.push_back(
         {"head", 23313, [=, folder = effort.skull] { return measure_course(head(folder), frames); }});

@@ -24,6 +24,11 @@ def read(name):
         raise SystemExit(2) from None
 
 
+def work_of(report):
+    """What was counted on: other work has other counts for that alone."""
+    return sorted({(case.get("cells"), case["frames"]) for case in report["cases"]})
+
+
 def verdict_of(ratio):
     return "dearer" if ratio > 1.0 + SMALLEST else "cheaper" if ratio < 1.0 - SMALLEST else "-"
 
@@ -36,6 +41,8 @@ def main(arguments):
     for key in ("cpu", "compiler", "build_type"):
         if old["machine"].get(key) != new["machine"].get(key):
             print(f"note: {key}: {old['machine'].get(key)} before, {new['machine'].get(key)} now: counts differ for that alone")
+    if work_of(old) != work_of(new):
+        print(f"note: (cells, frames) {work_of(old)} before, {work_of(new)} now: counts differ for that alone")
     print(f"before: {old['machine']['commit']}, {old['date']}\nnow:    {new['machine']['commit']}, {new['date']}")
     verdicts = []
     for name, (count, unit) in now.items():

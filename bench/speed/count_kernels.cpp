@@ -1,8 +1,8 @@
-// Runs one hot kernel on frames of the stack of membranes (10000 tets), in one thread and with AVX2, so that
-// callgrind counts its instructions and nothing else; prints how many units of work they were for.
+// Runs one hot kernel on frames of the stack of membranes, in one thread and with AVX2, so that callgrind
+// counts its instructions and nothing else; prints how many units of work they were for.
 //
-// Usage: palpate-bench-kernels KERNEL FRAMES   (by instructions_part.cpp, with --instr-atstart=no and
-// --collect-atstart=no)
+// Usage: palpate-bench-kernels CELLS KERNEL FRAMES   (CELLS: along a side of the membranes; called by
+// instructions_part.cpp, with --instr-atstart=no and --collect-atstart=no)
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -29,8 +29,16 @@
 namespace palpate::bench {
 namespace {
 
-/// Frames before those that count: memory grows, and coherence learns.
-constexpr std::uint32_t warm_up = 6;
+/// What is asked for.
+struct CountTask {
+  std::string_view kernel;
+  int cells = 0;
+  std::uint32_t frames = 0;
+};
+
+/// Frames before those that count: memory grows; and coherence learns.
+constexpr std::uint32_t short_warm_up = 2;
+constexpr std::uint32_t long_warm_up = 6;
 
 /// Counts a piece of work.
 template <class Work>
@@ -42,7 +50,8 @@ void count(Work&& work) {
 
 /// Goes through frames; `use(positions, counts)` returns the units of one.
 template <class Use>
-std::size_t over_frames(const measure::QueryScene& scene, std::uint32_t frames, Use&& use) {
+std::size_t over_frames(const measure::QueryScene& scene, std::uint32_t warm_up, std::uint32_t frames,
+                        Use&& use) {
   std::size_t units = 0;
   std::vector<Vec3> positions;
   for (std::uint32_t f = 0; f < warm_up + frames; ++f) {
@@ -54,25 +63,26 @@ std::size_t over_frames(const measure::QueryScene& scene, std::uint32_t frames, 
   return units;
 }
 
-std::size_t query(std::uint32_t frames, bool coherent) {
-  const measure::QueryScene scene = measure::stacking_scene(10);
+std::size_t query(const CountTask& task, bool coherent) {
+  const measure::QueryScene scene = measure::stacking_scene(task.cells);
   const Setting setting(scene);
   OurQuery ours(setting, 1, coherent);
-  return over_frames(scene, frames, [&](std::span<const Vec3> positions, bool counts) {
-    if (!counts) {
-      ours.find(positions);
-    } else {
-      count([&] { ours.find(positions); });
-    }
-    return scene.bodies.tets().size();
-  });
+  return over_frames(scene, coherent ? long_warm_up : short_warm_up, task.frames,
+                     [&](std::span<const Vec3> positions, bool counts) {
+                       if (!counts) {
+                         ours.find(positions);
+                       } else {
+                         count([&] { ours.find(positions); });
+                       }
+                       return scene.bodies.tets().size();
+                     });
 }
 
 enum class Phase { crossings, depth };
 
 /// What Detector does after the query, of which a phase counts.
-std::size_t after_query(std::uint32_t frames, Phase phase) {
-  const measure::QueryScene scene = measure::stacking_scene(10);
+std::size_t after_query(const CountTask& task, Phase phase) {
+  const measure::QueryScene scene = measure::stacking_scene(task.cells);
   const Setting setting(scene);
   const Bodies& bodies = scene.bodies;
   OurQuery ours(setting, 1, false);
@@ -84,7 +94,7 @@ std::size_t after_query(std::uint32_t frames, Phase phase) {
   CompactGrid long_edges;
   const CellSlots slots(0, 0);
   DepthEstimate depth(bodies);
-  return over_frames(scene, frames, [&](std::span<const Vec3> positions, bool counts) {
+  return over_frames(scene, short_warm_up, task.frames, [&](std::span<const Vec3> positions, bool counts) {
     const parallel::Threads& threads = ours.threads();
     contacts.assign(threads, bodies, positions, ours.find(positions));
     find_border_edges(threads, bodies, positions, contacts, scratch, border_edges);
@@ -105,10 +115,10 @@ std::size_t after_query(std::uint32_t frames, Phase phase) {
   });
 }
 
-std::size_t detection(std::uint32_t frames) {
-  const measure::QueryScene scene = measure::stacking_scene(10);
+std::size_t detection(const CountTask& task) {
+  const measure::QueryScene scene = measure::stacking_scene(task.cells);
   Detector detector(scene.bodies, {}, scene.immovable(), 1);
-  return over_frames(scene, frames, [&](std::span<const Vec3> positions, bool counts) {
+  return over_frames(scene, long_warm_up, task.frames, [&](std::span<const Vec3> positions, bool counts) {
     if (!counts) {
       detector.detect(positions);
     } else {
@@ -120,9 +130,9 @@ std::size_t detection(std::uint32_t frames) {
 
 /// The membranes at rest, deformed.
 struct Membranes {
-  Membranes() {
+  explicit Membranes(int cells) {
     for (int i = 0; i < 20; ++i)
-      bodies.add("membrane " + std::to_string(i), make_box({10, 10, 1}, {0.2, 0.2, 0.01}));
+      bodies.add("membrane " + std::to_string(i), make_box({cells, cells, 1}, {0.2, 0.2, 0.01}));
     const auto rest = bodies.points_rest();
     const std::vector<Material> materials(bodies.bodies().size(), material);
     masses = fem::lumped_masses(bodies, materials);
@@ -134,9 +144,10 @@ struct Membranes {
   std::vector<std::uint8_t> free;
 };
 
-std::size_t dynamics(std::uint32_t frames, std::string_view kernel) {
+std::size_t dynamics(const CountTask& task) {
+  const std::string_view kernel = task.kernel;
   const parallel::Threads threads(1);
-  const Membranes membranes;
+  const Membranes membranes(task.cells);
   OurDynamics ours(membranes.bodies, membranes.material, membranes.free, membranes.masses);
   const auto rest = membranes.bodies.points_rest();
   const std::size_t tets = membranes.bodies.tets().size();
@@ -148,7 +159,7 @@ std::size_t dynamics(std::uint32_t frames, std::string_view kernel) {
   ours.solve(Preconditioner::factor, 1e-3, deformed(rest, 0));  // makes preconditioner and factor
   CALLGRIND_START_INSTRUMENTATION;
   std::size_t units = 0;
-  for (std::uint32_t f = 1; f <= frames; ++f) {
+  for (std::uint32_t f = 1; f <= task.frames; ++f) {
     const std::vector<Vec3> positions = deformed(rest, static_cast<int>(f));
     if (kernel == "element pass") {
       count([&] { ours.elements.update(threads, positions); });
@@ -174,13 +185,13 @@ std::size_t dynamics(std::uint32_t frames, std::string_view kernel) {
   return units;
 }
 
-std::size_t run(std::string_view kernel, std::uint32_t frames) {
-  if (kernel == "point query, full rebuild") return query(frames, false);
-  if (kernel == "point query, coherent") return query(frames, true);
-  if (kernel == "crossings") return after_query(frames, Phase::crossings);
-  if (kernel == "depth") return after_query(frames, Phase::depth);
-  if (kernel == "whole detection") return detection(frames);
-  return dynamics(frames, kernel);
+std::size_t run(const CountTask& task) {
+  if (task.kernel == "point query, full rebuild") return query(task, false);
+  if (task.kernel == "point query, coherent") return query(task, true);
+  if (task.kernel == "crossings") return after_query(task, Phase::crossings);
+  if (task.kernel == "depth") return after_query(task, Phase::depth);
+  if (task.kernel == "whole detection") return detection(task);
+  return dynamics(task);
 }
 
 }  // namespace
@@ -188,9 +199,9 @@ std::size_t run(std::string_view kernel, std::uint32_t frames) {
 
 int main(int argc, char** argv) {
   using palpate::bench::Kernel;
-  const std::string_view kernel = argc == 3 ? argv[1] : "";
+  const std::string_view kernel = argc == 4 ? argv[2] : "";
   if (std::ranges::find(palpate::bench::kernels, kernel, &Kernel::name) == palpate::bench::kernels.end()) {
-    std::cerr << "usage: palpate-bench-kernels KERNEL FRAMES\n";
+    std::cerr << "usage: palpate-bench-kernels CELLS KERNEL FRAMES\n";
     return 2;
   }
   if ((hwy::SupportedTargets() & HWY_AVX2) == 0) {
@@ -198,6 +209,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   const palpate::bench::ForcedTarget avx2(HWY_AVX2);
-  std::cout << palpate::bench::run(kernel, static_cast<std::uint32_t>(std::atoi(argv[2]))) << '\n';
+  const auto frames = static_cast<std::uint32_t>(std::atoi(argv[3]));
+  std::cout << palpate::bench::run({kernel, std::atoi(argv[1]), frames}) << '\n';
   return 0;
 }

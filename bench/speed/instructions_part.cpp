@@ -16,6 +16,7 @@
 
 #include <palpate/error.hpp>
 
+#include "measure/query_scenes.hpp"
 #include "speed/kernels.hpp"
 #include "speed/part.hpp"
 
@@ -25,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int usual_frames = 4;
+constexpr double usual_tets = 1e4;
 
 /// A new folder, which goes with it.
 class TemporaryFolder {
@@ -68,9 +70,10 @@ void run(std::vector<std::string> words, const std::string& out, const std::stri
   if (status == 0) return;
   std::string said = content_of(err);
   std::ranges::replace(said, '\n', ' ');
-  throw Error("bench speed", fmt::format("{} {}", words[words.size() - 2], words.back()),
-              fmt::format("it failed: {}", said.substr(said.size() - std::min<std::size_t>(said.size(), 300))),
-              "a count");
+  throw Error(
+      "bench speed", fmt::format("{} {}", words[words.size() - 2], words.back()),
+      fmt::format("it failed: {}", said.substr(said.size() - std::min<std::size_t>(said.size(), 300))),
+      "a count");
 }
 
 /// The count of all that was collected: the line "totals: N".
@@ -96,17 +99,19 @@ bool is_on_path(const std::string& program) {
   return false;
 }
 
-Json count(const Kernel& kernel, int frames) {
+Json count(const Kernel& kernel, int cells, int frames) {
   const TemporaryFolder folder;
   const std::string units = folder / "units";
   const std::string counts = folder / "counts";
   run({"valgrind", "--tool=callgrind", "--instr-atstart=no", "--collect-atstart=no",
-       "--callgrind-out-file=" + counts, kernels_program(), std::string(kernel.name), std::to_string(frames)},
+       "--callgrind-out-file=" + counts, kernels_program(), std::to_string(cells), std::string(kernel.name),
+       std::to_string(frames)},
       units, folder / "messages");
   const double work = std::stod(content_of(units));
   const double instructions = total_of(counts);
   return {{"name", kernel.name},
           {"unit", kernel.unit},
+          {"cells", cells},
           {"frames", frames},
           {"units", work},
           {"instructions", instructions},
@@ -123,12 +128,11 @@ std::string why_not_counted() {
 }
 
 Part instructions_part(const SpeedEffort& effort) {
+  const int cells = std::max(1, measure::stacking_cells(std::min(effort.most_tets, usual_tets)));
+  const int frames = effort.frames_or(usual_frames);
   Part part{"instructions", {}, [](const Json& /*cases*/) { return Json::array(); }};
-  for (const Kernel& kernel : kernels) {
-    part.cases.push_back({std::string(kernel.name), 1e4, [kernel, frames = effort.frames_or(usual_frames)] {
-                            return count(kernel, frames);
-                          }});
-  }
+  for (const Kernel& kernel : kernels)
+    part.cases.push_back({std::string(kernel.name), 0.0, [=] { return count(kernel, cells, frames); }});
   return part;
 }
 

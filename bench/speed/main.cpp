@@ -1,5 +1,5 @@
-// palpate bench speed: what we set out to reach, measured. A program of its own, because the command contains no
-// Eigen solvers and no TBB.
+// palpate bench speed: what we set out to reach, measured. A program of its own, because the command contains
+// no Eigen solvers and no TBB.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -57,7 +57,7 @@ void add_options(CLI::App& app, Options& options) {
                  [&](const std::string& flag, const std::string& text) {
                    options.frames = static_cast<int>(app::parse_integer(flag, text, 1, 10000));
                  });
-  app::add_value(app, "--most-tets", "N", "leave out scenes of more tets",
+  app::add_value(app, "--most-tets", "N", "leave out scenes of more tets; instructions: count on fewer",
                  [&](const std::string& flag, const std::string& text) {
                    options.most_tets =
                        static_cast<double>(app::parse_integer(flag, text, 1, std::int64_t{1} << 40));
@@ -122,22 +122,36 @@ std::string text_of(const Json& report) {
   return text;
 }
 
-/// Measures the parts that are wanted; returns what is printed.
-Json measure_parts(const Options& options) {
-  const Json begin = head();
-  Json report = begin;
-  report["rows"] = Json::array();
-  report["instructions"] = Json::array();
-  io::create_folder(options.out);
+/// The parts that are wanted, with the scenes that are.
+std::vector<Part> wanted_parts(const Options& options) {
+  std::vector<Part> parts;
   for (std::size_t p = 0; p < part_names.size(); ++p) {
     if (!wants(options, part_names[p])) continue;
     if (part_names[p] == "instructions" && !why_not_counted().empty()) continue;
     Part part = part_makers[p](options);
     std::erase_if(part.cases, [&](const Case& c) { return c.tets > options.most_tets; });
-    const fs::path file = options.out / (std::string(part_names[p]) + ".json");
+    if (options.only && part.cases.empty()) {
+      throw app::BadInput("--most-tets", "", fmt::format("'{}'", options.most_tets),
+                          fmt::format("at least 10000, for a scene of '{}'", part.name));
+    }
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+/// Measures the parts; returns what is printed.
+Json measure_parts(const Options& options) {
+  const std::vector<Part> parts = wanted_parts(options);
+  const Json begin = head();
+  Json report = begin;
+  report["rows"] = Json::array();
+  report["instructions"] = Json::array();
+  io::create_folder(options.out);
+  for (const Part& part : parts) {
+    const fs::path file = options.out / (std::string(part.name) + ".json");
     const Json result = run_part(part, begin, file, app::say_progress);
     for (const Json& row : result.at("table")) report["rows"].push_back(row);
-    if (part_names[p] == "instructions") report["instructions"] = result.at("cases");
+    if (part.name == "instructions") report["instructions"] = result.at("cases");
     report["load"] = std::max(report.at("load").get<double>(), result.at("load").get<double>());
   }
   return report;

@@ -31,18 +31,10 @@ Json judged(const Measured& row) {
   const char* verdict = reaches(*goal, row.ratio, goal->aim)    ? "aim met"
                         : reaches(*goal, row.ratio, goal->must) ? "met"
                                                                 : "missed";
-  return {{"table", goal->table},
-          {"work", row.work},
-          {"ours", row.ours},
-          {"other", row.other},
-          {"unit", row.unit},
-          {"other_side", row.other_side},
-          {"ratio", row.ratio},
-          {"ratio_unit", goal->unit},
-          {"must", goal->must},
-          {"aim", goal->aim},
-          {"at_most", goal->at_most},
-          {"verdict", verdict}};
+  return {{"table", goal->table}, {"work", row.work},         {"ours", row.ours},
+          {"other", row.other},   {"unit", row.unit},         {"other_side", row.other_side},
+          {"ratio", row.ratio},   {"ratio_unit", goal->unit}, {"must", goal->must},
+          {"aim", goal->aim},     {"at_most", goal->at_most}, {"verdict", verdict}};
 }
 
 /// How many times the other's time ours is contained in it.
@@ -55,7 +47,8 @@ std::optional<std::pair<std::string, double>> least(const Json& values, std::str
   std::optional<std::pair<std::string, double>> result;
   for (const auto& [key, value] : values.items()) {
     if (!key.starts_with(prefix)) continue;
-    if (!result || value.get<double>() < result->second) result = {key.substr(prefix.size()), value.get<double>()};
+    if (!result || value.get<double>() < result->second)
+      result = {key.substr(prefix.size()), value.get<double>()};
   }
   return result;
 }
@@ -130,9 +123,9 @@ Json handling_rows(const Json& cases) {
   for (const Json& c : cases) {
     const std::string name = c.at("name");
     if (const auto edges = c.find("border_edges"); edges != c.end()) {
-      rows.push_back(judged(faster("border edges against triangles, " + name, edges->at("ms"),
-                                   edges->at("embree_ms"),
-                                   "Embree, " + edges->at("embree_mode").get<std::string>())));
+      rows.push_back(
+          judged(faster("border edges against triangles, " + name, edges->at("ms"), edges->at("embree_ms"),
+                        "Embree, " + edges->at("embree_mode").get<std::string>())));
     }
     if (const auto whole = c.find("clustered"); whole != c.end()) {
       const double all = whole->at("all_ms");
@@ -151,8 +144,8 @@ Json movers_rows(const Json& cases) {
     const double ours = c.at("repair_ms");
     const double copy = c.at("memcpy_ms");
     rows.push_back(judged({work + "memcpy", "ms", ours, copy, "memcpy of as many bytes", ours / copy}));
-    rows.push_back(judged(
-        faster(work + "std::sort", ours, c.at("std_sort_last_order_ms"), "std::sort from last frame's order")));
+    rows.push_back(judged(faster(work + "std::sort", ours, c.at("std_sort_last_order_ms"),
+                                 "std::sort from last frame's order")));
   }
   return rows;
 }
@@ -176,8 +169,9 @@ Json dynamics_rows(const Json& cases) {
   for (const Json& c : cases) {
     const double ours = c.at("product").at("GB_per_s");
     const double read = c.at("product").at("read_GB_per_s");
-    rows.push_back(judged({"product with the matrix against reading as much: " + c.at("name").get<std::string>(),
-                           "GB/s", ours, read, "reading", 100.0 * ours / read}));
+    rows.push_back(
+        judged({"product with the matrix against reading as much: " + c.at("name").get<std::string>(), "GB/s",
+                ours, read, "reading", 100.0 * ours / read}));
   }
   return rows;
 }
@@ -219,13 +213,13 @@ std::string table_text(const Json& rows) {
       const char* bound = row.at("at_most").get<bool>() ? "≤ " : "≥ ";
       lines += fmt::format("{:<62} {:>9.4g} {:>9.4g} {:<4} {:>8} {:>8} {:>8}  {:<8} {}\n",
                            row.at("work").get<std::string>(), row.at("ours").get<double>(),
-                           row.at("other").get<double>(), row.at("unit").get<std::string>(), with_unit("ratio"),
-                           bound + with_unit("must"), bound + with_unit("aim"),
+                           row.at("other").get<double>(), row.at("unit").get<std::string>(),
+                           with_unit("ratio"), bound + with_unit("must"), bound + with_unit("aim"),
                            row.at("verdict").get<std::string>(), row.at("other_side").get<std::string>());
     }
     if (lines.empty()) continue;
-    text += fmt::format("{:<62} {:>9} {:>9} {:<4} {:>8} {:>8} {:>8}  {:<8} {}\n{}\n", table, "ours", "other", "",
-                        "ratio", "must", "aim", "", "the other side", lines);
+    text += fmt::format("{:<62} {:>9} {:>9} {:<4} {:>8} {:>8} {:>8}  {:<8} {}\n{}\n", table, "ours", "other",
+                        "", "ratio", "must", "aim", "", "the other side", lines);
   }
   return text;
 }

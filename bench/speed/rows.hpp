@@ -52,8 +52,8 @@ inline constexpr Goal goals[] = {
     {"whole", "step to an error of 1e-3: head", 3, 5},
 };
 
-/// The rows of the cases that each part has measured, with goal and verdict ("aim met", "met", "missed"). Those
-/// that these cases do not suffice for are left out.
+/// The rows of the cases that each part has measured, with goal and verdict ("aim met", "met", "missed").
+/// Those that these cases do not suffice for are left out.
 nlohmann::ordered_json query_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json handling_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json movers_rows(const nlohmann::ordered_json& cases);
