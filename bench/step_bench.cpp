@@ -1,16 +1,9 @@
-// Whole steps of two scenes of which DESIGN.md has what SOFA takes: with 25 fixed iterations in one solve, as
-// SOFA makes them, and converged. One thread.
-//
-//   palpate_bench_step JSON STACKING_SCENE [SKULL_FOLDER]
-//
-// The stack is first brought to rest; the jaw of the head goes its 2 mm meanwhile.
-#include <cstdio>
+// Whole steps of two scenes of which it is known what SOFA takes: with 25 fixed iterations in one solve, as
+// SOFA makes them, and converged. One thread. The stack is first brought to rest; the jaw of the head goes
+// its 2 mm meanwhile.
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include <palpate/error.hpp>
 #include <palpate/relax.hpp>
 #include <palpate/simulation.hpp>
 
@@ -18,25 +11,27 @@
 #include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
+#include "speed/part.hpp"
+#include "speed/rows.hpp"
 #include "timing.hpp"
 
 namespace palpate::bench {
 namespace {
 
-constexpr int frames = 61;
+constexpr int usual_frames = 61;
 
-struct Case {
+struct StepCase {
   std::string name;
   Model model;
   SimulationSettings settings;
   int steps_before = 0;     ///< at most
   bool until_rest = false;  ///< and no more than it takes to come to rest
-  double sofa_ms = 0.0;     ///< unconverged, DESIGN.md
+  double sofa_ms = 0.0;     ///< unconverged, of a machine with known references
 };
 
 /// Medians over the next frames with these settings, from the same state.
-nlohmann::json measure(Simulation& simulation, const SolverSettings& solver,
-                       const std::vector<std::byte>& state) {
+Json measure(Simulation& simulation, const SolverSettings& solver, const std::vector<std::byte>& state,
+             int frames) {
   SimulationSettings settings = simulation.settings();
   settings.solver = solver;
   simulation.restore(state);
@@ -61,7 +56,7 @@ nlohmann::json measure(Simulation& simulation, const SolverSettings& solver,
           {"contacts", simulation.detector().contacts().size()}};
 }
 
-nlohmann::json run_case(Case& c) {
+Json measure_course(StepCase c, int frames) {
   Simulation simulation(std::move(c.model), c.settings, 1);
   int steps = 0;
   while (steps < c.steps_before && !(c.until_rest && simulation.at_rest())) {
@@ -75,25 +70,26 @@ nlohmann::json run_case(Case& c) {
   fixed.preconditioner = Preconditioner::jacobi;
   SolverSettings converged = c.settings.solver;
   converged.tolerance = 1e-3;
-  nlohmann::json json{{"name", c.name},
-                      {"points", simulation.bodies().points_rest().size()},
-                      {"tets", simulation.bodies().tets().size()},
-                      {"time_step", c.settings.time_step},
-                      {"steps_before", steps},
-                      {"at_rest", simulation.at_rest()},
-                      {"frames", frames},
-                      {"sofa_ms", c.sofa_ms}};
-  json["fixed"] = measure(simulation, fixed, state);
+  Json json{{"name", c.name},
+            {"points", simulation.bodies().points_rest().size()},
+            {"tets", simulation.bodies().tets().size()},
+            {"time_step", c.settings.time_step},
+            {"steps_before", steps},
+            {"at_rest", simulation.at_rest()},
+            {"frames", frames},
+            {"sofa_ms", c.sofa_ms},
+            {"sofa_scaled_ms", c.sofa_ms * machine_scale(machine_references())}};
+  json["fixed"] = measure(simulation, fixed, state, frames);
   for (std::size_t k = 0; k < preconditioner_names.size(); ++k) {
     converged.preconditioner = static_cast<Preconditioner>(k);
-    json["converged"][std::string(preconditioner_names[k])] = measure(simulation, converged, state);
+    json["converged"][std::string(preconditioner_names[k])] = measure(simulation, converged, state, frames);
   }
   return json;
 }
 
-Case stacking(const std::filesystem::path& file) {
+StepCase stacking(const std::filesystem::path& file) {
   const Scene scene = read_scene(file);
-  Case c{
+  StepCase c{
       .name = "stacking at rest",
       .model = load_model(scene, [](const std::filesystem::path& path) { return io::read_mesh(path).mesh; }),
       .settings = scene.settings,
@@ -104,8 +100,8 @@ Case stacking(const std::filesystem::path& file) {
 }
 
 /// Soft tissue on bones, of which the lower jaw goes 2 mm along -y.
-Case head(const std::filesystem::path& folder) {
-  Case c{.name = "head", .model = {}, .settings = {}, .steps_before = 20, .sofa_ms = 17.2};
+StepCase head(const std::filesystem::path& folder) {
+  StepCase c{.name = "head", .model = {}, .settings = {}, .steps_before = 20, .sofa_ms = 17.2};
   for (const char* part : {"skull", "lower", "upper", "soft"}) {
     TetMesh mesh = io::read_mesh(folder / ("hq_" + std::string(part) + ".mesh")).mesh;
     for (Vec3& p : mesh.points) p = 1e-3 * p;  // the files are in mm
@@ -124,31 +120,19 @@ Case head(const std::filesystem::path& folder) {
   return c;
 }
 
-int run(int argc, char** argv) {
-  nlohmann::json json{{"context", machine_context()}, {"references", machine_references()}};
-  std::vector<Case> cases;
-  cases.push_back(stacking(argv[2]));
-  if (argc > 3) cases.push_back(head(argv[3]));
-  for (Case& c : cases) {
-    json["cases"].push_back(run_case(c));
-    std::fprintf(stderr, "%s: done\n", c.name.c_str());
-    std::ofstream(argv[1]) << json.dump(1) << '\n';
-  }
-  return 0;
-}
-
 }  // namespace
-}  // namespace palpate::bench
 
-int main(int argc, char** argv) {
-  if (argc < 3 || argc > 4) {
-    std::fprintf(stderr, "usage: palpate_bench_step JSON STACKING_SCENE [SKULL_FOLDER]\n");
-    return 2;
-  }
-  try {
-    return palpate::bench::run(argc, argv);
-  } catch (const palpate::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+Part step_part(const SpeedEffort& effort) {
+  const int frames = effort.frames_or(usual_frames);
+  Part part{
+      "step",
+      {{"stacking at rest", 1e4,
+        [=, file = effort.scenes / "stacking.json"] { return measure_course(stacking(file), frames); }}},
+      step_rows};
+  if (!effort.skull.empty())
+    part.cases.push_back(
+        {"head", 23313, [=, folder = effort.skull] { return measure_course(head(folder), frames); }});
+  return part;
 }
+
+}  // namespace palpate::bench

@@ -2,11 +2,9 @@
 
 #include <cstdint>
 
-#include "io/machine.hpp"
-
 namespace palpate::bench {
 
-nlohmann::json machine_references() {
+nlohmann::ordered_json machine_references() {
   const std::vector<char> from(std::size_t{64} << 20, 1);
   std::vector<char> to(from.size());
   std::vector<double> copies;
@@ -31,14 +29,6 @@ nlohmann::json machine_references() {
   return {{"memcpy_GB_per_s", static_cast<double>(from.size()) / median(copies) * 1e-6},
           {"sort_ms", median(sorts)},
           {"multiply_add_ms", median(chains)}};
-}
-
-nlohmann::json machine_context() {
-  const io::Machine machine = io::describe_machine();
-  return {{"cpu", machine.cpu},
-          {"cores", machine.cores},
-          {"compiler", machine.compiler + ", " + machine.build_type},
-          {"commit", machine.commit}};
 }
 
 }  // namespace palpate::bench

@@ -29,8 +29,6 @@ inline double median(std::vector<double> values) {
 
 /// What says how fast a machine is: memcpy of 64 MiB, a sort of a million floats, 20 million dependent
 /// multiply-adds.
-nlohmann::json machine_references();
-/// Processor, compiler and commit.
-nlohmann::json machine_context();
+nlohmann::ordered_json machine_references();
 
 }  // namespace palpate::bench

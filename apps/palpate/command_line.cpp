@@ -46,8 +46,10 @@ int work(int argc, const char* const* argv) {
   const std::span words(argv, static_cast<std::size_t>(argc));
   check_subcommands(command, words.subspan(1));
   if (words[1] == mesh_companion.words) return run_companion(mesh_companion, words.subspan(2));
-  if (words.size() > 2 && fmt::format("{} {}", words[1], words[2]) == peers_companion.words)
-    return run_companion(peers_companion, words.subspan(3));
+  for (const Companion& companion : {peers_companion, speed_companion}) {
+    if (words.size() > 2 && fmt::format("{} {}", words[1], words[2]) == companion.words)
+      return run_companion(companion, words.subspan(3));
+  }
   if (parse_or_explain(command, argc, argv)) return exit_done;
   for (const Subcommand& sub : subcommands) {
     if (sub.app->parsed()) return sub.work();

@@ -6,7 +6,7 @@
 namespace palpate::app {
 
 /// A subcommand that is a program of its own, beside this one: it contains what this command is not to, as
-/// CGAL, which is GPL.
+/// CGAL, which is GPL, or other libraries that only benchmarks need.
 struct Companion {
   std::string_view words;    ///< what calls it: "mesh"
   std::string_view program;  ///< "palpate-mesh"
@@ -18,6 +18,8 @@ inline constexpr Companion mesh_companion{
 inline constexpr Companion peers_companion{
     "bench peers", "palpate-bench-peers",
     "a build where CGAL, Bullet and TBB are installed (libcgal-dev, libbullet-dev, libtbb-dev)"};
+inline constexpr Companion speed_companion{"bench speed", "palpate-bench-speed",
+                                           "a build with the benchmarks (PALPATE_BUILD_BENCH)"};
 
 /// Becomes the program, which lies beside this one, with these arguments; does not return. Throws BadInput
 /// where it is not there.

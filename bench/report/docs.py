@@ -11,13 +11,18 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 import dynamics_table
+import handling_table
+import instructions_table
 import page
 import query_table
 import sort_table
+import speed_table
 import step_table
 
 PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-misses", "cell-size", "structures", "table-2")
 LONGEST_TABLE = 120
+# Of `palpate bench speed`, with a table of goals.
+SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step")
 
 
 def newest_report(folder):
@@ -106,10 +111,11 @@ def pages(root):
     """{page: {block: text}}"""
     results = root / "bench/results"
     file, report = newest_report(results)
-    tables = {name: module.table(json.loads((results / json_name).read_text()))
-              for name, module, json_name in (("sort", sort_table, "sorts.json"), ("query", query_table, "query.json"),
-                                              ("dynamics", dynamics_table, "dynamics.json"),
-                                              ("step", step_table, "step.json"))}
+    kept = {name: json.loads((results / f"{name}.json").read_text()) for name in SPEED_PARTS + ("instructions", "sorts")}
+    tables = {"sort": sort_table.table(kept["sorts"]), "speed": speed_table.table([kept[name] for name in SPEED_PARTS])}
+    for module in (query_table, handling_table, dynamics_table, step_table, instructions_table):
+        name = module.__name__.removesuffix("_table")
+        tables[name] = module.table(kept[name])
     return {
         root / "docs/benchmarks.md": {"report": benchmarks(file, report), **{f"{name} table": text for name, text in tables.items()}},
         root / "docs/paper-map.md": {"findings": findings(file, report)},

@@ -57,6 +57,7 @@ class DevScript(unittest.TestCase):
             (["bench", "--fast"], "bench takes --quick, --full and --compare OLD [NEW], found '--fast'"),
             (["bench", "--compare"], "--compare needs a report"),
             (["bench", "--compare", "nowhere.json"], "there is no file '/nowhere.json'"),
+            (["bench", "instructions", "--fast"], "bench instructions takes --keep, found '--fast'"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
         ]:
             with self.subTest(arguments=arguments):

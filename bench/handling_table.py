@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""Writes the table of collision handling in docs/benchmarks.md from handling.json of `palpate bench speed`.
+
+Usage: handling_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
+
+In MARKDOWN the text between the two marks 'handling table' is replaced.
+"""
+
+import page
+
+
+def rows(cases):
+    yield "| scene | work | ms | of it contacts, ms |"
+    yield "|---|---|---:|---:|"
+    for case in cases:
+        if "border_edges" in case:
+            edges = case["border_edges"]
+            yield f"| {case['name']} | {case['edges']} border edges against triangles | {edges['ms']:.3f} | – |"
+            yield f"| {case['name']} | the same, Embree: {edges['embree_mode']} | {edges['embree_ms']:.3f} | – |"
+        for way, words in (("clustered", "whole detection, all anew"), ("coherent", "whole detection, with coherence")):
+            if way in case:
+                yield f"| {case['name']} | {words} | {case[way]['all_ms']:.3f} | {case[way]['contacts_ms']:.3f} |"
+
+
+def table(report):
+    return "\n".join([page.machine(report), "", *rows(report["cases"])]) + "\n"
+
+
+if __name__ == "__main__":
+    page.write_table(__doc__, "handling", table)

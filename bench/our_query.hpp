@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/cluster_query.hpp"
+#include "contact/point_in_tet.hpp"
+#include "grid/compact.hpp"
+#include "grid/fixed_positions.hpp"
+#include "grid/lattice.hpp"
+#include "measure/query_scenes.hpp"
+#include "parallel/parallel.hpp"
+#include "peers/peer.hpp"
+
+namespace palpate::bench {
+
+/// What a scene is made of, for our own queries: as Detector has it.
+struct Setting {
+  explicit Setting(const measure::QueryScene& s);
+  [[nodiscard]] PairFilter may_touch() const { return {immovable, scene.self_collision}; }
+
+  const measure::QueryScene& scene;
+  std::vector<std::uint8_t> immovable;  ///< per body
+  std::vector<std::uint8_t> takes_part;
+  std::vector<std::uint8_t> marks;  ///< per point: of an immovable body
+  Course course;
+  double cell_size = 0.0;
+  Lattice lattice;
+};
+
+/// The clustered query with its grid, frame after frame.
+class OurQuery {
+ public:
+  /// \param setting   must outlive it
+  /// \param coherent  with lists of near points, made for earlier frames
+  OurQuery(const Setting& setting, int threads, bool coherent);
+  /// Valid until the next. Throws where the positions have left the lattice.
+  std::span<const PointInTet> find(std::span<const Vec3> positions);
+
+  [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
+  /// The positions of the last find(), by the lattice of the setting.
+  [[nodiscard]] const FixedPositions& fixed() const { return fixed_; }
+
+ private:
+  const Setting* setting_;
+  bool coherent_;
+  parallel::Threads threads_;
+  CompactGrid grid_;
+  ClusterQuery query_;
+  FixedPositions fixed_;
+  bool is_new_ = true;
+};
+
+/// While it lives, Highway's dispatch takes one target; 0 leaves it as it is. This processor must have it.
+class ForcedTarget {
+ public:
+  explicit ForcedTarget(std::int64_t target);
+  ~ForcedTarget();
+  ForcedTarget(const ForcedTarget&) = delete;
+  ForcedTarget& operator=(const ForcedTarget&) = delete;
+
+ private:
+  std::int64_t target_;
+};
+
+}  // namespace palpate::bench

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// `palpate bench speed`: what we do beside what others do, in parts that can be measured alone.
+namespace palpate::bench {
+
+using Json = nlohmann::ordered_json;
+
+/// What all parts are told.
+struct SpeedEffort {
+  std::optional<int> frames;  ///< that a figure is the median of; none: as many as each part wants
+  double most_tets = 1e300;   ///< larger scenes are left out
+  std::filesystem::path scenes = "scenes";  ///< has stacking.json
+  std::filesystem::path skull;              ///< has hq_skull.mesh and others; empty: none
+
+  [[nodiscard]] int frames_or(int usual) const { return frames.value_or(usual); }
+};
+
+/// A scene or kernel of a part.
+struct Case {
+  std::string name;
+  double tets = 0.0;
+  /// Throws Error where a result is wrong.
+  std::function<Json()> measure;
+};
+
+struct Part {
+  std::string_view name;  ///< of the file, too: "query"
+  std::vector<Case> cases;
+  /// The rows of the tables (rows.hpp) that some measured cases make.
+  std::function<Json(const Json& cases)> rows;
+};
+
+Part query_part(const SpeedEffort& effort);         ///< points in tets, beside Embree
+Part handling_part(const SpeedEffort& effort);      ///< border edges beside Embree; the whole of a detection
+Part movers_part(const SpeedEffort& effort);        ///< putting movers in order, beside std::sort
+Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its solution, beside Eigen
+Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA
+Part instructions_part(const SpeedEffort& effort);  ///< what kernels cost, without a clock
+/// Why instructions cannot be counted on this machine; empty: they can.
+std::string why_not_counted();
+
+/// Measures the cases one after the other into head["cases"], and head["table"] of them. Each time the file
+/// is written anew, so that a run that is broken off leaves what it has.
+/// \param head  of the file: what was measured where and when
+Json run_part(const Part& part, Json head, const std::filesystem::path& file,
+              const std::function<void(const std::string& line)>& tell);
+
+}  // namespace palpate::bench

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+/// The tables of what we set out to reach: detection, dynamics and whole steps.
+namespace palpate::bench {
+
+inline constexpr std::array<std::string_view, 3> table_names{"detection", "dynamics", "whole"};
+
+/// A row of these tables, as we set it ourselves: a ratio that must be reached, and one that would be fine.
+struct Goal {
+  std::string_view table;
+  std::string_view work;
+  double must = 0.0;
+  double aim = 0.0;
+  std::string_view unit = "×";  ///< of the ratio: "×" or "%"
+  bool at_most = false;         ///< both are upper bounds
+};
+
+// This is the only place that has them.
+inline constexpr Goal goals[] = {
+    {"detection", "contacts, stacking 10000", 27, 40},
+    {"detection", "contacts, stacking 102400", 24, 35},
+    {"detection", "contacts, stacking 1000000", 18, 30},
+    {"detection", "contacts with coherence, stacking 10000", 50, 80},
+    {"detection", "contacts with coherence, stacking 1000000", 28, 50},
+    {"detection", "contacts, pile", 18, 30},
+    {"detection", "contacts, self-collision", 20, 30},
+    {"detection", "contacts, 2 threads against 1, stacking 10000", 1.5, 1.8},
+    {"detection", "contacts, 2 threads against 1, stacking 1000000", 1.85, 1.95},
+    {"detection", "contacts, AVX2 against AVX-512, stacking 10000", 55, 75, "%"},
+    {"detection", "border edges against triangles, stacking 10000", 7.5, 15},
+    {"detection", "adding 2 % movers, 128k entries, against memcpy", 6, 3, "×", true},
+    {"detection", "adding 2 % movers, 128k entries, against std::sort", 30, 45},
+    {"detection", "whole collision handling against its contacts, stacking 10000", 2.5, 1.6, "×", true},
+    {"detection", "contacts, ns a tet with 10 million against 10000", 2.3, 1.5, "×", true},
+    {"dynamics", "rotations, forces, assembly: stacking", 20, 40},
+    {"dynamics", "rotations, forces, assembly: skull", 22, 45},
+    {"dynamics", "rotations, forces, assembly: block", 12, 20},
+    {"dynamics", "time to an error of 1e-3: stacking", 20, 45},
+    {"dynamics", "time to an error of 1e-3: skull", 30, 70},
+    {"dynamics", "time to an error of 1e-3: block", 8, 15},
+    {"dynamics", "product with the matrix against reading as much: stacking", 70, 85, "%"},
+    {"dynamics", "product with the matrix against reading as much: skull", 70, 85, "%"},
+    {"dynamics", "product with the matrix against reading as much: block", 70, 85, "%"},
+    {"whole", "step of 25 iterations: stacking at rest", 12, 20},
+    {"whole", "step of 25 iterations: head", 6, 12},
+    {"whole", "step to an error of 1e-3: stacking at rest", 5, 12},
+    {"whole", "step to an error of 1e-3: head", 3, 5},
+};
+
+/// The rows of the cases that each part has measured, with goal and verdict ("aim met", "met", "missed").
+/// Those that these cases do not suffice for are left out.
+nlohmann::ordered_json query_rows(const nlohmann::ordered_json& cases);
+nlohmann::ordered_json handling_rows(const nlohmann::ordered_json& cases);
+nlohmann::ordered_json movers_rows(const nlohmann::ordered_json& cases);
+nlohmann::ordered_json dynamics_rows(const nlohmann::ordered_json& cases);
+nlohmann::ordered_json step_rows(const nlohmann::ordered_json& cases);
+
+/// How the step of the machine whose references are known scales to ours: the middle one of the three ratios
+/// of references, ours over theirs in time, so that one that is odd does not count.
+double machine_scale(const nlohmann::ordered_json& references);
+
+/// The tables as text: rows of all parts, table by table.
+std::string table_text(const nlohmann::ordered_json& rows);
+
+}  // namespace palpate::bench

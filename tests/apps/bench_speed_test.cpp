@@ -1,0 +1,123 @@
+// `palpate bench speed` in two frames of the smallest scenes: every part runs, finds the same as the other
+// side (else it ends with 1), and writes what it prints. No time is judged.
+#include <gtest/gtest.h>
+
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+class BenchSpeed : public CommandTest {
+ protected:
+  BenchSpeed() { write("stacking.json", falling_box()); }
+  [[nodiscard]] static std::vector<std::string> call(const std::string& part,
+                                                     const std::string& most_tets = "10000") {
+    return {"bench",   "speed", "--only", part,       "--frames", "2",     "--most-tets",
+            most_tets, "--out", "out",    "--scenes", ".",        "--json"};
+  }
+  /// What a part prints; checks head and file.
+  [[nodiscard]] Json measured(const std::string& part) const {
+    const Json report = json_of(call(part));
+    EXPECT_EQ(report["kind"], "speed");
+    for (const char* key : {"memcpy_GB_per_s", "sort_ms", "multiply_add_ms"})
+      EXPECT_GT(report["references"][key].get<double>(), 0.0) << key;
+    for (const char* key : {"cpu", "compiler", "commit"}) EXPECT_TRUE(report["machine"].contains(key)) << key;
+    const Json file = Json::parse(read("out/" + part + ".json"));
+    EXPECT_EQ(file["part"], part);
+    EXPECT_EQ(file["table"], report["rows"]);
+    EXPECT_EQ(file["references"], report["references"]);
+    for (const Json& row : report["rows"]) {
+      EXPECT_GT(row["ours"].get<double>(), 0.0) << row;
+      EXPECT_GT(row["other"].get<double>(), 0.0) << row;
+      const bool at_most = row["at_most"];
+      const bool reached = at_most ? row["ratio"] <= row["must"] : row["ratio"] >= row["must"];
+      EXPECT_EQ(reached, row["verdict"] != "missed") << row;
+    }
+    return report;
+  }
+};
+
+TEST_F(BenchSpeed, QueryFindsWhatEmbreeFinds) {
+  const Json report = measured("query");
+  EXPECT_GE(report["rows"].size(), 4U);
+  EXPECT_EQ(report["rows"][0]["table"], "detection");
+  EXPECT_EQ(report["rows"][0]["work"], "contacts, stacking 10000");
+}
+
+TEST_F(BenchSpeed, HandlingHasEdgesAndTheWhole) {
+  EXPECT_EQ(measured("handling")["rows"].size(), 2U);
+}
+
+TEST_F(BenchSpeed, MoversAreSorted) {
+  EXPECT_EQ(measured("movers")["rows"].size(), 2U);
+}
+
+TEST_F(BenchSpeed, DynamicsReachTheError) {
+#ifndef NDEBUG
+  GTEST_SKIP() << "takes minutes where Eigen is not optimised";
+#endif
+  const Json report = measured("dynamics");
+  EXPECT_EQ(report["rows"].size(), 3U) << "the stack alone";
+  const Json file = Json::parse(read("out/dynamics.json"));
+  for (const auto& [name, run] : file["cases"][0]["solve"].items())
+    EXPECT_LE(run["largest_error"].get<double>(), 2e-3) << name;
+}
+
+TEST_F(BenchSpeed, StepsAreThoseOfTheScene) {
+  const Json report = measured("step");
+  EXPECT_EQ(report["rows"].size(), 2U);
+  EXPECT_EQ(report["rows"][0]["table"], "whole");
+  EXPECT_EQ(Json::parse(read("out/step.json"))["cases"][0]["tets"], 5 * 9 + 5 * 4);
+}
+
+TEST_F(BenchSpeed, InstructionsAreThoseOfAsMuchWork) {
+  const std::vector<std::string> words = call("instructions", "400");
+  const Finished done = palpate(words);
+  if (done.exit_code == 2) {
+    expect_error(2, words, {"--only: found 'instructions, but there is no"});
+    GTEST_SKIP() << done.err;
+  }
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Json counts = Json::parse(done.out)["instructions"];
+  ASSERT_EQ(counts.size(), 10U);
+  for (const Json& kernel : counts) {
+    EXPECT_EQ(kernel.at("cells"), 2) << kernel;
+    EXPECT_GT(kernel["per_unit"].get<double>(), 10.0) << kernel;
+    EXPECT_LT(kernel["per_unit"].get<double>(), 1e5) << kernel;
+    // 20 membranes of 2 x 2 x 1 cells of 5 tets, two frames.
+    if (kernel["unit"] == "tet") {
+      EXPECT_EQ(kernel["units"], 2 * 20 * 4 * 5) << kernel;
+    } else if (kernel["unit"] == "point") {
+      EXPECT_EQ(kernel["units"], 2 * 20 * 18) << kernel;
+    }
+  }
+}
+
+TEST_F(BenchSpeed, WithoutJsonItIsATable) {
+  const std::string text = output_of({"bench", "speed", "--only", "movers", "--frames", "2"});
+  for (const char* part : {"memcpy of 64 MiB", "GB/s", "must", "aim", "against std::sort", "≤ 6×", "commit"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  EXPECT_TRUE(exists("results/bench-speed/movers.json"));
+}
+
+TEST_F(BenchSpeed, HelpTeachesByExamples) {
+  const std::string help = output_of({"bench", "speed", "--help"});
+  for (const char* part : {"Usage: palpate bench speed", "Examples:", "\n  palpate bench speed ",
+                           "--only query", "--skull", "'must'"})
+    EXPECT_NE(help.find(part), std::string::npos) << part << " in " << help;
+}
+
+TEST_F(BenchSpeed, RefusesWhatIsNotThere) {
+  expect_error(
+      2, {"bench", "speed", "--only", "everything"},
+      {"--only: found 'everything'", "'query', 'handling', 'movers', 'dynamics', 'step', 'instructions'"});
+  expect_error(2, {"bench", "speed", "--frames", "0"}, {"--frames: found '0'"});
+  expect_error(2, {"bench", "speed", "--skull", "nowhere"}, {"--skull", "nowhere/hq_skull.mesh"});
+  expect_error(2, {"bench", "speed", "--scenes", "nowhere"}, {"--scenes", "nowhere/stacking.json"});
+  expect_error(2, {"bench", "speed", "--only", "query", "--most-tets", "100"}, {"--most-tets: found '100'"});
+  expect_error(2, {"bench", "speed", "--fast"}, {"--fast"});
+  expect_error(2, {"bench", "sped"}, {"'sped'", "expected 'speed'"});
+}
+
+}  // namespace
+}  // namespace palpate::test
