@@ -31,10 +31,11 @@ void RestFactor::order() {
     begin.push_back(static_cast<Index>(columns.size()));
   }
   order_ = minimum_degree_order(begin, columns);
-  const std::vector<Index> body = matrix_->body_of_row();
-  std::ranges::stable_sort(order_, {}, [&](Index row) { return at(body, row); });
+  const std::vector<Index> bodies = matrix_->body_of_point();
+  const auto body = [&](Index row) { return at(bodies, at(points, row)); };
+  std::ranges::stable_sort(order_, {}, body);
   for (std::size_t k = 0; k < order_.size(); ++k) {
-    if (k == 0 || at(body, order_[k]) != at(body, order_[k - 1]))
+    if (k == 0 || body(order_[k]) != body(order_[k - 1]))
       body_begin_.push_back(static_cast<std::uint32_t>(k));
   }
   body_begin_.push_back(static_cast<std::uint32_t>(order_.size()));
