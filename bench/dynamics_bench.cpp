@@ -1,6 +1,6 @@
 // A step's linear system and its solution, beside what a careful user of Eigen writes. One thread.
 //
-//   palpate_bench_dynamics JSON [SKULL_FOLDER]
+//   palpate_bench_dynamics JSON [SKULL_FOLDER [CASE]]
 //
 // Frames are distinct deformations of a scene; in each both are measured in turn. Of Eigen's preconditioners
 // the better is taken, with the loosest tolerance that leads to the error asked for; ours gets that error as
@@ -309,6 +309,7 @@ int run(int argc, char** argv) {
   nlohmann::json json{{"context", machine_context()}, {"references", machine_references()}};
   bool wrong = false;
   for (Case& c : cases(argc > 2 ? argv[2] : "")) {
+    if (argc > 3 && c.name != argv[3]) continue;
     json["cases"].push_back(measure(c, wrong));
     std::fprintf(stderr, "%s: done\n", c.name.c_str());
     std::ofstream(argv[1]) << json.dump(1) << '\n';
@@ -321,8 +322,8 @@ int run(int argc, char** argv) {
 }  // namespace palpate::bench
 
 int main(int argc, char** argv) {
-  if (argc < 2 || argc > 3) {
-    std::fprintf(stderr, "usage: palpate_bench_dynamics JSON [SKULL_FOLDER]\n");
+  if (argc < 2 || argc > 4) {
+    std::fprintf(stderr, "usage: palpate_bench_dynamics JSON [SKULL_FOLDER [CASE]]\n");
     return 2;
   }
   return palpate::bench::run(argc, argv);

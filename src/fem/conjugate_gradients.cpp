@@ -69,6 +69,12 @@ double ConjugateGradients::start(const Run& run) {
     std::fill(run.x.begin(), run.x.end(), simd::Padded3{});
     return 0.0;
   }
+  const double squared_x = parallel::sum(run.threads, points, partial_sums_,
+                                         [&](std::size_t i) { return dot(run.x[i], run.x[i]); });
+  if (squared_x == 0.0) {  // no guess: what a product would say is known
+    std::copy(run.b.begin(), run.b.end(), residual_.begin());
+    return std::sqrt(squared_b);
+  }
   find_residual(run);
   // Squared residual of the guess below that of zero by this much.
   const double gain = parallel::sum(run.threads, points, partial_sums_, [&](std::size_t i) {

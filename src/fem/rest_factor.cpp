@@ -174,10 +174,11 @@ double RestFactor::apply(const parallel::Threads& threads, std::span<const float
   parallel::for_chunks(threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::turn_back(turned, r.data(), vector_.data(), begin, end);
   });
-  parallel::for_chunks(threads, body_begin_.size() - 1, 1,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::solve_columns(columns, vector_.data(), body_begin_[begin], body_begin_[end]);
-                       });
+  parallel::for_chunks(
+      threads, body_begin_.size() - 1, 2, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::solve_columns(columns, vector_.data(), {body_begin_[begin], body_begin_[begin + 1]},
+                            {body_begin_[begin + 1], body_begin_[end]});  // none, where there is one body
+      });
   parallel::for_chunks(
       threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         partial_[chunk] = simd::turn_forth(turned, r.data(), vector_.data(), z.data(), begin, end);

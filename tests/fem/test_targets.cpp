@@ -277,7 +277,7 @@ TEST(SimdTargets, FactorKernelsEqualTheirTwins) {
                             places.data(), taken.data(), rotations.data()};
   };
   std::vector<simd::Quad> solved(quads.begin(), quads.begin() + 4);
-  simd::scalar::solve_columns(columns, solved.data(), 0, 4);
+  simd::scalar::solve_columns(columns, solved.data(), {0, 4}, {});
   std::vector<float> rotations(turns.size());
   simd::scalar::find_rotations(rows_with(rotations), positions.data(), 0, 2);
   std::vector<simd::Quad> back(32);
@@ -290,7 +290,7 @@ TEST(SimdTargets, FactorKernelsEqualTheirTwins) {
   };
   palpate::test::for_each_simd_target([&](const char* target) {
     std::vector<simd::Quad> b(quads.begin(), quads.begin() + 4);
-    simd::solve_columns(columns, b.data(), 0, 4);
+    simd::solve_columns(columns, b.data(), {0, 4}, {});
     EXPECT_LT(distance(three(b), three(solved)), 1e-5 * size_of(three(solved))) << target;
     std::vector<float> found(turns.size());
     simd::find_rotations(rows_with(found), positions.data(), 0, 2);
@@ -302,6 +302,27 @@ TEST(SimdTargets, FactorKernelsEqualTheirTwins) {
     const double sum = simd::turn_forth(rows_with(turns), r.data(), quads.data(), z.data(), 0, 2);
     EXPECT_LT(distance(z, forth), 1e-6 * size_of(forth)) << target;
     EXPECT_NEAR(sum, inner, 1e-5 * size_of(r) * size_of(forth)) << target;
+  });
+}
+
+/// Two bodies of four columns and of two, in both orders: the bits of one after the other.
+TEST(SimdTargets, ColumnsSideBySideAreSolvedAsAlone) {
+  const std::vector<std::uint32_t> begin{0, 2, 3, 4, 4, 5, 5};
+  const std::vector<std::uint32_t> block_rows{2, 3, 3, 3, 5};
+  const auto blocks = random_floats(9 * 5 + 3, 118);
+  const auto inverses = random_floats(9 * 6 + 3, 119);
+  const simd::FactorColumns columns{begin.data(), block_rows.data(), blocks.data(), inverses.data()};
+  const auto quads = random_quads(6, 120);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<simd::Quad> alone = quads;
+    simd::solve_columns(columns, alone.data(), {0, 4}, {});
+    simd::solve_columns(columns, alone.data(), {4, 6}, {});
+    std::vector<simd::Quad> together = quads;
+    simd::solve_columns(columns, together.data(), {0, 4}, {4, 6});
+    EXPECT_EQ(flat(together), flat(alone)) << target;
+    together = quads;
+    simd::solve_columns(columns, together.data(), {4, 6}, {0, 4});
+    EXPECT_EQ(flat(together), flat(alone)) << target;
   });
 }
 
