@@ -80,20 +80,59 @@ void DepthEstimate::lay_out(const Frame& frame) {
 void DepthEstimate::assemble(const Frame& frame) {
   normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
   const std::size_t chunks = parallel::chunk_count(notes_.size(), contacts_of_search);
-  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
+  if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
   parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         for (std::size_t c = begin; c < end; ++c) {
-                           add_border(frame, c);
-                           add_links(frame, c);
-                           add_surface(frame, c, searches_[chunk]);
-                           make_guess(frame, c);
-                         }
+                         assemble_contacts(frame, begin, end, scratches_[chunk]);
                        });
 }
 
-/// The mean plane of the crossings of a contact's border edges.
-void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
+void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
+                                      Scratch& scratch) {
+  list_crossings(frame, begin, end, scratch);
+  find_normals(frame, scratch);
+  const Vec3* normal = scratch.normals.data();
+  for (std::size_t c = begin; c < end; ++c) {
+    add_border(frame, c, normal);
+    add_links(frame, c);
+  }
+  scratch.points.clear();
+  scratch.beside.clear();
+  for (std::size_t c = begin; c < end; ++c) list_surface(frame, c, scratch);
+  find_normals(frame, scratch);
+  std::size_t next = 0;
+  for (std::size_t c = begin; c < end; ++c) {
+    add_surface(frame, c, scratch, next);
+    make_guess(frame, c);
+  }
+}
+
+void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
+  resize_with_room(scratch.normals, scratch.points.size());
+  normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
+}
+
+/// Crossings of those border edges of the contacts that have one, as nearly all.
+void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
+                                   Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  scratch.points.clear();
+  make_room(scratch.points, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
+  for (std::size_t c = begin; c < end; ++c) {
+    const Vec3& p = at(frame.positions, contacts.point[c]);
+    for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+      const Index first = at(frame.crossings.begin(), e);
+      if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
+      const Crossing& crossing = at(frame.crossings.crossings(), first);
+      const Vec3 edge = at(frame.positions, at(frame.border_edges, e).free_point) - p;
+      scratch.points.push_back({crossing.triangle, p + crossing.parameter * edge});
+    }
+  }
+}
+
+/// The mean plane of the crossings of a contact's border edges. `normal` is that of the next edge with one
+/// crossing, and goes on.
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& next_normal) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
   note.nearest_crossing = std::numeric_limits<double>::infinity();
@@ -111,8 +150,10 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
       continue;
     }
     const Vec3 edge = at(frame.positions, free_point) - p;
-    const EdgeExit way_out(frame.bodies, frame.positions, normals_, p, edge,
-                           frame.crossings.crossings().subspan(first, last - first));
+    const std::span<const Crossing> crossings = frame.crossings.crossings().subspan(first, last - first);
+    const EdgeExit way_out = crossings.size() == 1
+                                 ? EdgeExit(edge, crossings[0], *next_normal++)
+                                 : EdgeExit(frame.bodies, frame.positions, normals_, p, edge, crossings);
     note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
     if (note.fixed && !way_out.at_point) continue;
     if (way_out.at_point && !note.fixed) {
@@ -131,31 +172,42 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
   contacts.direction[c] = normal;
 }
 
-/// The planes of the surface triangles so near that they outweigh all else: where a point comes near the
-/// surface from inside, far from its border edges, it must know before it leaves there.
-void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& search) {
+/// The surface triangles so near that they outweigh all else: where a point comes near the surface from
+/// inside, far from its border edges, it must know before it leaves there.
+void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  const Note& note = notes_[c];
+  if (note.fixed) return;  // on the surface
+  // The same before and after a neighbour enters the body.
+  const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
+  const double reach = 1.0 / std::sqrt(others);
+  constexpr double smallest = 1e-12;
+  scratch.search.for_each_face(
+      frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
+      own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
+        const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
+        scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
+        scratch.beside.push_back({c, excess * excess});
+      });
+}
+
+/// Their planes, from the one numbered `next` on, which becomes that of the next contact.
+void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
+                                std::size_t& next) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
   PlaneSystem::Node& node = system_.nodes[c];
-  if (note.fixed) return;  // on the surface
+  if (note.fixed) return;
   const Vec3& p = at(frame.positions, contacts.point[c]);
   const double border = note.border_weight;
   const double links = node.diagonal - border;
-  // The same before and after a neighbour enters the body.
-  const double others = note.edges + (border - link_weight * note.border_edges);
-  const double reach = 1.0 / std::sqrt(others);
-  constexpr double smallest = 1e-12;
-  search.for_each_face(frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
-                       [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-                         const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
-                         const double weight = excess * excess;
-                         const Vec3 normal =
-                             normals_.at_point(frame.bodies, frame.positions,
-                                               normals_.triangle_of_face(frame.bodies, tet, opposite), x);
-                         note.border_weight += weight;
-                         contacts.depth[c] += weight * dot(x - p, normal);
-                         contacts.direction[c] += weight * normal;
-                       });
+  for (; next < scratch.beside.size() && scratch.beside[next].contact == c; ++next) {
+    const double weight = scratch.beside[next].weight;
+    const Vec3& normal = scratch.normals[next];
+    note.border_weight += weight;
+    contacts.depth[c] += weight * dot(scratch.points[next].x - p, normal);
+    contacts.direction[c] += weight * normal;
+  }
   node.diagonal += note.border_weight - border;
   note.fixed = note.border_weight > alone * links;
 }
@@ -299,7 +351,8 @@ void DepthEstimate::leave_out(std::size_t c) {
 void DepthEstimate::finish(const Frame& frame) {
   parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         for (std::size_t c = begin; c < end; ++c) finish_contact(frame, c, searches_[chunk]);
+                         for (std::size_t c = begin; c < end; ++c)
+                           finish_contact(frame, c, scratches_[chunk].search);
                        });
 }
 

@@ -59,14 +59,30 @@ class DepthEstimate {
     bool fixed = false;             ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
   };
+  /// What a surface triangle beside a contact weighs.
+  struct Beside {
+    std::size_t contact;
+    double weight;
+  };
+  /// Memory of a chunk of contacts.
+  struct Scratch {
+    ExitSearch search;
+    std::vector<TrianglePoint> points;  ///< crossings of edges that have one, or what is beside contacts
+    std::vector<Beside> beside;         ///< (n_points)
+    std::vector<Vec3> normals;          ///< (n_points)
+  };
   /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
-  void add_border(const Frame& frame, std::size_t c);
+  void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
+  void find_normals(const Frame& frame, Scratch& scratch) const;
+  void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
+  void add_border(const Frame& frame, std::size_t c, const Vec3*& normal);
   void add_links(const Frame& frame, std::size_t c);
-  void add_surface(const Frame& frame, std::size_t c, ExitSearch& search);
+  void list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const;
+  void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
   void make_guess(const Frame& frame, std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
@@ -85,7 +101,7 @@ class DepthEstimate {
   std::vector<Note> notes_;               ///< (n_contacts)
   std::vector<Index> frontier_;
   std::vector<Index> next_;
-  std::vector<ExitSearch> searches_;  ///< of each chunk of contacts
+  std::vector<Scratch> scratches_;  ///< of each chunk of contacts
 };
 
 }  // namespace palpate
