@@ -135,7 +135,7 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
 void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& next_normal) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
-  note.nearest_crossing = std::numeric_limits<double>::infinity();
+  note.nearest_crossing = note.nearest_surface = std::numeric_limits<double>::infinity();
   const Vec3& p = at(frame.positions, contacts.point[c]);
   double depth = 0.0;
   Vec3 normal;
@@ -187,7 +187,7 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scr
       own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
         const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
         scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
-        scratch.beside.push_back({c, excess * excess});
+        scratch.beside.push_back({c, distance, excess * excess});
       });
 }
 
@@ -202,8 +202,9 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch
   const double border = note.border_weight;
   const double links = node.diagonal - border;
   for (; next < scratch.beside.size() && scratch.beside[next].contact == c; ++next) {
-    const double weight = scratch.beside[next].weight;
+    const auto& [contact, distance, weight] = scratch.beside[next];
     const Vec3& normal = scratch.normals[next];
+    note.nearest_surface = std::min(note.nearest_surface, distance);
     note.border_weight += weight;
     contacts.depth[c] += weight * dot(scratch.points[next].x - p, normal);
     contacts.direction[c] += weight * normal;
@@ -394,7 +395,12 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, ExitSearch
   }
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
-  if (note.nearest_crossing <= enough) return;
+  if (std::min(note.nearest_crossing, note.nearest_surface) <= enough) return;
+  if (std::isfinite(note.nearest_surface)) {  // nothing beside it is nearer
+    contacts.depth[c] = std::min(note.nearest_crossing, note.nearest_surface);
+    if (note.from_surface == from_planes) note.from_surface = raised;
+    return;
+  }
   double bound = note.nearest_crossing;
   const auto look = [&](const Vec3& way) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));

@@ -55,13 +55,15 @@ class DepthEstimate {
     double border_edges = 0.0;      ///< of those with a crossing
     double border_weight = 0.0;     ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
+    double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
     bool fixed = false;             ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
   };
-  /// What a surface triangle beside a contact weighs.
+  /// A surface triangle beside a contact.
   struct Beside {
     std::size_t contact;
+    double distance;
     double weight;
   };
   /// Memory of a chunk of contacts.
