@@ -28,14 +28,28 @@ constexpr double smallest_normal = 1e-6;
 /// Length of the mean normal above which the planes count as one.
 constexpr double full_agreement = 0.9;
 
-/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
-double squared_distance(const Bodies& bodies, std::span<const Vec3> positions, Index p, Index q) {
-  constexpr double smallest = 1e-12;
-  return std::max(squared_length(at(positions, q) - at(positions, p)),
-                  smallest * squared_length(at(bodies.points_rest(), q) - at(bodies.points_rest(), p)));
+/// Of the squared length of an edge at rest: less is taken for that much.
+constexpr double smallest = 1e-12;
+
+double longest_squared_edge(const Bodies& bodies) {
+  double longest = 0.0;
+  for (const auto& [p, q] : bodies.edges())
+    longest = std::max(longest, squared_length(at(bodies.points_rest(), q) - at(bodies.points_rest(), p)));
+  return longest;
 }
 
 }  // namespace
+
+DepthEstimate::DepthEstimate(const Bodies& bodies)
+    : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
+
+/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+double DepthEstimate::squared_distance(const Frame& frame, Index p, Index q) const {
+  const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
+  if (now >= surely_enough_) return now;  // spares looking at the rest
+  const std::span<const Vec3> rest = frame.bodies.points_rest();
+  return std::max(now, smallest * squared_length(at(rest, q) - at(rest, p)));
+}
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
@@ -141,7 +155,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& n
   Vec3 normal;
   for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
     const Index free_point = at(frame.border_edges, e).free_point;
-    const double l2 = squared_distance(frame.bodies, frame.positions, contacts.point[c], free_point);
+    const double l2 = squared_distance(frame, contacts.point[c], free_point);
     note.edges += 1.0 / l2;
     const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
     const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
@@ -181,11 +195,11 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scr
   // The same before and after a neighbour enters the body.
   const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
   const double reach = 1.0 / std::sqrt(others);
-  constexpr double smallest = 1e-12;
+  constexpr double smallest_share = 1e-12;
   scratch.search.for_each_face(
       frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
       own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-        const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
+        const double excess = 1.0 / std::max(distance, smallest_share * reach) - 1.0 / reach;
         scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
         scratch.beside.push_back({c, distance, excess * excess});
       });
@@ -237,7 +251,7 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
       ++border;
       continue;
     }
-    const double link = link_weight / squared_distance(bodies, frame.positions, point, other);
+    const double link = link_weight / squared_distance(frame, point, other);
     at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
     weight += link;
   }

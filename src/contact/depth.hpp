@@ -28,7 +28,7 @@ namespace palpate {
 /// edge, the nearest surface point is taken.
 class DepthEstimate {
  public:
-  explicit DepthEstimate(const Bodies& bodies) : normals_(bodies) {}
+  explicit DepthEstimate(const Bodies& bodies);
 
   /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
   /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
@@ -76,6 +76,7 @@ class DepthEstimate {
   /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
+  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const;
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
@@ -97,6 +98,7 @@ class DepthEstimate {
   Index regions_not_reached();
 
   SurfaceNormals normals_;
+  double surely_enough_;  ///< squared length of an edge that is not too short, whichever it is
   PlaneSystem system_;
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
