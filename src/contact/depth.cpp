@@ -17,6 +17,7 @@ constexpr std::size_t grain = 256;
 /// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
 constexpr double alone = 1e8;
 constexpr std::size_t contacts_of_search = 64;
+constexpr std::size_t few = 16;
 /// Share of a contact's edges that pulls it back to knowing nothing: what comes from far counts less.
 constexpr double forgetting = 0.01;
 /// Knowledge above which a mean is trusted.
@@ -110,9 +111,13 @@ void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std
     add_border(frame, c, normal);
     add_links(frame, c);
   }
+  const std::size_t room_for_points = scratch.points.capacity();
+  const std::size_t room_for_beside = scratch.beside.capacity();
   scratch.points.clear();
   scratch.beside.clear();
   for (std::size_t c = begin; c < end; ++c) list_surface(frame, c, scratch);
+  keep_room(scratch.points, room_for_points, scratch.points.size() + few);
+  keep_room(scratch.beside, room_for_beside, scratch.beside.size() + few);
   find_normals(frame, scratch);
   std::size_t next = 0;
   for (std::size_t c = begin; c < end; ++c) {
@@ -122,7 +127,8 @@ void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std
 }
 
 void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
-  resize_with_room(scratch.normals, scratch.points.size());
+  scratch.normals.reserve(scratch.points.capacity());
+  scratch.normals.resize(scratch.points.size());
   normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
 }
 

@@ -68,6 +68,12 @@ class DepthEstimate {
   };
   /// Memory of a chunk of contacts.
   struct Scratch {
+    /// With room for what contacts of usual meshes need, so that steady steps ask for no more.
+    Scratch() {
+      points.reserve(1024);
+      beside.reserve(1024);
+      normals.reserve(1024);
+    }
     ExitSearch search;
     std::vector<TrianglePoint> points;  ///< crossings of edges that have one, or what is beside contacts
     std::vector<Beside> beside;         ///< (n_points)
