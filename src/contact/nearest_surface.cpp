@@ -148,8 +148,9 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
                              const Vec3& direction, double radius, double moved, double turned) {
   constexpr double sliver = 1e-12;  // squared sine of an angle, below which a normal is too inexact
   start(tet);
-  for (std::size_t next = 0; next < reached_.size(); ++next) {
-    const Index here = reached_[next];
+  std::size_t next = 0;
+  while (next < reached_.size()) {
+    const Index here = reached_[next++];
     const Tet& corners = at(bodies.tets(), here);
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       const Index neighbor = at(bodies.tet_neighbors(), here)[opposite];
