@@ -82,6 +82,7 @@ class DepthEstimate {
   /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
+  static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
   [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const;
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
