@@ -27,14 +27,11 @@ OurDynamics::OurDynamics(const Bodies& bodies, const Material& material,
 void OurDynamics::update(const parallel::Threads& threads, std::span<const Vec3> positions) {
   elements.update(threads, positions);
   matrix.assemble(threads, masses);
+  const auto elastic = elements.point_forces();
   for (std::size_t p = 0; p < free.size(); ++p) {
     if (free[p] == 0) continue;
-    Vec3 force = masses[p] * gravity;
-    const auto& begin = matrix.elements_of_point().begin;
-    for (Index k = begin[p]; k < begin[p + 1]; ++k) {
-      const simd::Padded3& f = elements.forces()[at(matrix.corners_of_point(), k)];
-      force += Vec3{f.x, f.y, f.z};
-    }
+    const simd::Padded3& f = elastic[p];
+    const Vec3 force = masses[p] * gravity + Vec3{f.x, f.y, f.z};
     right_side[p] = {time_step * force.x, time_step * force.y, time_step * force.z, 0.0};
   }
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "contact/edge_exit.hpp"
@@ -14,9 +13,6 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
-constexpr double alone = 1e8;
-constexpr std::size_t contacts_of_search = 64;
 /// Share of a contact's edges that pulls it back to knowing nothing: what comes from far counts less.
 constexpr double forgetting = 0.01;
 /// Knowledge above which a mean is trusted.
@@ -27,13 +23,6 @@ constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
 /// Length of the mean normal above which the planes count as one.
 constexpr double full_agreement = 0.9;
-
-/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
-double squared_distance(const Bodies& bodies, std::span<const Vec3> positions, Index p, Index q) {
-  constexpr double smallest = 1e-12;
-  return std::max(squared_length(at(positions, q) - at(positions, p)),
-                  smallest * squared_length(at(bodies.points_rest(), q) - at(bodies.points_rest(), p)));
-}
 
 }  // namespace
 
@@ -57,146 +46,6 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
   }
   counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
   return counts;
-}
-
-/// Rows of border edges and links for each contact; the rows of links have room for all edges of the point.
-void DepthEstimate::lay_out(const Frame& frame) {
-  const Contacts& contacts = frame.list.contacts();
-  const std::size_t n = contacts.size();
-  assign_with_room(border_begin_, n + 1, Index{0});
-  penetrated_.assign(frame.bodies.bodies().size(), 0);
-  for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
-  for (const Index body : contacts.body) at(penetrated_, body) = 1;
-  std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
-  assign_with_room(notes_, n, Note{});
-  assign_with_room(system_.nodes, n, PlaneSystem::Node{});
-  Index links = 0;
-  for (std::size_t c = 0; c < n; ++c) {
-    system_.nodes[c].begin = system_.nodes[c].end = links;
-    links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
-             (border_begin_[c + 1] - border_begin_[c]);
-  }
-  resize_with_room(system_.links, static_cast<std::size_t>(links));
-}
-
-void DepthEstimate::assemble(const Frame& frame) {
-  normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
-  const std::size_t chunks = parallel::chunk_count(notes_.size(), contacts_of_search);
-  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
-  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
-                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         for (std::size_t c = begin; c < end; ++c) {
-                           add_border(frame, c);
-                           add_links(frame, c);
-                           add_surface(frame, c, searches_[chunk]);
-                           make_guess(frame, c);
-                         }
-                       });
-}
-
-/// The mean plane of the crossings of a contact's border edges.
-void DepthEstimate::add_border(const Frame& frame, std::size_t c) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  note.nearest_crossing = std::numeric_limits<double>::infinity();
-  const Vec3& p = at(frame.positions, contacts.point[c]);
-  double depth = 0.0;
-  Vec3 normal;
-  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const Index free_point = at(frame.border_edges, e).free_point;
-    const double l2 = squared_distance(frame.bodies, frame.positions, contacts.point[c], free_point);
-    note.edges += 1.0 / l2;
-    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
-    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
-    if (first == last) {
-      ++note.without_crossing;
-      continue;
-    }
-    const Vec3 edge = at(frame.positions, free_point) - p;
-    const EdgeExit way_out(frame.bodies, frame.positions, normals_, p, edge,
-                           frame.crossings.crossings().subspan(first, last - first));
-    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
-    if (note.fixed && !way_out.at_point) continue;
-    if (way_out.at_point && !note.fixed) {
-      // A crossing at the point itself rules out all others.
-      note.fixed = true;
-      note.border_weight = depth = 0.0;
-      normal = {};
-    }
-    note.border_edges += 1.0 / l2;
-    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
-    note.border_weight += scale * way_out.weight;
-    depth += scale * way_out.depth;
-    normal += scale * way_out.normal;
-  }
-  contacts.depth[c] = depth;
-  contacts.direction[c] = normal;
-}
-
-/// The planes of the surface triangles so near that they outweigh all else: where a point comes near the
-/// surface from inside, far from its border edges, it must know before it leaves there.
-void DepthEstimate::add_surface(const Frame& frame, std::size_t c, ExitSearch& search) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  PlaneSystem::Node& node = system_.nodes[c];
-  if (note.fixed) return;  // on the surface
-  const Vec3& p = at(frame.positions, contacts.point[c]);
-  const double border = note.border_weight;
-  const double links = node.diagonal - border;
-  // The same before and after a neighbour enters the body.
-  const double others = note.edges + (border - link_weight * note.border_edges);
-  const double reach = 1.0 / std::sqrt(others);
-  constexpr double smallest = 1e-12;
-  search.for_each_face(frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), reach,
-                       [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-                         const double excess = 1.0 / std::max(distance, smallest * reach) - 1.0 / reach;
-                         const double weight = excess * excess;
-                         const Vec3 normal =
-                             normals_.at_point(frame.bodies, frame.positions,
-                                               normals_.triangle_of_face(frame.bodies, tet, opposite), x);
-                         note.border_weight += weight;
-                         contacts.depth[c] += weight * dot(x - p, normal);
-                         contacts.direction[c] += weight * normal;
-                       });
-  node.diagonal += note.border_weight - border;
-  note.fixed = note.border_weight > alone * links;
-}
-
-/// The first guess of a contact that has planes of its own: their mean.
-void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  if (!(note.border_weight > 0.0)) return;
-  contacts.depth[c] /= note.border_weight;
-  contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
-  note.level = 0;
-}
-
-/// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
-void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
-  const Contacts& contacts = frame.list.contacts();
-  const Bodies& bodies = frame.bodies;
-  const Index point = contacts.point[c];
-  PlaneSystem::Node& node = system_.nodes[c];
-  Index border = border_begin_[c];
-  double weight = 0.0;
-  for (const Index edge : bodies.point_edges()[point]) {
-    const Index other = bodies.other_end(edge, point);
-    if (border < border_begin_[c + 1] && at(frame.border_edges, border).free_point == other) {
-      ++border;
-      continue;
-    }
-    const double link = link_weight / squared_distance(bodies, frame.positions, point, other);
-    at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
-    weight += link;
-  }
-  Note& note = notes_[c];
-  note.edges += weight / link_weight;
-  node.diagonal = note.border_weight + weight;
-  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
-  // Relative to a point of the same body, so that far from the origin no digits are lost.
-  node.place = at(frame.positions, point) -
-               at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
 }
 
 /// The first guess: breadth first from the crossings, as in the paper.
@@ -303,7 +152,7 @@ void DepthEstimate::finish(const Frame& frame) {
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          const bool rough = frame.deadline.passed();
                          for (std::size_t c = begin; c < end; ++c)
-                           finish_contact(frame, c, rough, searches_[chunk]);
+                           finish_contact(frame, c, rough, scratches_[chunk].search);
                        });
 }
 
@@ -344,10 +193,15 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     note.from_surface = cancelled;
   }
   note.rough = rough;
-  if (rough) return;
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
-  if (note.nearest_crossing <= enough) return;
+  if (std::min(note.nearest_crossing, note.nearest_surface) <= enough) return;
+  if (std::isfinite(note.nearest_surface)) {  // nothing beside it is nearer
+    contacts.depth[c] = std::min(note.nearest_crossing, note.nearest_surface);
+    if (note.from_surface == from_planes) note.from_surface = raised;
+    return;
+  }
+  if (rough) return;
   double bound = note.nearest_crossing;
   const auto look = [&](const Vec3& way) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));

@@ -29,7 +29,7 @@ namespace palpate {
 /// edge, the nearest surface point is taken.
 class DepthEstimate {
  public:
-  explicit DepthEstimate(const Bodies& bodies) : normals_(bodies) {}
+  explicit DepthEstimate(const Bodies& bodies);
 
   /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
   /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
@@ -59,19 +59,45 @@ class DepthEstimate {
     double border_edges = 0.0;      ///< of those with a crossing
     double border_weight = 0.0;     ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
+    double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
     bool fixed = false;             ///< its plane is that of its crossings alone
     std::uint8_t from_surface = 0;  ///< a Source
     bool rough = false;             ///< there was no time to refine it
   };
+  /// A surface triangle beside a contact.
+  struct Beside {
+    std::size_t contact;
+    double distance;
+    double weight;
+  };
+  /// Memory of a chunk of contacts.
+  struct Scratch {
+    /// With room for what contacts of usual meshes need, so that steady steps ask for no more.
+    Scratch() {
+      points.reserve(1024);
+      beside.reserve(1024);
+      normals.reserve(1024);
+    }
+    ExitSearch search;
+    std::vector<TrianglePoint> points;  ///< crossings of edges that have one, or what is beside contacts
+    std::vector<Beside> beside;         ///< (n_points)
+    std::vector<Vec3> normals;          ///< (n_points)
+  };
   /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
+  static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
+  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const;
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
-  void add_border(const Frame& frame, std::size_t c);
+  void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
+  void find_normals(const Frame& frame, Scratch& scratch) const;
+  void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
+  void add_border(const Frame& frame, std::size_t c, const Vec3*& normal);
   void add_links(const Frame& frame, std::size_t c);
-  void add_surface(const Frame& frame, std::size_t c, ExitSearch& search);
+  void list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const;
+  void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
   void make_guess(const Frame& frame, std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
@@ -84,13 +110,14 @@ class DepthEstimate {
   Index regions_not_reached();
 
   SurfaceNormals normals_;
+  double surely_enough_;  ///< squared length of an edge that is not too short, whichever it is
   PlaneSystem system_;
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Note> notes_;               ///< (n_contacts)
   std::vector<Index> frontier_;
   std::vector<Index> next_;
-  std::vector<ExitSearch> searches_;  ///< of each chunk of contacts
+  std::vector<Scratch> scratches_;  ///< of each chunk of contacts
 };
 
 }  // namespace palpate

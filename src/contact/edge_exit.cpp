@@ -26,12 +26,6 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
     const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
     return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};
   };
-  const auto add = [&](const Crossing& c, const Vec3& n, double share) {
-    const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
-    weight += w;
-    depth += w * c.parameter * dot(edge, n);
-    normal += w * n;
-  };
   double sum = 0.0;
   const Crossing* last = &crossings.front();
   for (const Crossing& c : crossings) {
@@ -46,13 +40,25 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
       const SurfacePlane plane = plane_of(c);
       if (at_point && c.parameter >= here) continue;
       const double share = at_point ? 1.0 : plane.share / sum;
-      add(c, plane.normal, share);
+      add(edge, c, plane.normal, share);
     }
     if (weight > 0.0) return;
     weight = depth = 0.0;
     normal = {};
   }
-  add(*last, plane_of(*last).normal, 1.0);
+  add(edge, *last, plane_of(*last).normal, 1.0);
+}
+
+EdgeExit::EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal)
+    : nearest(std::min(1.0, crossing.parameter)), at_point(nearest < here) {
+  add(edge, crossing, surface_normal, 1.0);
+}
+
+void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double share) {
+  const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
+  weight += w;
+  depth += w * c.parameter * dot(edge, n);
+  normal += w * n;
 }
 
 }  // namespace palpate

@@ -26,12 +26,18 @@ struct EdgeExit {
   EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
            const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings);
 
+  /// The usual case, with the normal of the surface at the crossing.
+  EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal);
+
   /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their shares; 1 where at_point.
   double weight = 0.0;
   double depth = 0.0;     ///< weighted sum of distances to the planes
   Vec3 normal;            ///< weighted sum of normals
   double nearest = 1.0;   ///< parameter of the nearest crossing
   bool at_point = false;  ///< a crossing is at p itself; others do not count
+
+ private:
+  void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double share);
 };
 
 }  // namespace palpate

@@ -123,10 +123,16 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
   return best;
 }
 
+namespace {
+
+// Cosines with a direction between which a face is a side of it.
+constexpr double along = 0.75;  // of two faces at a right angle never both
+constexpr double against = -0.3;
+
+}  // namespace
+
 double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                     const Vec3& p, const Vec3& direction, double radius) {
-  constexpr double along = 0.75;  // of two faces at a right angle never both
-  constexpr double against = -0.3;
   double nearest = radius;
   walk(
       bodies, positions, tet, p, -1, [&] { return nearest; },
@@ -136,6 +142,42 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
       },
       [&](Index, std::size_t, const Vec3&, double distance) { nearest = distance; });
   return nearest;
+}
+
+bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                             const Vec3& direction, double radius, double moved, double turned) {
+  constexpr double sliver = 1e-12;  // squared sine of an angle, below which a normal is too inexact
+  start(tet);
+  std::size_t next = 0;
+  while (next < reached_.size()) {
+    const Index here = reached_[next++];
+    const Tet& corners = at(bodies.tets(), here);
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const Index neighbor = at(bodies.tet_neighbors(), here)[opposite];
+      if (neighbor >= 0 && has_reached(neighbor)) continue;
+      const auto& [i, j, k] = outward_face[opposite];
+      const Vec3& a = at(positions, corners[i]);
+      const Vec3& b = at(positions, corners[j]);
+      const Vec3& c = at(positions, corners[k]);
+      const Vec3 normal = cross(b - a, c - a);
+      const double n2 = squared_length(normal);
+      const double ab2 = squared_length(b - a);
+      const double ac2 = squared_length(c - a);
+      if (!(n2 > sliver * ab2 * ac2)) return false;
+      const double to_plane = dot(a - p, normal);
+      if (to_plane * to_plane >= radius * radius * n2 || !is_nearer(p, a, b, c, normal, radius)) continue;
+      if (neighbor >= 0) {
+        add(neighbor);
+        continue;
+      }
+      // Ends of both sides move, and the vector of a length changes by twice its share as a unit vector.
+      const double change = 2.0 * moved * (std::sqrt(ab2) + std::sqrt(ac2)) + 4.0 * moved * moved;
+      const double turn = 2.0 * change / std::sqrt(n2) + turned;
+      const double cosine = dot(normal, direction) / std::sqrt(n2);
+      if (cosine <= along + turn && cosine >= against - turn) return false;
+    }
+  }
+  return true;
 }
 
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,

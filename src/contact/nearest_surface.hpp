@@ -53,6 +53,13 @@ class ExitSearch {
   double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                           const Vec3& direction, double radius);
 
+  /// Whether distance_to_side() would find none within `radius` even if faces turned as they can where each
+  /// of their corners moves by `moved`, and `direction` by `turned`. Says no where it cannot tell. O(tets
+  /// within the radius).
+  [[nodiscard]] bool stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                 const Vec3& p, const Vec3& direction, double radius, double moved,
+                                 double turned);
+
   /// Calls found(tet, opposite, nearest point, distance) for each surface face within `radius` of p that the
   /// walk reaches. O(tets within the radius).
   template <class Found>

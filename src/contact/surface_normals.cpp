@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "geometry/vector.hpp"
+#include "simd/triangle_normals.hpp"
 
 namespace palpate {
 namespace {
@@ -164,20 +165,26 @@ Vec3 SurfaceNormals::normal_of_point(Index point) const {
   return normalized(area);
 }
 
+/// How far a point of a triangle is from the next crease, in heights of the triangle, at most 1.
+double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& w) const {
+  const unsigned creases = at(creases_, triangle);
+  double distance = 1.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if ((creases & (1U << i)) != 0) distance = std::min(distance, w[i]);
+    if ((creases & (8U << i)) != 0) distance = std::min(distance, 1.0 - w[i]);
+  }
+  return distance;
+}
+
 Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const {
   const Triangle& t = at(bodies.triangles(), triangle);
   const Vec3 area = area_vector(positions, t);
   const std::array<double, 3> w = weights_in(positions, t, area, x);
-  const unsigned creases = at(creases_, triangle);
-  double from_crease = 1.0;  // in heights of the triangle
   Vec3 smooth;
-  for (std::size_t i = 0; i < 3; ++i) {
-    smooth += w[i] * at(group_normals_, at(corner_groups_, triangle)[i]);
-    if ((creases & (1U << i)) != 0) from_crease = std::min(from_crease, w[i]);
-    if ((creases & (8U << i)) != 0) from_crease = std::min(from_crease, 1.0 - w[i]);
-  }
+  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * at(group_normals_, at(corner_groups_, triangle)[i]);
   Vec3 normal = smooth;
+  const double from_crease = this->from_crease(triangle, w);
   if (from_crease < band) {
     Vec3 joined;
     for (std::size_t i = 0; i < 3; ++i) joined += w[i] * normal_of_point(t[i]);
@@ -186,6 +193,37 @@ Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positi
   }
   normal = normalized(normal);
   return normal == Vec3{} ? normalized(area) : normal;
+}
+
+void SurfaceNormals::at_points(const Bodies& bodies, std::span<const Vec3> positions,
+                               std::span<const TrianglePoint> points, std::span<Vec3> normals) const {
+  const auto put = [](const Vec3& v, simd::TrianglePoints::Rows& rows, std::size_t lane) {
+    rows.x[lane] = v.x;
+    rows.y[lane] = v.y;
+    rows.z[lane] = v.z;
+  };
+  simd::TrianglePoints rows;
+  for (std::size_t begin = 0; begin < points.size(); begin += simd::TrianglePoints::most) {
+    const std::size_t n = std::min(points.size() - begin, simd::TrianglePoints::most);
+    const std::span<const TrianglePoint> some = points.subspan(begin, n);
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      const Index triangle = some[lane].triangle;
+      put(some[lane].x, rows.point, lane);
+      for (std::size_t i = 0; i < 3; ++i) {
+        put(at(positions, at(bodies.triangles(), triangle)[i]), rows.corner[i], lane);
+        put(at(group_normals_, at(corner_groups_, triangle)[i]), rows.corner_normal[i], lane);
+      }
+    }
+    simd::interpolate_normals(rows, n);
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      const auto& [triangle, x] = some[lane];
+      Vec3& normal = normals[begin + lane];
+      normal = {rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]};
+      const std::array<double, 3> weights{rows.weight[0][lane], rows.weight[1][lane], rows.weight[2][lane]};
+      const bool near_crease = at(creases_, triangle) != 0 && from_crease(triangle, weights) < band;
+      if (near_crease || normal == Vec3{}) normal = at_point(bodies, positions, triangle, x);
+    }
+  }
 }
 
 }  // namespace palpate

@@ -11,6 +11,12 @@
 
 namespace palpate {
 
+/// A point of a surface triangle.
+struct TrianglePoint {
+  Index triangle;
+  Vec3 x;
+};
+
 /// A normal field on the surfaces of bodies that is continuous along the surface, and equal to the triangle's
 /// normal where the surface is flat.
 ///
@@ -31,6 +37,10 @@ class SurfaceNormals {
   [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const;
 
+  /// The same for many points, `normals` of them, to the bit.
+  void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
+                 std::span<Vec3> normals) const;
+
   /// The surface triangle that is the face opposite corner `opposite` of a tet; the face is at the surface.
   [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
     Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
@@ -43,6 +53,7 @@ class SurfaceNormals {
   void find_creases(const Bodies& bodies);
   void group_corners(const Bodies& bodies);
   [[nodiscard]] Vec3 normal_of_point(Index point) const;
+  [[nodiscard]] double from_crease(Index triangle, const std::array<double, 3>& weights) const;
 
   std::vector<Index> first_triangles_;  ///< (n_tets) triangles are in the order of their tets
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.

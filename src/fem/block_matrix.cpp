@@ -76,7 +76,7 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
 }
 
 void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
-  point_of_row_ = points_along_curve(*elements_, free);
+  point_of_row_ = points_along_curve(elements_->points_rest(), body_of_point(), free);
   // A window is what a slice may take its rows from: some slices, so that what is near in space stays so.
   constexpr std::size_t window = 16 * simd::slice_rows;
   const auto more_blocks = [&](Index a, Index b) { return columns(a).size() > columns(b).size(); };
@@ -98,7 +98,6 @@ void BlockMatrix::build_slice(std::size_t slice) {
     std::vector<std::uint32_t> terms;
   };
   std::array<std::vector<LaneBlock>, simd::slice_rows> lanes;
-  std::array<std::vector<std::uint32_t>, simd::slice_rows> diagonals;
   std::size_t slots = 0;
   for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
     const std::size_t row = simd::slice_rows * slice + lane;
@@ -111,7 +110,6 @@ void BlockMatrix::build_slice(std::size_t slice) {
          ++entry) {
       const std::uint32_t own = at(corners_of_point_, entry);
       const Tet& corners = elements_->corners()[own / 4];
-      diagonals[lane].push_back(4 * own + own % 4);
       for (std::uint32_t k = 1; k < 4; ++k) {
         const std::uint32_t other = (own + k) % 4;
         const auto block =
@@ -153,7 +151,6 @@ void BlockMatrix::build_slice(std::size_t slice) {
                                     : std::span<const std::uint32_t>();
     });
   }
-  append_terms([&](std::size_t lane) { return std::span<const std::uint32_t>(diagonals[lane]); });
   slot_begin_.push_back(slot_begin_.back() + static_cast<std::uint32_t>(slots));
 }
 
@@ -207,11 +204,10 @@ Matrix3 BlockMatrix::block(Index point, std::size_t place) const {
   return block;
 }
 
-std::vector<Index> BlockMatrix::body_of_row() const {
-  std::vector<Index> bodies;
-  for (const Index point : point_of_row_) {
-    const auto elements = elements_of_point_[point];
-    bodies.push_back(elements.empty() ? 0 : at(elements_->body_of_element(), elements.front()));
+std::vector<Index> BlockMatrix::body_of_point() const {
+  std::vector<Index> bodies(diagonal_.size(), 0);
+  for (std::size_t e = 0; e < elements_->corners().size(); ++e) {
+    for (const Index point : elements_->corners()[e]) at(bodies, point) = elements_->body_of_element()[e];
   }
   return bodies;
 }

@@ -50,7 +50,7 @@ class BlockMatrix {
   [[nodiscard]] std::size_t slice_count() const { return slot_begin_.size() - 1; }
   [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: none
   [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< of those that are
-  [[nodiscard]] std::vector<Index> body_of_row() const;                                ///< of those that are
+  [[nodiscard]] std::vector<Index> body_of_point() const;  ///< (n_points), 0 without an element
   /// What products read.
   [[nodiscard]] simd::SlicedRows rows() const;
   /// The blocks on the diagonal, simd::slice_symmetric a slice, and the diagonal in float, 16 a slice.
@@ -60,8 +60,6 @@ class BlockMatrix {
 
   /// Elements at a point, ascending.
   [[nodiscard]] const Rows& elements_of_point() const { return elements_of_point_; }
-  /// The same, entry by entry, as 4 element + corner.
-  [[nodiscard]] std::span<const std::uint32_t> corners_of_point() const { return corners_of_point_; }
 
  private:
   struct alignas(64) Slot {
@@ -81,15 +79,15 @@ class BlockMatrix {
   std::vector<std::uint32_t> slot_of_column_;    ///< as columns_; no_slot on the diagonal
   std::vector<Index> row_of_point_;
   std::vector<Index> point_of_row_;
-  std::vector<std::uint32_t> slot_begin_;      ///< (n_slices + 1)
-  std::vector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
-  std::vector<std::uint32_t> term_begin_;      ///< (n_slots + n_slices + 1)
+  std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
+  simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
+  std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)
   simd::AlignedVector<std::uint32_t> terms_;
   bool mixed_ = false;  ///< lambda / mu differs within a body
   std::vector<double> diagonal_;
   simd::AlignedVector<float> masses_;
   simd::AlignedVector<float> diagonal_blocks_;
-  std::vector<Slot> slots_;
+  simd::AlignedVector<Slot> slots_;
 };
 
 }  // namespace palpate::fem

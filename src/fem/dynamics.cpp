@@ -184,13 +184,9 @@ void Dynamics::update_elements() {
 }
 
 void Dynamics::compute_point_forces() {
-  const auto& begin = matrix_.elements_of_point().begin;
+  const auto elastic = elements_.point_forces();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    Vec3 force = loads_[i];
-    for (Index entry = begin[i]; entry < begin[i + 1]; ++entry)
-      force += unpadded(elements_.forces()[at(matrix_.corners_of_point(), entry)]);
-    point_forces_[i] = force;
+    if (system_.free()[i] != 0) point_forces_[i] = loads_[i] + unpadded(elastic[i]);
   });
 }
 

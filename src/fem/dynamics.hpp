@@ -116,6 +116,8 @@ class Dynamics {
     return elements_.plastic_strains();
   }
   [[nodiscard]] std::span<const Index> inverted_steps() const { return inverted_steps_; }
+  /// Elements::tet_of_element(): of what these two have values for.
+  [[nodiscard]] std::span<const Index> tet_of_element() const { return elements_.tet_of_element(); }
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
   }  ///< (n_points), kg, also of obstacles

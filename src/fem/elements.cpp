@@ -8,12 +8,14 @@
 #include <palpate/error.hpp>
 
 #include "fem/rotation.hpp"
+#include "fem/row_order.hpp"
 #include "simd/element_pass.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t element_grain = 256;
+constexpr std::size_t element_grain = CornerSums::chunk;
+constexpr std::size_t point_grain = 256;
 
 /// Edges from corner 0 as columns: D_m of Mueller & Gross 2004.
 Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
@@ -23,12 +25,19 @@ Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
   return {{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}};
 }
 
-Vec3 load(const simd::Padded3& row) {
-  return {row.x, row.y, row.z};
-}
-
 simd::Padded3 padded(const Vec3& a) {
   return {a.x, a.y, a.z, 0.0};
+}
+
+void store(const Vec3& a, double* row) {
+  row[0] = a.x;
+  row[1] = a.y;
+  row[2] = a.z;
+  row[3] = 0.0;
+}
+
+std::size_t whole_groups(std::size_t elements) {
+  return (elements + simd::element_group - 1) / simd::element_group * simd::element_group;
 }
 
 /// plastic_twist() of an element, with S = R^T F = I + its whole strain.
@@ -41,15 +50,18 @@ Vec3 twist_of(const Matrix3& f, const Matrix3& rotation, const SymmetricMatrix3&
 
 Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles)
     : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
+  const std::vector<Index> order = tets_along_curve(bodies);
   for (Index body = 0; body < bodies.body_count(); ++body) {
     if (at(obstacles, body) != 0) continue;
     const Range tets = at(bodies.bodies(), body).tets;
-    for (Index tet = tets.begin; tet < tets.end; ++tet)
-      add_element(bodies, tet, body, materials.of(tet, body));
+    for (Index place = tets.begin; place < tets.end; ++place)
+      add_element(bodies, at(order, place), body, materials.of(at(order, place), body));
   }
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
-  displacements_.resize(points_rest_.size());
+  for (auto* vector : {&displacements_, &point_forces_, &products_}) vector->resize(points_rest_.size());
+  force_sums_ = CornerSums(corners_, points_rest_.size());
+  product_sums_ = force_sums_;
   fill_group();
 }
 
@@ -58,10 +70,9 @@ void Elements::fill_group() {
   corners_.resize(whole, Tet{});
   for (auto& column : inverse_rest_) column.resize(whole);
   for (auto& column : turned_) column.resize(whole);
-  for (auto* column : {&volume_, &mu_, &lambda_, &ratio_, &factor_, &energy_}) column->resize(whole);
+  for (auto* column : {&stiffness_, &volume_, &mu_, &lambda_, &ratio_, &factor_, &energy_})
+    column->resize(whole);
   gradients_.resize(4 * whole);
-  forces_.resize(4 * whole);
-  products_.resize(4 * whole);
   left_.resize(whole);
   inverted_.resize(whole);
 }
@@ -88,6 +99,7 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   mu_.push_back(material.young_modulus / (2.0 * (1.0 + nu)));
   lambda_.push_back(material.young_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
   ratio_.push_back(2.0 * nu / (1.0 - 2.0 * nu));
+  stiffness_.push_back(mu_.back() * volume);
   add_plasticity(material);
 }
 
@@ -135,7 +147,8 @@ Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const M
   return stretch;
 }
 
-void Elements::update_element(std::size_t element, std::span<const Vec3> positions) {
+/// `forces`: on its four corners.
+void Elements::update_element(std::size_t element, std::span<const Vec3> positions, double* forces) {
   const Matrix3 f = deformation_gradient(element, positions);
   inverted_[element] = determinant(f) > 0.0 ? 0 : 1;
   const Matrix3 rotation = nearest_rotation(f);
@@ -156,12 +169,11 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
     const Vec3 force = -volume_[element] * (twice_mu * strained + pressure * gradient);
     gradient_sum += scale * gradient;
     force_sum += force;
-    const std::size_t place = 4 * element + static_cast<std::size_t>(corner);
     set_gradient(element, corner, scale * gradient);
-    forces_[place] = padded(force);
+    store(force, forces + std::ptrdiff_t{4} * corner);
   }
   set_gradient(element, 0, -gradient_sum);
-  forces_[4 * element] = padded(-force_sum);
+  store(-force_sum, forces);
 }
 
 void Elements::set_gradient(std::size_t element, int corner, const Vec3& a) {
@@ -186,57 +198,79 @@ Vec3 Elements::gradient(Index element, int corner) const {
 
 std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threads,
                                                   std::span<const simd::Padded3> vectors) const {
-  if (tets_.empty()) return {};
+  if (tets_.empty()) return products_;
   simd::StiffnessPass pass{};
   pass.vectors = vectors.data();
   pass.corners = corners_.front().data();
   for (std::size_t k = 0; k < 9; ++k) pass.turned[k] = turned_[k].data();
   pass.ratios = ratio_.data();
-  pass.products = products_.data();
-  parallel::for_chunks(
-      threads, corners_.size(), element_grain,
-      [&](std::size_t begin, std::size_t end, std::size_t) { simd::stiffness_pass(pass, begin, end); });
-  return std::span<const simd::Padded3>(products_).first(4 * tets_.size());
+  parallel::for_chunks(threads, tets_.size(), element_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         alignas(64) CornerSums::Values products;
+                         simd::StiffnessPass own = pass;
+                         own.products = products.data();
+                         simd::stiffness_pass(own, begin, whole_groups(end));
+                         product_sums_.take(chunk, products);
+                       });
+  product_sums_.collect(threads, products_);
+  return products_;
 }
 
 void Elements::set_factors(std::span<const double> factors) {
   std::copy(factors.begin(), factors.end(), factor_.begin());
 }
 
-void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions) {
+void Elements::take_forces(std::size_t chunk, const CornerSums::Values& forces,
+                           std::span<simd::Padded3> corner_forces) {
+  force_sums_.take(chunk, forces);
+  if (corner_forces.empty()) return;
+  const auto own = corner_forces.subspan(4 * CornerSums::chunk * chunk);
+  for (std::size_t c = 0; c < std::min(own.size(), forces.size() / 4); ++c)
+    own[c] = {forces[4 * c], forces[4 * c + 1], forces[4 * c + 2], 0.0};
+}
+
+void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions,
+                      std::span<simd::Padded3> corner_forces) {
   if (tets_.empty()) return;
-  parallel::for_each(threads, positions.size(), element_grain,
+  parallel::for_each(threads, positions.size(), point_grain,
                      [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
   simd::ElementPass pass{};
   pass.displacements = displacements_.data();
   pass.corners = corners_.front().data();
   for (std::size_t k = 0; k < 9; ++k) pass.inverse_rest[k] = inverse_rest_[k].data();
-  pass.volume = volume_.data();
-  pass.mu = mu_.data();
-  pass.lambda = lambda_.data();
+  pass.stiffness = stiffness_.data();
   pass.factors = factor_.data();
   pass.ratios = ratio_.data();
   for (std::size_t k = 0; k < 9; ++k) pass.turned[k] = turned_[k].data();
   pass.gradients = gradients_.data();
-  pass.forces = &forces_.data()->x;
   pass.energies = energy_.data();
   pass.inverted = inverted_.data();
   pass.left = left_.data();
-  parallel::for_chunks(threads, corners_.size(), element_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::element_pass(pass, begin, end);
-                         for (std::size_t e = begin; e < std::min(end, tets_.size()); ++e) {
-                           if (left_[e] != 0 || has_yielded(e)) update_element(e, positions);
+  parallel::for_chunks(threads, tets_.size(), element_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         alignas(64) CornerSums::Values forces;
+                         simd::ElementPass own = pass;
+                         own.forces = forces.data();
+                         simd::element_pass(own, begin, whole_groups(end));
+                         for (std::size_t e = begin; e < end; ++e) {
+                           if (left_[e] != 0 || has_yielded(e))
+                             update_element(e, positions, &forces[16 * (e - begin)]);
                          }
+                         take_forces(chunk, forces, corner_forces);
                        });
+  force_sums_.collect(threads, point_forces_);
 }
 
-void Elements::update_one_by_one(std::span<const Vec3> positions) {
-  for (std::size_t e = 0; e < tets_.size(); ++e) update_element(e, positions);
-}
-
-Vec3 Elements::force(Index element, int corner) const {
-  return load(at(forces_, 4 * element + corner));
+void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces) {
+  const parallel::Threads one(1);
+  parallel::for_chunks(one, tets_.size(), element_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         CornerSums::Values forces;
+                         for (std::size_t e = begin; e < end; ++e)
+                           update_element(e, positions, &forces[16 * (e - begin)]);
+                         take_forces(chunk, forces, corner_forces);
+                       });
+  force_sums_.collect(one, point_forces_);
 }
 
 void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const {
@@ -257,37 +291,6 @@ Matrix3 Elements::stiffness_rest(Index element, int i, int j) const {
   add_outer(block, scale, b, a);
   for (int k = 0; k < 3; ++k) block(k, k) += scale * dot(a, b);
   return block;
-}
-
-double Elements::energy_density(std::size_t element, const Matrix3& rotation, const Matrix3& stretch) const {
-  const double trace = inner(rotation, stretch);
-  return mu_[element] * inner(stretch, stretch) + 0.5 * lambda_[element] * trace * trace;
-}
-
-double Elements::energy(Index element, std::span<const Vec3> positions) const {
-  const auto e = static_cast<std::size_t>(element);
-  const Matrix3 f = deformation_gradient(e, positions);
-  const Matrix3 rotation = nearest_rotation(f);
-  const Matrix3 stretch = elastic_stretch(e, f, rotation);
-  return volume_[e] * energy_density(e, rotation, stretch);
-}
-
-void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
-  for (std::size_t e = 0; e < plastic_strains_.size(); ++e) {
-    plastic_strains_[e] = yields(e) ? strains[e] : SymmetricMatrix3{};
-  }
-}
-
-void Elements::flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
-                    std::span<SymmetricMatrix3> next) const {
-  parallel::for_each(threads, plastic_strains_.size(), element_grain, [&](std::size_t e) {
-    next[e] = plastic_strains_[e];
-    if (!yields(e)) return;
-    const Matrix3 f = deformation_gradient(e, positions);
-    if (!(determinant(f) > 0.0)) return;
-    const SymmetricMatrix3 total = corotated_strain(f, nearest_rotation(f));
-    next[e] = plastic_flow(plastic_strains_[e], total, plasticity_[e], time_step, mu_[e], lambda_[e]);
-  });
 }
 
 }  // namespace palpate::fem

@@ -8,19 +8,22 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
+#include "fem/corner_sums.hpp"
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
 #include "simd/padded.hpp"
 
 namespace palpate::fem {
 
 /// One value of each of N kinds per element, kind by kind.
 template <std::size_t N>
-using Columns = std::array<std::vector<double>, N>;
+using Columns = std::array<simd::AlignedVector<double>, N>;
 
 /// Linear corotational tets of all bodies that deform (Mueller & Gross, "Interactive Virtual Materials",
-/// Graphics Interface 2004), numbered in the order of Bodies::tets() with the obstacles' left out.
+/// Graphics Interface 2004), numbered body by body, the obstacles' left out, in the order in which the curve
+/// of row_order.hpp first meets them: what is near in space is near in memory.
 ///
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
 ///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
@@ -64,12 +67,16 @@ class Elements {
   void set_factors(std::span<const double> factors);
   /// Rotations, forces, energies and turned gradients of every element at these positions (n_points x 3, m),
   /// several elements at a time (simd/element_pass.hpp). O(n_elements).
-  void update(const parallel::Threads& threads, std::span<const Vec3> positions);
+  /// \param corner_forces  empty, or gets the force on corner k of element e, N, at 4 e + k (4 n_elements):
+  /// the
+  ///                       four sum to zero to rounding
+  void update(const parallel::Threads& threads, std::span<const Vec3> positions,
+              std::span<simd::Padded3> corner_forces = {});
   /// The same one by one: equal to rounding.
-  void update_one_by_one(std::span<const Vec3> positions);
+  void update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces = {});
 
-  /// Elastic force on corner 0..3 of an element as of the last update(), N; the four sum to zero to rounding.
-  [[nodiscard]] Vec3 force(Index element, int corner) const;
+  /// Elastic forces on points as of the last update(), N (n_points).
+  [[nodiscard]] std::span<const simd::Padded3> point_forces() const { return point_forces_; }
   /// Adds K'_ij of an element, times its factor, as of the last update() to a block, N/m. With
   /// a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
@@ -81,14 +88,10 @@ class Elements {
   /// All a_i in float, corner by corner, with r as the fourth; after those of the last element at least one
   /// of zeros.
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
-  /// K'_e times its factor, as of the last update(), times the vectors (n_points) at the corners of each
-  /// element: corner by corner (4 n_elements), valid until the next call. In double. O(n_elements).
+  /// K' = sum of K'_e times its factor, as of the last update(), times the vectors (n_points), in double:
+  /// (n_points), valid until the next call. O(n_elements).
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors) const;
-  /// Forces, corner by corner (4 n_elements), N.
-  [[nodiscard]] std::span<const simd::Padded3> forces() const {
-    return std::span(forces_).first(4 * tets_.size());
-  }
   /// Elastic energy of an element as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
   /// Elastic energy of an element at these positions, J; needs no update().
@@ -109,7 +112,9 @@ class Elements {
 
  private:
   void add_element(const Bodies& bodies, Index tet, Index body, const Material& material);
-  void update_element(std::size_t element, std::span<const Vec3> positions);
+  void update_element(std::size_t element, std::span<const Vec3> positions, double* forces);
+  void take_forces(std::size_t chunk, const CornerSums::Values& forces,
+                   std::span<simd::Padded3> corner_forces);
   void set_gradient(std::size_t element, int corner, const Vec3& a);
   void add_plasticity(const Material& material);
   void fill_group();
@@ -128,25 +133,28 @@ class Elements {
   std::vector<Vec3> points_rest_;
   // Of the elements, up to whole groups (simd::element_group) and at least one more, the rest zero; tets_ and
   // what follows it have no more than there are.
-  std::vector<Tet> corners_;
-  Columns<9> inverse_rest_;  ///< D_m^-1, row by row: row k is the gradient of corner k + 1
-  std::vector<double> volume_;
-  std::vector<double> mu_;
-  std::vector<double> lambda_;
-  std::vector<double> ratio_;
-  std::vector<double> factor_;
-  std::vector<double> energy_;
-  Columns<9> turned_;                   ///< a_i of corners 1 to 3
-  std::vector<simd::Quad> gradients_;   ///< a_i, corner by corner
-  std::vector<simd::Padded3> forces_;   ///< corner by corner
-  std::vector<std::uint8_t> left_;      ///< those that the pass has left to be done one by one
-  std::vector<std::uint8_t> inverted_;  ///< as of the last update()
+  simd::AlignedVector<Tet> corners_;
+  Columns<9> inverse_rest_;                ///< D_m^-1, row by row: row k is the gradient of corner k + 1
+  simd::AlignedVector<double> stiffness_;  ///< mu V
+  simd::AlignedVector<double> volume_;
+  simd::AlignedVector<double> mu_;
+  simd::AlignedVector<double> lambda_;
+  simd::AlignedVector<double> ratio_;
+  simd::AlignedVector<double> factor_;
+  simd::AlignedVector<double> energy_;
+  Columns<9> turned_;                           ///< a_i of corners 1 to 3
+  simd::AlignedVector<simd::Quad> gradients_;   ///< a_i, corner by corner
+  simd::AlignedVector<std::uint8_t> left_;      ///< those that the pass has left to be done one by one
+  simd::AlignedVector<std::uint8_t> inverted_;  ///< as of the last update()
   std::vector<Index> tets_;
   std::vector<Index> body_;
-  std::vector<simd::Padded3> displacements_;       ///< (n_points), scratch
-  mutable std::vector<simd::Padded3> products_;    ///< 4 an element, scratch
-  std::vector<Plasticity> plasticity_;             ///< (n_elements), or empty where no material yields
-  std::vector<SymmetricMatrix3> plastic_strains_;  ///< as plasticity_
+  simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
+  CornerSums force_sums_;
+  simd::AlignedVector<simd::Padded3> point_forces_;
+  mutable CornerSums product_sums_;
+  mutable simd::AlignedVector<simd::Padded3> products_;  ///< (n_points)
+  std::vector<Plasticity> plasticity_;                   ///< (n_elements), or empty where no material yields
+  std::vector<SymmetricMatrix3> plastic_strains_;        ///< as plasticity_
 };
 
 }  // namespace palpate::fem

@@ -54,19 +54,13 @@ void LinearSystem::multiply_exactly(const parallel::Threads& threads, std::span<
                                     std::span<simd::Padded3> y) {
   const auto products = blocks_->elements().multiply(threads, x);
   couplings_->multiply(threads, x);
-  const auto& begin = blocks_->elements_of_point().begin;
-  const auto corners = blocks_->corners_of_point();
   parallel::for_each(threads, size(), point_grain, [&](std::size_t i) {
     if (free_[i] == 0) {
       y[i] = {};
       return;
     }
     const double m = blocks_->diagonal()[i];
-    Vec3 sum{m * x[i].x, m * x[i].y, m * x[i].z};
-    for (Index entry = begin[i]; entry < begin[i + 1]; ++entry) {
-      const simd::Padded3& product = products[at(corners, entry)];
-      sum += Vec3{product.x, product.y, product.z};
-    }
+    Vec3 sum{m * x[i].x + products[i].x, m * x[i].y + products[i].y, m * x[i].z + products[i].z};
     sum += couplings_->product(static_cast<Index>(i));
     y[i] = {sum.x, sum.y, sum.z, 0.0};
   });

@@ -31,10 +31,11 @@ void RestFactor::order() {
     begin.push_back(static_cast<Index>(columns.size()));
   }
   order_ = minimum_degree_order(begin, columns);
-  const std::vector<Index> body = matrix_->body_of_row();
-  std::ranges::stable_sort(order_, {}, [&](Index row) { return at(body, row); });
+  const std::vector<Index> bodies = matrix_->body_of_point();
+  const auto body = [&](Index row) { return at(bodies, at(points, row)); };
+  std::ranges::stable_sort(order_, {}, body);
   for (std::size_t k = 0; k < order_.size(); ++k) {
-    if (k == 0 || at(body, order_[k]) != at(body, order_[k - 1]))
+    if (k == 0 || body(order_[k]) != body(order_[k - 1]))
       body_begin_.push_back(static_cast<std::uint32_t>(k));
   }
   body_begin_.push_back(static_cast<std::uint32_t>(order_.size()));
@@ -173,10 +174,11 @@ double RestFactor::apply(const parallel::Threads& threads, std::span<const float
   parallel::for_chunks(threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::turn_back(turned, r.data(), vector_.data(), begin, end);
   });
-  parallel::for_chunks(threads, body_begin_.size() - 1, 1,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::solve_columns(columns, vector_.data(), body_begin_[begin], body_begin_[end]);
-                       });
+  parallel::for_chunks(
+      threads, body_begin_.size() - 1, 2, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::solve_columns(columns, vector_.data(), {body_begin_[begin], body_begin_[begin + 1]},
+                            {body_begin_[begin + 1], body_begin_[end]});  // none, where there is one body
+      });
   parallel::for_chunks(
       threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         partial_[chunk] = simd::turn_forth(turned, r.data(), vector_.data(), z.data(), begin, end);

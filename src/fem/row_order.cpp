@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "geometry/vector.hpp"
 
@@ -19,12 +20,8 @@ std::uint64_t spread(std::uint64_t number) {
 
 }  // namespace
 
-std::vector<Index> points_along_curve(const Elements& elements, std::span<const std::uint8_t> free) {
-  const auto rest = elements.points_rest();
-  std::vector<Index> body(rest.size(), 0);
-  for (std::size_t e = 0; e < elements.corners().size(); ++e) {
-    for (const Index point : elements.corners()[e]) at(body, point) = elements.body_of_element()[e];
-  }
+std::vector<Index> points_along_curve(std::span<const Vec3> rest, std::span<const Index> body_of_point,
+                                      std::span<const std::uint8_t> free) {
   std::vector<std::tuple<Index, std::uint64_t, Index>> keys;
   if (rest.empty()) return {};
   Vec3 lower = rest[0];
@@ -40,13 +37,31 @@ std::vector<Index> points_along_curve(const Elements& elements, std::span<const 
     if (free[i] == 0) continue;
     const Vec3 place = scale * (rest[i] - lower);
     const auto cell = [](double x) { return spread(static_cast<std::uint64_t>(x)); };
-    keys.emplace_back(body[i], cell(place.x) | cell(place.y) << 1 | cell(place.z) << 2,
+    keys.emplace_back(body_of_point[i], cell(place.x) | cell(place.y) << 1 | cell(place.z) << 2,
                       static_cast<Index>(i));
   }
   std::sort(keys.begin(), keys.end());
   std::vector<Index> points(keys.size());
   std::ranges::transform(keys, points.begin(), [](const auto& key) { return std::get<2>(key); });
   return points;
+}
+
+std::vector<Index> tets_along_curve(const Bodies& bodies) {
+  const std::size_t count = bodies.points_rest().size();
+  const std::vector<std::uint8_t> all(count, 1);
+  const std::vector<Index> points = points_along_curve(bodies.points_rest(), bodies.body_of_point(), all);
+  std::vector<Index> place(count);
+  for (std::size_t k = 0; k < count; ++k) at(place, points[k]) = static_cast<Index>(k);
+  std::vector<std::pair<Index, Index>> keys;  // of bodies one after the other, as their points are
+  for (const Tet& tet : bodies.tets()) {
+    const auto place_of = [&](std::size_t corner) { return at(place, tet[corner]); };
+    keys.emplace_back(std::min({place_of(0), place_of(1), place_of(2), place_of(3)}),
+                      static_cast<Index>(keys.size()));
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<Index> tets(keys.size());
+  std::ranges::transform(keys, tets.begin(), [](const auto& key) { return key.second; });
+  return tets;
 }
 
 }  // namespace palpate::fem

@@ -8,6 +8,7 @@
 #include <palpate/detection.hpp>
 
 #include "geometry/vector.hpp"
+#include "sim/side_shares.hpp"
 
 namespace palpate {
 
@@ -26,6 +27,7 @@ struct RememberedContact {
   double stiffness = 0.0;  ///< N/m
   double damping = 0.0;    ///< N s/m
   double calming = 0.0;    ///< damping against chatter, N s/m
+  SideNote side;           ///< saves work only, and so is not kept with a saved state
 
   /// Force along the direction at the end of its step of that length, from the velocity there, N.
   [[nodiscard]] double normal(const Vec3& velocity_end, double time_step) const {

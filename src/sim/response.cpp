@@ -9,7 +9,6 @@
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
-#include "mesh/faces.hpp"
 #include "number_text.hpp"
 #include "room.hpp"
 
@@ -40,22 +39,6 @@ void add_across(double s, const Vec3& r, fem::SymmetricMatrix3& m) {
   m.xy -= s * r.x * r.y;
   m.xz -= s * r.x * r.z;
   m.yz -= s * r.y * r.z;
-}
-
-/// Mean over the tets of a body of the smallest height at rest.
-double mean_height(const Bodies& bodies, Index body) {
-  const Range tets = at(bodies.bodies(), body).tets;
-  double sum = 0.0;
-  for (Index t = tets.begin; t < tets.end; ++t) {
-    const Tet& corners = at(bodies.tets(), t);
-    const auto rest = [&](std::size_t i) { return at(bodies.points_rest(), corners[i]); };
-    const double six_volumes = dot(cross(rest(1) - rest(0), rest(2) - rest(0)), rest(3) - rest(0));
-    double largest = 0.0;  // twice the area of a face
-    for (const auto& [i, j, k] : outward_face)
-      largest = std::max(largest, length(cross(rest(j) - rest(i), rest(k) - rest(i))));
-    if (largest > 0.0) sum += six_volumes / largest;
-  }
-  return tets.size() > 0 ? sum / tets.size() : 0.0;
 }
 
 /// Of a point and the place of a tet with these weights, without a force yet.
@@ -89,15 +72,13 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
     : settings_(settings),
       body_compliance_(bodies.bodies().size(), 0.0),
-      rims_(bodies.bodies().size()),
+      sides_(bodies),
       masses_(masses),
       moves_(moves) {
   check_settings(settings);
   for (Index b = 0; b < bodies.body_count(); ++b) {
-    const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
-    at(rims_, b).outer = 0.25 * h;
-    at(rims_, b).inner = std::min(0.075 * mean_height(bodies, b), 0.5 * at(rims_, b).outer);
     if (at(obstacles, b) != 0) continue;
+    const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
     at(body_compliance_, b) = 1.0 / (10.0 * at(materials, b).young_modulus * h);
   }
 }
@@ -120,14 +101,6 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
     if (at(moves_, tet[i]) != 0) inverse += weights[i] * weights[i] / at(masses_, tet[i]);
   }
   return inverse > 0.0 ? 1.0 / inverse : 0.0;
-}
-
-double ContactResponse::side_share(const Bodies& bodies, std::span<const Vec3> positions,
-                                   const Contacts& contacts, std::size_t c, ExitSearch& search) const {
-  const Rim& rim = at(rims_, contacts.body[c]);
-  const double distance = search.distance_to_side(
-      bodies, positions, contacts.tet[c], at(positions, contacts.point[c]), contacts.direction[c], rim.outer);
-  return std::max(0.0, distance - rim.inner) / (rim.outer - rim.inner);
 }
 
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
@@ -188,6 +161,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                               std::span<const Vec3> velocities, double time_step,
                               std::vector<fem::Coupling>& couplings) {
   memory_.update(contacts);
+  sides_.begin(threads, bodies, positions, contacts.size());
   time_step_ = time_step;
   has_iterate_ = false;
   has_guessed_bounds_ = false;
@@ -223,14 +197,14 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
   const std::array<double, 4>& w = contacts.weights[c];
   const Vec3& r = contacts.direction[c];
   const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-  const double k = side_share(bodies, positions, contacts, c, search) * full;
+  RememberedContact& remembered = memory_.of_contact(c);
+  const double k = sides_.share(bodies, positions, contacts, c, search, remembered.side) * full;
   const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
   const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step_);
 
   coupling = coupling_of(point, tet, w);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
-  RememberedContact& remembered = memory_.of_contact(c);
   if (remembered.seen > 1) remembered.slip += time_step_ * velocity;
   if (remembered.seen > 1 || remembered.lost > 0)
     update_calming(remembered, force, velocity, most_calming * time_step_ * full);
@@ -343,7 +317,7 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
   const Vec3& r = contacts.direction[c];
-  const double k = side_share(bodies, positions_end, contacts, c, search) *
+  const double k = sides_.share(bodies, positions_end, contacts, c, search) *
                    stiffness(at(bodies.body_of_point(), point), body);
   fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), contacts.weights[c]);
   const Vec3 velocity = fem::relative(coupling, velocities_end);
@@ -365,7 +339,8 @@ void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts
                          .velocity = velocity,
                          .stiffness = k,
                          .damping = 0.0,
-                         .calming = 0.0};
+                         .calming = 0.0,
+                         .side = {}};
 }
 
 bool ContactResponse::foresee(const parallel::Threads& threads, const Bodies& bodies,

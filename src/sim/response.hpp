@@ -10,6 +10,7 @@
 #include "contact/nearest_surface.hpp"
 #include "fem/coupling.hpp"
 #include "sim/contact_memory.hpp"
+#include "sim/side_shares.hpp"
 
 namespace palpate {
 
@@ -105,11 +106,6 @@ class ContactResponse {
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
 
  private:
-  /// Distances from a side between which the stiffness grows from zero to all, m.
-  struct Rim {
-    double inner = 0.0;
-    double outer = 0.0;
-  };
   /// How a contact pushes and rubs in the step at hand, and what of it its coupling holds.
   struct Law {
     double stiffness = 0.0;  ///< N/m
@@ -161,9 +157,6 @@ class ContactResponse {
                    fem::Coupling& coupling);
   void update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity, double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
-  /// Share of the stiffness that a contact has so near to a side of the body: 0 to 1.
-  [[nodiscard]] double side_share(const Bodies& bodies, std::span<const Vec3> positions,
-                                  const Contacts& contacts, std::size_t c, ExitSearch& search) const;
 
   ResponseSettings settings_;
   ContactMemory memory_;
@@ -179,7 +172,7 @@ class ContactResponse {
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles
-  std::vector<Rim> rims_;                 ///< (n_bodies)
+  SideShares sides_;
   std::span<const double> masses_;
   std::span<const std::uint8_t> moves_;
 };

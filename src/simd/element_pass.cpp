@@ -1,6 +1,7 @@
 #include "simd/element_pass.hpp"
 
 #include <algorithm>
+#include <array>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/element_pass.cpp"
@@ -16,51 +17,76 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
-/// One step X <- (g X + X^-T / g) / 2, with g = sqrt(|X^-1| / |X|) or 1 (fem/rotation.hpp); returns the
-/// square of the change.
-template <bool scaled>
-HWY_INLINE V polar_step(Matrix3V& x) {
-  const D d;
-  const V half = hn::Set(d, 0.5);
-  const Matrix3V c = cofactors(x);
-  const V det = dot(x.a, c.a);
-  V a = half;
-  V b = hn::Div(half, det);
-  if (scaled) {
-    const V ratio = hn::Sqrt(hn::Div(inner(c, c), inner(x, x)));
-    const V g = hn::Sqrt(hn::Div(ratio, det));
-    a = hn::Mul(half, g);
-    b = hn::Div(b, g);
-  }
-  const Matrix3V next{times_plus(b, c.a, times(a, x.a)), times_plus(b, c.b, times(a, x.b)),
-                      times_plus(b, c.c, times(a, x.c))};
-  const Matrix3V change{minus(next.a, x.a), minus(next.b, x.b), minus(next.c, x.c)};
-  x = next;
-  return inner(change, change);
+/// What the rotation of a matrix follows from: invariants and the root as it is so far.
+struct Root {
+  V first, second, det;  // I, II, J
+  V root;
+};
+
+/// l^3 - I l - 2 J, a quarter of the derivative.
+HWY_INLINE V slope(const Root& r) {
+  const V inside = hn::MulSub(r.root, r.root, r.first);
+  return hn::MulSub(inside, r.root, hn::Add(r.det, r.det));
 }
 
-/// Rotations of two vectors of matrices: their steps wait for divisions and roots, and so wait together.
-/// Tells where they have converged.
-HWY_INLINE void polar(Matrix3V& x, Matrix3V& y, M& x_done, M& y_done) {
+/// A step of Halley's iteration, of third order; returns it.
+HWY_INLINE V improve(Root& r) {
   const D d;
-  constexpr int cap = 10;
-  const V small =
-      hn::Set(d, 1e-14);  // convergence is quadratic: a change of 1e-7 leaves an error of its square
-  const V near = hn::Set(d, 1e-2);  // from here scaling changes nothing
-  bool scaled = true;
+  const V square = hn::Mul(r.root, r.root);
+  const V twice_det = hn::Add(r.det, r.det);
+  const V inside = hn::Sub(square, r.first);
+  const V derivative = hn::MulSub(inside, r.root, twice_det);  // a quarter of it
+  // A quarter of the value, (l^2 - I)^2 / 4 - 2 J l - II, and of half the second derivative.
+  const V value =
+      hn::MulSub(hn::Mul(hn::Set(d, 0.25), inside), inside, hn::MulAdd(twice_det, r.root, r.second));
+  const V curvature = hn::MulSub(hn::Set(d, 1.5), square, hn::Mul(hn::Set(d, 0.5), r.first));
+  const V step =
+      hn::Div(hn::Mul(value, derivative), hn::MulSub(derivative, derivative, hn::Mul(value, curvature)));
+  r.root = hn::Sub(r.root, step);
+  return hn::Abs(step);
+}
+
+/// The root, from sqrt(3 I), which is no less and off by the square of the strain; and where it is good:
+/// where the determinant is positive and not so small that what a rotation is made of cancels.
+HWY_INLINE M find_root(Root& root) {
+  const D d;
+  constexpr int cap = 8;
+  const V cube = hn::Mul(root.first, hn::Mul(root.first, root.first));
+  const V least = hn::Mul(hn::Set(d, 1e-5), cube);
+  // No power of what is in between overflows or vanishes.
+  const M healthy = hn::And(hn::Gt(hn::Mul(root.det, root.det), least), hn::Gt(root.det, hn::Set(d, 1e-60)));
+  const M usable = hn::And(healthy, hn::Lt(root.first, hn::Set(d, 1e60)));
+  const V small = hn::Set(d, 2e-6);  // the cube of it, over l, is rounding
+  root.root = hn::Sqrt(hn::Mul(hn::Set(d, 3.0), root.first));
+  M good = usable;
   for (int i = 0; i < cap; ++i) {
-    const V x_change = scaled ? polar_step<true>(x) : polar_step<false>(x);
-    const V y_change = scaled ? polar_step<true>(y) : polar_step<false>(y);
-    x_done = hn::Lt(x_change, small);
-    y_done = hn::Lt(y_change, small);
-    const V most = hn::Max(x_change, y_change);
-    if (hn::AllTrue(d, hn::Lt(most, small))) break;
-    scaled = scaled && !hn::AllTrue(d, hn::Lt(most, near));
+    const V step = improve(root);
+    good = hn::And(usable, hn::Le(step, hn::Mul(small, root.root)));
+    if (hn::AllTrue(d, hn::Or(good, hn::Not(usable)))) break;
   }
+  return good;
 }
 
-HWY_INLINE V largest_entry(const Vec3V& a) {
-  return hn::Max(hn::Abs(a.x), hn::Max(hn::Abs(a.y), hn::Abs(a.z)));
+/// R from F and its invariants with the root.
+HWY_INLINE Matrix3V rotation_from(const Root& root, const Matrix3V& f) {
+  const D d;
+  const Matrix3V c = cofactors(f);
+  const V scale = hn::Div(hn::Set(d, 1.0), slope(root));
+  const V whole = hn::Mul(scale, hn::MulAdd(root.root, root.root, root.first));
+  const V twice = hn::Add(scale, scale);
+  const V turned = hn::Mul(twice, root.root);
+  // The entries of whole I - twice F F^T, to multiply F by.
+  const auto entry = [&](const Vec3V& a, const Vec3V& b) { return hn::Neg(hn::Mul(twice, dot(a, b))); };
+  const V xx = hn::Add(whole, entry(f.a, f.a));
+  const V yy = hn::Add(whole, entry(f.b, f.b));
+  const V zz = hn::Add(whole, entry(f.c, f.c));
+  const V xy = entry(f.a, f.b);
+  const V xz = entry(f.a, f.c);
+  const V yz = entry(f.b, f.c);
+  const auto row = [&](V p, V q, V s, const Vec3V& cofactor) {
+    return times_plus(p, f.a, times_plus(q, f.b, times_plus(s, f.c, times(turned, cofactor))));
+  };
+  return {row(xx, xy, xz, c.a), row(xy, yy, yz, c.b), row(xz, yz, zz, c.c)};
 }
 
 HWY_INLINE void store_flags(M mask, std::uint8_t* flags) {
@@ -69,71 +95,62 @@ HWY_INLINE void store_flags(M mask, std::uint8_t* flags) {
   for (std::size_t k = 0; k < lanes; ++k) flags[k] = static_cast<std::uint8_t>((bits[0] >> k) & 1U);
 }
 
-/// A vector of elements between the steps of the pass.
+HWY_INLINE std::array<Vec3V, 3> load_gradients(const ElementPass& pass, std::size_t e) {
+  const auto column = [&](std::size_t k) { return hn::LoadU(D(), pass.inverse_rest[k] + e); };
+  return {Vec3V{column(0), column(1), column(2)}, Vec3V{column(3), column(4), column(5)},
+          Vec3V{column(6), column(7), column(8)}};
+}
+
+/// What a vector of elements has between the phases of the pass.
 struct Lot {
-  Vec3V g1, g2, g3;  // gradients at rest
-  Matrix3V f, r;
+  Matrix3V f;
+  Root root;
   M good;
 };
 
-HWY_INLINE Lot load_lot(const ElementPass& pass, std::size_t e) {
+HWY_INLINE void load_deformations(const ElementPass& pass, std::size_t e, Lot& lot) {
   const D d;
-  Lot lot;
-  const auto column = [&](std::size_t k) { return hn::LoadU(d, pass.inverse_rest[k] + e); };
+  const std::array<Vec3V, 3> g = load_gradients(pass, e);
   const auto displacement = [&](std::size_t corner) {
     return load_rows(pass.displacements, pass.corners + 4 * e + corner);
   };
-  lot.g1 = {column(0), column(1), column(2)};
-  lot.g2 = {column(3), column(4), column(5)};
-  lot.g3 = {column(6), column(7), column(8)};
   const Vec3V origin = displacement(0);
   const Vec3V u1 = minus(displacement(1), origin);
   const Vec3V u2 = minus(displacement(2), origin);
   const Vec3V u3 = minus(displacement(3), origin);
   const V one = hn::Set(d, 1.0);
-  const auto row = [&](V p, V q, V r) {
-    return times_plus(p, lot.g1, times_plus(q, lot.g2, times(r, lot.g3)));
-  };
+  const auto row = [&](V p, V q, V r) { return times_plus(p, g[0], times_plus(q, g[1], times(r, g[2]))); };
   Matrix3V f{row(u1.x, u2.x, u3.x), row(u1.y, u2.y, u3.y), row(u1.z, u2.z, u3.z)};
   f.a.x = hn::Add(f.a.x, one);
   f.b.y = hn::Add(f.b.y, one);
   f.c.z = hn::Add(f.c.z, one);
-
-  // As in fem/rotation.cpp: with the largest entry 1, Newton converges in a few steps above this determinant.
-  constexpr double healthy = 0.01;
-  const V det = dot(f.a, cross(f.b, f.c));
-  const V size = hn::Max(largest_entry(f.a), hn::Max(largest_entry(f.b), largest_entry(f.c)));
-  const V least = hn::Mul(hn::Set(d, healthy), hn::Mul(size, hn::Mul(size, size)));
-  lot.good = hn::And(hn::Gt(det, least), hn::Lt(size, hn::Set(d, 1e50)));
-  // What is left becomes the identity, so that it holds nobody up.
-  const auto keep = [&](V value, double other) { return hn::IfThenElse(lot.good, value, hn::Set(d, other)); };
-  lot.f = {{keep(f.a.x, 1.0), keep(f.a.y, 0.0), keep(f.a.z, 0.0)},
-           {keep(f.b.x, 0.0), keep(f.b.y, 1.0), keep(f.b.z, 0.0)},
-           {keep(f.c.x, 0.0), keep(f.c.y, 0.0), keep(f.c.z, 1.0)}};
-  lot.r = lot.f;
-  return lot;
+  const Matrix3V c = cofactors(f);
+  lot.f = f;
+  lot.root.first = inner(f, f);
+  lot.root.second = inner(c, c);
+  lot.root.det = dot(f.a, c.a);
 }
 
-HWY_INLINE void store_lot(const ElementPass& pass, std::size_t e, const Lot& lot, M done) {
+HWY_INLINE void store_elements(const ElementPass& pass, std::size_t e, const Lot& lot, double* forces) {
   const D d;
-  const Matrix3V& f = lot.f;
-  const Matrix3V& r = lot.r;
+  const std::array<Vec3V, 3> g = load_gradients(pass, e);
+  const Matrix3V f = lot.f;
+  const Matrix3V r = rotation_from(lot.root, f);
   const Matrix3V stretch{minus(f.a, r.a), minus(f.b, r.b), minus(f.c, r.c)};
-  const V minus_volume = hn::Neg(hn::LoadU(d, pass.volume + e));
-  const V mu = hn::LoadU(d, pass.mu + e);
-  const V trace = inner(r, stretch);
-  const V bulk = hn::Mul(hn::LoadU(d, pass.lambda + e), trace);
-  const V pressure = hn::Mul(minus_volume, bulk);
-  const V density = hn::MulAdd(mu, inner(stretch, stretch), hn::Mul(hn::Set(d, 0.5), hn::Mul(bulk, trace)));
-  hn::StoreU(hn::NegMulAdd(minus_volume, density, hn::Zero(d)), d, pass.energies + e);
-  const V twice_mu = hn::Mul(minus_volume, hn::Add(mu, mu));
-  const V scale = hn::Sqrt(hn::Neg(hn::Mul(hn::Mul(hn::LoadU(d, pass.factors + e), mu), minus_volume)));
   const V ratio = hn::LoadU(d, pass.ratios + e);
+  const V stiffness = hn::LoadU(d, pass.stiffness + e);
+  const V trace = inner(r, stretch);
+  const V bulk = hn::Mul(ratio, trace);
+  const V density = hn::MulAdd(hn::Mul(hn::Set(d, 0.5), bulk), trace, inner(stretch, stretch));
+  hn::StoreU(hn::Mul(stiffness, density), d, pass.energies + e);
+  const V pressure = hn::Neg(hn::Mul(stiffness, bulk));
+  const V twice_mu = hn::Neg(hn::Add(stiffness, stiffness));
+  const V scale = hn::Sqrt(hn::Mul(hn::LoadU(d, pass.factors + e), stiffness));
   Vec3V gradient_sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   Vec3V force_sum = gradient_sum;
-  const auto corner = [&](std::size_t k, const Vec3V& g) {
-    const Vec3V turned = product(r, g);
-    const Vec3V force = times_plus(pressure, turned, times(twice_mu, product(stretch, g)));
+  for (std::size_t k = 1; k < 4; ++k) {
+    const Vec3V turned = product(r, g[k - 1]);
+    const Vec3V force = times_plus(pressure, turned, times(twice_mu, product(stretch, g[k - 1])));
     const Vec3V gradient = times(scale, turned);
     gradient_sum = plus(gradient_sum, gradient);
     force_sum = plus(force_sum, force);
@@ -141,29 +158,27 @@ HWY_INLINE void store_lot(const ElementPass& pass, std::size_t e, const Lot& lot
     hn::StoreU(gradient.y, d, pass.turned[3 * k - 2] + e);
     hn::StoreU(gradient.z, d, pass.turned[3 * k - 1] + e);
     store_quads(gradient, ratio, pass.gradients + 4 * e + k);
-    store_rows(force, pass.forces + 16 * e + 4 * k);
-  };
-  corner(1, lot.g1);
-  corner(2, lot.g2);
-  corner(3, lot.g3);
+    store_rows(force, forces + 4 * k);
+  }
   store_quads(negative(gradient_sum), ratio, pass.gradients + 4 * e);
-  store_rows(negative(force_sum), pass.forces + 16 * e);
-  done = hn::And(done, lot.good);
-  store_flags(hn::Not(done), pass.left + e);
-  store_flags(hn::Not(done), pass.inverted + e);  // what is done has a positive determinant
+  store_rows(negative(force_sum), forces);
+  store_flags(hn::Not(lot.good), pass.left + e);
+  store_flags(hn::Not(lot.good), pass.inverted + e);  // what is good has a positive determinant
 }
 
+/// In phases over several vectors of elements: a root waits for divisions, so that others go on meanwhile.
 void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end) {
-  const D d;
-  static_assert(element_group % (2 * lanes) == 0);
-  for (std::size_t e = begin; e < end; e += 2 * lanes) {
-    Lot first = load_lot(pass, e);
-    Lot second = load_lot(pass, e + lanes);
-    M first_done = hn::FirstN(d, 0);
-    M second_done = first_done;
-    polar(first.r, second.r, first_done, second_done);
-    store_lot(pass, e, first, first_done);
-    store_lot(pass, e + lanes, second, second_done);
+  constexpr std::size_t most = 8;
+  static_assert(element_group % lanes == 0);
+  std::array<Lot, most> lots;
+  for (std::size_t first = begin; first < end; first += most * lanes) {
+    const std::size_t count = std::min(most, (end - first) / lanes);
+    for (std::size_t i = 0; i < count; ++i) load_deformations(pass, first + i * lanes, lots[i]);
+    for (std::size_t i = 0; i < count; ++i) lots[i].good = find_root(lots[i].root);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t e = first + i * lanes;
+      store_elements(pass, e, lots[i], pass.forces + 16 * (e - begin));
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 #include "simd/factor_columns.hpp"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/factor_columns.cpp"
 #include <hwy/foreach_target.h>
@@ -37,42 +39,58 @@ HWY_INLINE FourV block_product(const float* block, FourV x) {
   return hn::MulAdd(hn::LoadU(d, block + 6), hn::Broadcast<2>(x), second);
 }
 
-void solve_columns(const FactorColumns& columns, Quad* b, std::size_t begin, std::size_t end) {
+HWY_INLINE void solve_forward(const FactorColumns& columns, Quad* b, std::size_t j) {
   const Four d;
-  for (std::size_t j = begin; j < end; ++j) {
-    const FourV y = block_product(columns.inverses + 9 * j, hn::Load(d, &b[j].x));
-    hn::Store(y, d, &b[j].x);
-    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
-      float* target = &b[columns.rows[k]].x;
-      hn::Store(hn::Sub(hn::Load(d, target), block_product(columns.blocks + 9 * k, y)), d, target);
-    }
+  const FourV y = block_product(columns.inverses + 9 * j, hn::Load(d, &b[j].x));
+  hn::Store(y, d, &b[j].x);
+  for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
+    float* target = &b[columns.rows[k]].x;
+    hn::Store(hn::Sub(hn::Load(d, target), block_product(columns.blocks + 9 * k, y)), d, target);
   }
-  for (std::size_t j = end; j-- > begin;) {
-    // Two sums of each, as one would wait for itself.
-    std::array<FourV, 6> s;
-    s.fill(hn::Zero(d));
-    const auto add = [&](std::size_t k, std::size_t first) {
-      const FourV x = hn::Load(d, &b[columns.rows[k]].x);
-      const float* block = columns.blocks + 9 * k;
-      s[first] = hn::MulAdd(hn::LoadU(d, block), x, s[first]);
-      s[first + 1] = hn::MulAdd(hn::LoadU(d, block + 3), x, s[first + 1]);
-      s[first + 2] = hn::MulAdd(hn::LoadU(d, block + 6), x, s[first + 2]);
-    };
-    const std::size_t last = columns.begin[j + 1];
-    std::size_t k = columns.begin[j];
-    for (; k + 2 <= last; k += 2) {
-      add(k, 0);
-      add(k + 1, 3);
-    }
-    if (k < last) add(k, 0);
-    const FourV s0 = hn::Add(s[0], s[3]);
-    const FourV s1 = hn::Add(s[1], s[4]);
-    const FourV s2 = hn::Add(s[2], s[5]);
-    const FourV y = hn::Sub(hn::Load(d, &b[j].x), sums_of(s0, s1, s2));
-    const float* g = columns.inverses + 9 * j;
-    const FourV x = sums_of(hn::Mul(hn::LoadU(d, g), y), hn::Mul(hn::LoadU(d, g + 3), y),
-                            hn::Mul(hn::LoadU(d, g + 6), y));
-    hn::Store(x, d, &b[j].x);
+}
+
+HWY_INLINE void solve_backward(const FactorColumns& columns, Quad* b, std::size_t j) {
+  const Four d;
+  // Two sums of each, as one would wait for itself.
+  std::array<FourV, 6> s;
+  s.fill(hn::Zero(d));
+  const auto add = [&](std::size_t k, std::size_t first) {
+    const FourV x = hn::Load(d, &b[columns.rows[k]].x);
+    const float* block = columns.blocks + 9 * k;
+    s[first] = hn::MulAdd(hn::LoadU(d, block), x, s[first]);
+    s[first + 1] = hn::MulAdd(hn::LoadU(d, block + 3), x, s[first + 1]);
+    s[first + 2] = hn::MulAdd(hn::LoadU(d, block + 6), x, s[first + 2]);
+  };
+  const std::size_t last = columns.begin[j + 1];
+  std::size_t k = columns.begin[j];
+  for (; k + 2 <= last; k += 2) {
+    add(k, 0);
+    add(k + 1, 3);
+  }
+  if (k < last) add(k, 0);
+  const FourV s0 = hn::Add(s[0], s[3]);
+  const FourV s1 = hn::Add(s[1], s[4]);
+  const FourV s2 = hn::Add(s[2], s[5]);
+  const FourV y = hn::Sub(hn::Load(d, &b[j].x), sums_of(s0, s1, s2));
+  const float* g = columns.inverses + 9 * j;
+  const FourV x =
+      sums_of(hn::Mul(hn::LoadU(d, g), y), hn::Mul(hn::LoadU(d, g + 3), y), hn::Mul(hn::LoadU(d, g + 6), y));
+  hn::Store(x, d, &b[j].x);
+}
+
+void solve_columns(const FactorColumns& columns, Quad* b, ColumnRange first, ColumnRange second) {
+  const std::size_t both = std::min(first.size(), second.size());
+  for (std::size_t i = 0; i < both; ++i) {
+    solve_forward(columns, b, first.begin + i);
+    solve_forward(columns, b, second.begin + i);
+  }
+  for (std::size_t j = first.begin + both; j < first.end; ++j) solve_forward(columns, b, j);
+  for (std::size_t j = second.begin + both; j < second.end; ++j) solve_forward(columns, b, j);
+  for (std::size_t j = first.end; j-- > first.begin + both;) solve_backward(columns, b, j);
+  for (std::size_t j = second.end; j-- > second.begin + both;) solve_backward(columns, b, j);
+  for (std::size_t i = both; i-- > 0;) {
+    solve_backward(columns, b, first.begin + i);
+    solve_backward(columns, b, second.begin + i);
   }
 }
 
@@ -196,8 +214,8 @@ HWY_EXPORT(find_rotations);
 HWY_EXPORT(turn_back);
 HWY_EXPORT(turn_forth);
 
-void solve_columns(const FactorColumns& columns, Quad* b, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(solve_columns)(columns, b, begin, end);
+void solve_columns(const FactorColumns& columns, Quad* b, ColumnRange first, ColumnRange second) {
+  HWY_DYNAMIC_DISPATCH(solve_columns)(columns, b, first, second);
 }
 void find_rotations(const TurnedRows& rows, const Quad* positions, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(find_rotations)(rows, positions, begin, end);

@@ -16,8 +16,16 @@ struct FactorColumns {
   const float* inverses;       ///< 9 a column: inverse of the block on the diagonal
 };
 
-/// b becomes (L L^T)^-1 b in columns [begin, end), which no block joins to others. What w holds is lost.
-void solve_columns(const FactorColumns& columns, Quad* b, std::size_t begin, std::size_t end);
+struct ColumnRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  [[nodiscard]] std::size_t size() const { return end - begin; }
+};
+
+/// b becomes (L L^T)^-1 b in two ranges of columns, each of which no block joins to others: side by side,
+/// since in each a column waits for the last. The bits are those of one range at a time. What w holds is
+/// lost.
+void solve_columns(const FactorColumns& columns, Quad* b, ColumnRange first, ColumnRange second);
 
 /// The rows of a matrix and what turns them: rotations of rows, and where their vectors are in the order of
 /// the factor.
@@ -42,7 +50,7 @@ double turn_forth(const TurnedRows& rows, const float* r, const Quad* quads, flo
 
 /// The twins in plain C++.
 namespace scalar {
-void solve_columns(const FactorColumns& columns, Quad* b, std::size_t begin, std::size_t end);
+void solve_columns(const FactorColumns& columns, Quad* b, ColumnRange first, ColumnRange second);
 void find_rotations(const TurnedRows& rows, const Quad* positions, std::size_t begin, std::size_t end);
 void turn_back(const TurnedRows& rows, const float* r, Quad* quads, std::size_t begin, std::size_t end);
 double turn_forth(const TurnedRows& rows, const float* r, const Quad* quads, float* z, std::size_t begin,

@@ -46,20 +46,22 @@ void subtract(Quad& a, const Quad& b) {
 
 }  // namespace
 
-void solve_columns(const FactorColumns& columns, Quad* b, std::size_t begin, std::size_t end) {
-  for (std::size_t j = begin; j < end; ++j) {
-    b[j] = product(columns.inverses + 9 * j, b[j]);
-    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
-      subtract(b[columns.rows[k]], product(columns.blocks + 9 * k, b[j]));
-  }
-  for (std::size_t j = end; j-- > begin;) {
-    Quad sum;
-    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
-      const Quad part = product_back(columns.blocks + 9 * k, b[columns.rows[k]]);
-      sum = {sum.x + part.x, sum.y + part.y, sum.z + part.z, 0.0F};
+void solve_columns(const FactorColumns& columns, Quad* b, ColumnRange first, ColumnRange second) {
+  for (const ColumnRange range : {first, second}) {
+    for (std::size_t j = range.begin; j < range.end; ++j) {
+      b[j] = product(columns.inverses + 9 * j, b[j]);
+      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
+        subtract(b[columns.rows[k]], product(columns.blocks + 9 * k, b[j]));
     }
-    subtract(b[j], sum);
-    b[j] = product_back(columns.inverses + 9 * j, b[j]);
+    for (std::size_t j = range.end; j-- > range.begin;) {
+      Quad sum;
+      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
+        const Quad part = product_back(columns.blocks + 9 * k, b[columns.rows[k]]);
+        sum = {sum.x + part.x, sum.y + part.y, sum.z + part.z, 0.0F};
+      }
+      subtract(b[j], sum);
+      b[j] = product_back(columns.inverses + 9 * j, b[j]);
+    }
   }
 }
 

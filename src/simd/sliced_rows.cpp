@@ -2,6 +2,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/sliced_rows.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
@@ -12,97 +13,6 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
-
-/// Sum of a_i a_j^T, and where r differs of r a_i a_j^T.
-template <bool mixed>
-struct TermSums {
-  std::array<FloatV, 9> x;
-  std::array<FloatV, mixed ? 9 : 1> scaled;
-  FloatV ratio;
-};
-
-template <bool mixed>
-HWY_INLINE TermSums<mixed> add_terms(const SlicedAssembly& rows, std::size_t first, std::size_t last,
-                                     std::size_t lane) {
-  const Floats d;
-  const hn::RebindToUnsigned<Floats> du;
-  const FloatV zero = hn::Zero(d);
-  TermSums<mixed> sums{{zero, zero, zero, zero, zero, zero, zero, zero, zero}, {}, zero};
-  if constexpr (mixed) sums.scaled = sums.x;
-  alignas(64) std::array<std::uint32_t, slice_rows> own;
-  alignas(64) std::array<std::uint32_t, slice_rows> other;
-  for (std::size_t t = first; t < last; ++t) {
-    const auto term = hn::LoadU(du, rows.terms + slice_rows * t + lane);
-    const auto corner_i = hn::ShiftRight<2>(term);
-    hn::Store(corner_i, du, own.data());
-    hn::Store(hn::Or(hn::AndNot(hn::Set(du, 3), corner_i), hn::And(term, hn::Set(du, 3))), du, other.data());
-    const QuadLanes a = load_quads(rows.gradients, own.data());
-    const QuadLanes b = load_quads(rows.gradients, other.data());
-    if (t == first) sums.ratio = a.w;
-    const std::array<FloatV, 3> left{a.x, a.y, a.z};
-    const std::array<FloatV, 3> right{b.x, b.y, b.z};
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) {
-        sums.x[3 * i + j] = hn::MulAdd(left[i], right[j], sums.x[3 * i + j]);
-        if constexpr (mixed)
-          sums.scaled[3 * i + j] = hn::MulAdd(a.w, hn::Mul(left[i], right[j]), sums.scaled[3 * i + j]);
-      }
-    }
-  }
-  return sums;
-}
-
-/// r X + X^T + tr(X) I
-template <bool mixed>
-HWY_INLINE std::array<FloatV, 9> whole_blocks(const TermSums<mixed>& sums) {
-  const std::array<FloatV, 9>& x = sums.x;
-  const FloatV trace = hn::Add(x[0], hn::Add(x[4], x[8]));
-  const auto entry = [&](std::size_t i, std::size_t j) {
-    const FloatV back = i == j ? hn::Add(x[3 * i + j], trace) : x[3 * j + i];
-    if constexpr (mixed) return hn::Add(sums.scaled[3 * i + j], back);
-    return hn::MulAdd(sums.ratio, x[3 * i + j], back);
-  };
-  return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 0), entry(1, 1),
-          entry(1, 2), entry(2, 0), entry(2, 1), entry(2, 2)};
-}
-
-template <bool mixed>
-HWY_INLINE void assemble_slice(const SlicedAssembly& rows, float* values, float* diagonals,
-                               std::size_t slice) {
-  const Floats d;
-  const std::size_t first = rows.slot_begin[slice];
-  const std::size_t last = rows.slot_begin[slice + 1];
-  const std::uint32_t* begin = rows.term_begin + slice;
-  for (std::size_t slot = first; slot < last; ++slot) {
-    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
-      const auto block = whole_blocks(add_terms<mixed>(rows, begin[slot], begin[slot + 1], lane));
-      float* place = values + slot_values * slot + lane;
-      for (std::size_t k = 0; k < 9; ++k) hn::StoreU(block[k], d, place + slice_rows * k);
-    }
-  }
-  for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
-    const auto block = whole_blocks(add_terms<mixed>(rows, begin[last], begin[last + 1], lane));
-    const FloatV mass = hn::LoadU(d, rows.masses + slice_rows * slice + lane);
-    float* place = diagonals + slice_symmetric * slice + lane;
-    hn::StoreU(hn::Add(block[0], mass), d, place);
-    hn::StoreU(hn::Add(block[4], mass), d, place + slice_rows);
-    hn::StoreU(hn::Add(block[8], mass), d, place + 2 * slice_rows);
-    hn::StoreU(block[1], d, place + 3 * slice_rows);
-    hn::StoreU(block[2], d, place + 4 * slice_rows);
-    hn::StoreU(block[5], d, place + 5 * slice_rows);
-  }
-}
-
-void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
-                     std::size_t end) {
-  for (std::size_t slice = begin; slice < end; ++slice) {
-    if (rows.mixed) {
-      assemble_slice<true>(rows, values, diagonals, slice);
-    } else {
-      assemble_slice<false>(rows, values, diagonals, slice);
-    }
-  }
-}
 
 void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* products, std::size_t begin,
                        std::size_t end) {
@@ -140,6 +50,16 @@ HWY_INLINE void add_couplings(const CouplingRows& couplings, std::size_t slice, 
   }
 }
 
+/// Slots between one's use and the wish for it: of those tried (4, 8, 16) the best where the values come from
+/// memory and where they come from the last cache.
+constexpr std::size_t ahead = 4;
+
+/// Asks for the slot's part of a lane; beyond the last slot for memory that nobody reads.
+HWY_INLINE void prefetch_slot(const SlicedRows& rows, std::size_t slot, std::size_t lane) {
+  for (std::size_t k = 0; k < 9; ++k) hwy::Prefetch(rows.values + slot_values * slot + slice_rows * k + lane);
+  hwy::Prefetch(rows.columns + slice_rows * slot + lane);
+}
+
 HWY_INLINE void multiply_slice(const SlicedRows& rows, const Quad* x, float* y, std::size_t slice,
                                std::size_t lane) {
   const Floats d;
@@ -150,6 +70,7 @@ HWY_INLINE void multiply_slice(const SlicedRows& rows, const Quad* x, float* y, 
   const std::size_t last = rows.slot_begin[slice + 1];
   for (std::size_t slot = rows.slot_begin[slice]; slot < last; ++slot) {
     const float* values = rows.values + slot_values * slot + lane;
+    prefetch_slot(rows, slot + ahead, lane);
     const QuadLanes other = load_quads(x, rows.columns + slice_rows * slot + lane);
     const FloatV u0 = hn::Sub(other.x, own.x);
     const FloatV u1 = hn::Sub(other.y, own.y);
@@ -291,7 +212,6 @@ void turn_slices(const GradientVectors& v, float turn, std::size_t begin, std::s
 #else
 
 using scalar::advance_slices;
-using scalar::assemble_slices;
 using scalar::coupling_products;
 using scalar::invert_slices;
 using scalar::multiply_slices;
@@ -305,17 +225,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace palpate::simd {
 
-HWY_EXPORT(assemble_slices);
 HWY_EXPORT(coupling_products);
 HWY_EXPORT(multiply_slices);
 HWY_EXPORT(invert_slices);
 HWY_EXPORT(advance_slices);
 HWY_EXPORT(turn_slices);
 
-void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
-                     std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(assemble_slices)(rows, values, diagonals, begin, end);
-}
 void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* products, std::size_t begin,
                        std::size_t end) {
   HWY_DYNAMIC_DISPATCH(coupling_products)(couplings, x, products, begin, end);

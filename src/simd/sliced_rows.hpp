@@ -32,9 +32,7 @@ struct SlicedRows {
 /// r X + X^T + tr(X) I with X = a_i a_j^T.
 struct SlicedAssembly {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
-  /// (n_slots + n_slices + 1): of each slot, and after those of a slice of its diagonal blocks, where its
-  /// terms begin, 16 a term.
-  const std::uint32_t* term_begin;
+  const std::uint32_t* term_begin;  ///< (n_slots + 1): of each slot, where its terms begin, 16 a term
   const std::uint32_t*
       terms;  ///< 16 element + 4 corner i + corner j; where a row has none, of an element of zeros
   const Quad* gradients;  ///< 4 an element: a_i, and r
@@ -42,8 +40,9 @@ struct SlicedAssembly {
   bool mixed;             ///< the elements of a row may differ in r
 };
 
-/// Writes the blocks of slices [begin, end), and those on the diagonal with the masses. Blocks (i, j) and (j,
-/// i) whose terms have the same order get exactly transposed bits.
+/// Writes the blocks of slices [begin, end), and those on the diagonal: the masses less all others of the
+/// row, as K takes no force from a motion of all points alike. Blocks (i, j) and (j, i) whose terms have the
+/// same order get exactly transposed bits.
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
 

@@ -44,17 +44,17 @@ void add_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end) {
   for (std::size_t slice = begin; slice < end; ++slice) {
-    const std::uint32_t* terms = rows.term_begin + slice;
-    const std::size_t last = rows.slot_begin[slice + 1];
     for (std::size_t lane = 0; lane < slice_rows; ++lane) {
-      for (std::size_t slot = rows.slot_begin[slice]; slot < last; ++slot) {
-        const Block block = block_of(rows, terms[slot], terms[slot + 1], lane);
-        for (std::size_t k = 0; k < 9; ++k) values[slot_values * slot + slice_rows * k + lane] = block[k];
+      Block sum{};
+      for (std::size_t slot = rows.slot_begin[slice]; slot < rows.slot_begin[slice + 1]; ++slot) {
+        const Block block = block_of(rows, rows.term_begin[slot], rows.term_begin[slot + 1], lane);
+        for (std::size_t k = 0; k < 9; ++k) {
+          values[slot_values * slot + slice_rows * k + lane] = block[k];
+          sum[k] += block[k];
+        }
       }
-      const Block block = block_of(rows, terms[last], terms[last + 1], lane);
       const float mass = rows.masses[slice_rows * slice + lane];
-      const std::array symmetric{block[0] + mass, block[4] + mass, block[8] + mass,
-                                 block[1],        block[2],        block[5]};
+      const std::array symmetric{mass - sum[0], mass - sum[4], mass - sum[8], -sum[1], -sum[2], -sum[5]};
       for (std::size_t k = 0; k < 6; ++k)
         diagonals[slice_symmetric * slice + slice_rows * k + lane] = symmetric[k];
     }

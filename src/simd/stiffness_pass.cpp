@@ -51,9 +51,9 @@ void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t en
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3V y = product(s, g[k]);
       sum = plus(sum, y);
-      store_rows(y, &pass.products[4 * e + k + 1].x);
+      store_rows(y, pass.products + 16 * (e - begin) + 4 * (k + 1));
     }
-    store_rows(negative(sum), &pass.products[4 * e].x);
+    store_rows(negative(sum), pass.products + 16 * (e - begin));
   }
 }
 
@@ -99,10 +99,16 @@ void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t en
         y[i] = bulk * turned(k)[i];
         for (std::size_t j = 0; j < 3; ++j) y[i] += (g[i][j] + g[j][i]) * turned(k)[j];
       }
-      pass.products[4 * e + k + 1] = {y[0], y[1], y[2], 0.0};
+      double* row = pass.products + 16 * (e - begin) + 4 * (k + 1);
+      for (std::size_t i = 0; i < 3; ++i) row[i] = y[i];
+      row[3] = 0.0;
       sum = {sum.x - y[0], sum.y - y[1], sum.z - y[2], 0.0};
     }
-    pass.products[4 * e] = sum;
+    double* first = pass.products + 16 * (e - begin);
+    first[0] = sum.x;
+    first[1] = sum.y;
+    first[2] = sum.z;
+    first[3] = 0.0;
   }
 }
 

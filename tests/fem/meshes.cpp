@@ -170,12 +170,8 @@ std::vector<Vec3> unpadded(std::span<const simd::Padded3> a) {
   return values;
 }
 
-std::vector<Vec3> point_forces(const Elements& elements, std::size_t point_count) {
-  std::vector<Vec3> forces(point_count);
-  for (Index e = 0; e < elements.size(); ++e) {
-    for (int c = 0; c < 4; ++c) at(forces, at(at(elements.corners(), e), c)) += elements.force(e, c);
-  }
-  return forces;
+std::vector<Vec3> point_forces(const Elements& elements) {
+  return unpadded(elements.point_forces());
 }
 
 Dynamics Scene::dynamics(const Bodies& bodies) const {

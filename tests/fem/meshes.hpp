@@ -55,8 +55,8 @@ double largest(std::span<const Vec3> values);
 double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b);
 Vec3 total(std::span<const Vec3> values);
 
-/// Elastic forces per point as of elements.update(), added up by scattering.
-std::vector<Vec3> point_forces(const Elements& elements, std::size_t point_count);
+/// Elastic forces per point as of elements.update().
+std::vector<Vec3> point_forces(const Elements& elements);
 
 /// A dynamics of one body, nothing fixed, one thread unless said.
 struct Scene {

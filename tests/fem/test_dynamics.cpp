@@ -99,7 +99,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   for (Eigen::Index i = 0; i < n; ++i) masses[i] = at(dynamics.point_masses(), i / 3);
   const Eigen::MatrixXd m = masses.asDiagonal();
   const Eigen::MatrixXd c = material.mass_damping * m + material.stiffness_damping * k;
-  Eigen::VectorXd force = to_eigen(point_forces(elements, start.size())) + to_eigen(external);
+  Eigen::VectorXd force = to_eigen(point_forces(elements)) + to_eigen(external);
   for (Eigen::Index i = 2; i < n; i += 3) force[i] += masses[i] * gravity.z;
   Eigen::MatrixXd a = m + h * c + h * h * k;
   const Eigen::VectorXd v = to_eigen(before);

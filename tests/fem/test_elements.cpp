@@ -1,5 +1,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -38,9 +39,52 @@ TEST(Elements, HaveExactlyNoForceAtRest) {
   for (const Bodies& bodies : several_meshes()) {
     Elements elements = elements_of(bodies);
     elements.update(one_thread, bodies.points_rest());
-    EXPECT_EQ(largest(point_forces(elements, bodies.points_rest().size())), 0.0);
+    EXPECT_EQ(largest(point_forces(elements)), 0.0);
     EXPECT_EQ(total_energy(elements, bodies.points_rest()), 0.0);
   }
+}
+
+/// Several chunks of elements, of which points have one or many; the bits are the same for all thread counts.
+TEST(Elements, ForcesOnPointsAreTheSumsOfThoseOnCorners) {
+  const Bodies bodies = single_body(irregular_box_mesh({6, 5, 5}, {1.0, 2.0, 0.5}, 0.2));
+  const auto positions = noisy(bodies, 0.02, 4);
+  Elements elements = elements_of(bodies);
+  ASSERT_GT(elements.size(), 5 * static_cast<Index>(CornerSums::chunk));
+  std::vector<simd::Padded3> corners(4 * static_cast<std::size_t>(elements.size()));
+  elements.update(one_thread, positions, corners);
+  const auto forces = point_forces(elements);
+  std::vector<Vec3> sums(positions.size());
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const Vec3 force{corners[c].x, corners[c].y, corners[c].z};
+    at(sums, elements.corners()[c / 4][c % 4]) += force;
+  }
+  EXPECT_GT(largest(forces), 0.0);
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    EXPECT_LT(length(forces[i] - sums[i]), 1e-13 * largest(forces));
+  for (const int threads : {2, 3}) {
+    elements.update(parallel::Threads(threads), positions);
+    EXPECT_EQ(point_forces(elements), forces) << threads;
+  }
+}
+
+/// Each body's own tets, once each, those that share points near each other.
+TEST(Elements, AreNumberedBodyByBodyWhatIsNearInSpaceNearEachOther) {
+  Bodies bodies;
+  bodies.add("first", irregular_box_mesh({6, 6, 6}, {1.0, 1.0, 1.0}, 0.2));
+  bodies.add("second", irregular_box_mesh({3, 3, 3}, {1.0, 1.0, 1.0}, 0.2));
+  const Elements elements = elements_of(bodies);
+  ASSERT_EQ(static_cast<std::size_t>(elements.size()), bodies.tets().size());
+  std::vector<int> times(bodies.tets().size());
+  for (Index e = 0; e < elements.size(); ++e) {
+    const Index tet = at(elements.tet_of_element(), e);
+    ++at(times, tet);
+    EXPECT_EQ(at(elements.corners(), e), at(bodies.tets(), tet));
+    const Range tets = at(bodies.bodies(), at(elements.body_of_element(), e)).tets;
+    EXPECT_TRUE(tet >= tets.begin && tet < tets.end) << tet;
+    if (e == 0) continue;
+    EXPECT_GE(at(elements.body_of_element(), e), at(elements.body_of_element(), e - 1));
+  }
+  EXPECT_EQ(std::ranges::count(times, 1), static_cast<std::ptrdiff_t>(times.size()));
 }
 
 TEST(Elements, HaveNoForceUnderRigidMotion) {
@@ -53,7 +97,7 @@ TEST(Elements, HaveNoForceUnderRigidMotion) {
       const auto moved = mapped(bodies, [&](const Vec3& p) { return r * p + t; });
       elements.update(one_thread, moved);
       // Scale: the force of a strain of 1 is about E times an area of at most 4 m^2.
-      EXPECT_LT(largest(point_forces(elements, moved.size())), 1e-12 * soft.young_modulus * 4.0);
+      EXPECT_LT(largest(point_forces(elements)), 1e-12 * soft.young_modulus * 4.0);
       EXPECT_LT(total_energy(elements, moved), 1e-24 * soft.young_modulus);
     }
   }
@@ -77,7 +121,7 @@ TEST(Elements, MatchHookesLawForSmallStrain) {
 void expect_force_is_derivative(const Bodies& bodies, std::vector<Vec3> positions) {
   Elements elements = elements_of(bodies);
   elements.update(one_thread, positions);
-  const auto forces = point_forces(elements, positions.size());
+  const auto forces = point_forces(elements);
   constexpr double step = 1e-6;
   const double scale = largest(forces);
   ASSERT_GT(scale, 0.0);
@@ -120,7 +164,7 @@ TEST(Elements, ForcesSumToZeroInForceAndTorque) {
   Elements elements = elements_of(bodies);
   const auto positions = noisy(bodies, 0.3, 7);  // some elements are inverted
   elements.update(one_thread, positions);
-  const auto forces = point_forces(elements, positions.size());
+  const auto forces = point_forces(elements);
   Vec3 torque;
   for (std::size_t i = 0; i < forces.size(); ++i) torque += cross(positions[i], forces[i]);
   EXPECT_LT(length(total(forces)), 1e-12 * largest(forces));
@@ -160,7 +204,7 @@ TEST(Elements, StiffnessIsMinusTheDerivativeOfTheForceAtRest) {
     const auto forces_at = [&](const Vec3& p) {
       positions[i] = p;
       elements.update(one_thread, positions);
-      return to_eigen(point_forces(elements, positions.size()));
+      return to_eigen(point_forces(elements));
     };
     const Eigen::VectorXd slope =
         (forces_at(center + Vec3{0.0, step, 0.0}) - forces_at(center - Vec3{0.0, step, 0.0})) / (2.0 * step);

@@ -1,0 +1,239 @@
+// The planes of contacts: what their crossings, the surface beside them and their links give (DepthEstimate).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "contact/depth.hpp"
+#include "contact/edge_exit.hpp"
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
+constexpr double alone = 1e8;
+constexpr std::size_t few = 16;
+/// Of the squared length of an edge at rest: less is taken for that much.
+constexpr double smallest = 1e-12;
+
+double longest_squared_edge(const Bodies& bodies) {
+  double longest = 0.0;
+  for (const auto& [p, q] : bodies.edges())
+    longest = std::max(longest, squared_length(at(bodies.points_rest(), q) - at(bodies.points_rest(), p)));
+  return longest;
+}
+
+}  // namespace
+
+DepthEstimate::DepthEstimate(const Bodies& bodies)
+    : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
+
+/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+double DepthEstimate::squared_distance(const Frame& frame, Index p, Index q) const {
+  const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
+  if (now >= surely_enough_) return now;  // spares looking at the rest
+  const std::span<const Vec3> rest = frame.bodies.points_rest();
+  return std::max(now, smallest * squared_length(at(rest, q) - at(rest, p)));
+}
+
+/// Rows of border edges and links for each contact; the rows of links have room for all edges of the point.
+void DepthEstimate::lay_out(const Frame& frame) {
+  const Contacts& contacts = frame.list.contacts();
+  const std::size_t n = contacts.size();
+  assign_with_room(border_begin_, n + 1, Index{0});
+  penetrated_.assign(frame.bodies.bodies().size(), 0);
+  for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
+  for (const Index body : contacts.body) at(penetrated_, body) = 1;
+  std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
+  assign_with_room(notes_, n, Note{});
+  assign_with_room(system_.nodes, n, PlaneSystem::Node{});
+  Index links = 0;
+  for (std::size_t c = 0; c < n; ++c) {
+    system_.nodes[c].begin = system_.nodes[c].end = links;
+    links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
+             (border_begin_[c + 1] - border_begin_[c]);
+  }
+  resize_with_room(system_.links, static_cast<std::size_t>(links));
+}
+
+void DepthEstimate::assemble(const Frame& frame) {
+  normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
+  const std::size_t chunks = parallel::chunk_count(notes_.size(), contacts_of_search);
+  if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
+  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         assemble_contacts(frame, begin, end, scratches_[chunk]);
+                       });
+}
+
+void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
+                                      Scratch& scratch) {
+  list_crossings(frame, begin, end, scratch);
+  find_normals(frame, scratch);
+  const Vec3* normal = scratch.normals.data();
+  for (std::size_t c = begin; c < end; ++c) {
+    add_border(frame, c, normal);
+    add_links(frame, c);
+  }
+  const std::size_t room_for_points = scratch.points.capacity();
+  const std::size_t room_for_beside = scratch.beside.capacity();
+  scratch.points.clear();
+  scratch.beside.clear();
+  for (std::size_t c = begin; c < end; ++c) list_surface(frame, c, scratch);
+  keep_room(scratch.points, room_for_points, scratch.points.size() + few);
+  keep_room(scratch.beside, room_for_beside, scratch.beside.size() + few);
+  find_normals(frame, scratch);
+  std::size_t next = 0;
+  for (std::size_t c = begin; c < end; ++c) {
+    add_surface(frame, c, scratch, next);
+    make_guess(frame, c);
+  }
+}
+
+void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
+  scratch.normals.reserve(scratch.points.capacity());
+  scratch.normals.resize(scratch.points.size());
+  normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
+}
+
+/// Crossings of those border edges of the contacts that have one, as nearly all.
+void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
+                                   Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  scratch.points.clear();
+  make_room(scratch.points, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
+  for (std::size_t c = begin; c < end; ++c) {
+    const Vec3& p = at(frame.positions, contacts.point[c]);
+    for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+      const Index first = at(frame.crossings.begin(), e);
+      if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
+      const Crossing& crossing = at(frame.crossings.crossings(), first);
+      const Vec3 edge = at(frame.positions, at(frame.border_edges, e).free_point) - p;
+      scratch.points.push_back({crossing.triangle, p + crossing.parameter * edge});
+    }
+  }
+}
+
+/// The mean plane of the crossings of a contact's border edges. `normal` is that of the next edge with one
+/// crossing, and goes on.
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& next_normal) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  note.nearest_crossing = note.nearest_surface = std::numeric_limits<double>::infinity();
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  double depth = 0.0;
+  Vec3 normal;
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index free_point = at(frame.border_edges, e).free_point;
+    const double l2 = squared_distance(frame, contacts.point[c], free_point);
+    note.edges += 1.0 / l2;
+    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
+    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
+    if (first == last) {
+      ++note.without_crossing;
+      continue;
+    }
+    const Vec3 edge = at(frame.positions, free_point) - p;
+    const std::span<const Crossing> crossings = frame.crossings.crossings().subspan(first, last - first);
+    const EdgeExit way_out = crossings.size() == 1
+                                 ? EdgeExit(edge, crossings[0], *next_normal++)
+                                 : EdgeExit(frame.bodies, frame.positions, normals_, p, edge, crossings);
+    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
+    if (note.fixed && !way_out.at_point) continue;
+    if (way_out.at_point && !note.fixed) {
+      // A crossing at the point itself rules out all others.
+      note.fixed = true;
+      note.border_weight = depth = 0.0;
+      normal = {};
+    }
+    note.border_edges += 1.0 / l2;
+    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
+    note.border_weight += scale * way_out.weight;
+    depth += scale * way_out.depth;
+    normal += scale * way_out.normal;
+  }
+  contacts.depth[c] = depth;
+  contacts.direction[c] = normal;
+}
+
+/// The surface triangles so near that they outweigh all else: where a point comes near the surface from
+/// inside, far from its border edges, it must know before it leaves there.
+void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  const Note& note = notes_[c];
+  if (note.fixed) return;  // on the surface
+  // The same before and after a neighbour enters the body.
+  const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
+  const double reach = 1.0 / std::sqrt(others);
+  constexpr double smallest_share = 1e-12;
+  scratch.search.for_each_face(
+      frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
+      own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
+        const double excess = 1.0 / std::max(distance, smallest_share * reach) - 1.0 / reach;
+        scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
+        scratch.beside.push_back({c, distance, excess * excess});
+      });
+}
+
+/// Their planes, from the one numbered `next` on, which becomes that of the next contact.
+void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
+                                std::size_t& next) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  PlaneSystem::Node& node = system_.nodes[c];
+  if (note.fixed) return;
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const double border = note.border_weight;
+  const double links = node.diagonal - border;
+  for (; next < scratch.beside.size() && scratch.beside[next].contact == c; ++next) {
+    const auto& [contact, distance, weight] = scratch.beside[next];
+    const Vec3& normal = scratch.normals[next];
+    note.nearest_surface = std::min(note.nearest_surface, distance);
+    note.border_weight += weight;
+    contacts.depth[c] += weight * dot(scratch.points[next].x - p, normal);
+    contacts.direction[c] += weight * normal;
+  }
+  node.diagonal += note.border_weight - border;
+  note.fixed = note.border_weight > alone * links;
+}
+
+/// The first guess of a contact that has planes of its own: their mean.
+void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  Note& note = notes_[c];
+  if (!(note.border_weight > 0.0)) return;
+  contacts.depth[c] /= note.border_weight;
+  contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
+  note.level = 0;
+}
+
+/// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
+void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
+  const Contacts& contacts = frame.list.contacts();
+  const Bodies& bodies = frame.bodies;
+  const Index point = contacts.point[c];
+  PlaneSystem::Node& node = system_.nodes[c];
+  Index border = border_begin_[c];
+  double weight = 0.0;
+  for (const Index edge : bodies.point_edges()[point]) {
+    const Index other = bodies.other_end(edge, point);
+    if (border < border_begin_[c + 1] && at(frame.border_edges, border).free_point == other) {
+      ++border;
+      continue;
+    }
+    const double link = link_weight / squared_distance(frame, point, other);
+    at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
+    weight += link;
+  }
+  Note& note = notes_[c];
+  note.edges += weight / link_weight;
+  node.diagonal = note.border_weight + weight;
+  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
+  // Relative to a point of the same body, so that far from the origin no digits are lost.
+  node.place = at(frame.positions, point) -
+               at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
+}
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
+#include "simd/padded.hpp"
+
+namespace palpate::fem {
+
+/// Sums at points of what the corners of the elements there bring, in two steps, so that it never goes
+/// through memory corner by corner: each chunk of elements adds up what it has for each of its points, while
+/// that is in the first cache, and each point adds up what chunks have for it. Both in a fixed order: the
+/// same bits for every thread count.
+class CornerSums {
+ public:
+  static constexpr std::size_t chunk = 128;  ///< elements
+  /// Of the corners of the elements of a chunk, in their order: x, y, z and 0 each.
+  using Values = std::array<double, 16 * chunk>;
+
+  CornerSums() = default;
+  /// O(n_elements + n_points).
+  CornerSums(std::span<const Tet> corners, std::size_t point_count);
+
+  /// Takes the values of chunk `number`, elements [chunk * number, chunk * (number + 1)); of the last one as
+  /// many as there are. Chunks are independent of each other.
+  void take(std::size_t number, const Values& values);
+  /// Sums of all points (n_points), once every chunk has been taken; zero at points without elements.
+  void collect(const parallel::Threads& threads, std::span<simd::Padded3> sums) const;
+
+ private:
+  std::vector<std::uint16_t> place_of_corner_;  ///< of its point among those of its chunk
+  std::vector<std::uint32_t> chunk_begin_;      ///< (n_chunks + 1) into part_sums_
+  simd::AlignedVector<simd::Padded3> part_sums_;
+  // Points by the number of chunks that they are in, so that loops over these have one length for long.
+  std::vector<Index> points_;
+  std::vector<std::uint32_t> part_begin_;  ///< (n_points + 1), as points_
+  std::vector<std::uint32_t> parts_;       ///< into part_sums_, ascending
+};
+
+}  // namespace palpate::fem

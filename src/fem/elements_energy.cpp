@@ -1,0 +1,45 @@
+#include <cstddef>
+
+#include "fem/elements.hpp"
+#include "fem/rotation.hpp"
+
+// Energies of elements, and their plastic strains.
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t element_grain = CornerSums::chunk;
+
+}  // namespace
+
+double Elements::energy_density(std::size_t element, const Matrix3& rotation, const Matrix3& stretch) const {
+  const double trace = inner(rotation, stretch);
+  return mu_[element] * inner(stretch, stretch) + 0.5 * lambda_[element] * trace * trace;
+}
+
+double Elements::energy(Index element, std::span<const Vec3> positions) const {
+  const auto e = static_cast<std::size_t>(element);
+  const Matrix3 f = deformation_gradient(e, positions);
+  const Matrix3 rotation = nearest_rotation(f);
+  const Matrix3 stretch = elastic_stretch(e, f, rotation);
+  return volume_[e] * energy_density(e, rotation, stretch);
+}
+
+void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  for (std::size_t e = 0; e < plastic_strains_.size(); ++e) {
+    plastic_strains_[e] = yields(e) ? strains[e] : SymmetricMatrix3{};
+  }
+}
+
+void Elements::flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
+                    std::span<SymmetricMatrix3> next) const {
+  parallel::for_each(threads, plastic_strains_.size(), element_grain, [&](std::size_t e) {
+    next[e] = plastic_strains_[e];
+    if (!yields(e)) return;
+    const Matrix3 f = deformation_gradient(e, positions);
+    if (!(determinant(f) > 0.0)) return;
+    const SymmetricMatrix3 total = corotated_strain(f, nearest_rotation(f));
+    next[e] = plastic_flow(plastic_strains_[e], total, plasticity_[e], time_step, mu_[e], lambda_[e]);
+  });
+}
+
+}  // namespace palpate::fem

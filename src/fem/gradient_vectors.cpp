@@ -1,0 +1,182 @@
+// The vectors of conjugate gradients: by point in double, by row in float.
+#include <algorithm>
+#include <cmath>
+
+#include "fem/conjugate_gradients.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t slice_grain = 16;
+constexpr std::size_t point_grain = 256;
+
+double dot(const simd::Padded3& a, const simd::Padded3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// Of a row, in vectors by slices.
+std::size_t place_of(std::size_t row) {
+  return simd::slice_values * (row / simd::slice_rows) + row % simd::slice_rows;
+}
+
+void set(std::span<float> vector, std::size_t row, const simd::Padded3& value, double factor) {
+  const std::size_t place = place_of(row);
+  vector[place] = static_cast<float>(factor * value.x);
+  vector[place + simd::slice_rows] = static_cast<float>(factor * value.y);
+  vector[place + 2 * simd::slice_rows] = static_cast<float>(factor * value.z);
+}
+
+simd::Padded3 get(std::span<const float> vector, std::size_t row, double factor) {
+  const std::size_t place = place_of(row);
+  const auto value = [&](std::size_t k) {
+    return factor * static_cast<double>(vector[place + simd::slice_rows * k]);
+  };
+  return {value(0), value(1), value(2), 0.0};
+}
+
+simd::Padded3 minus(const simd::Padded3& a, const simd::Padded3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z, 0.0};
+}
+
+}  // namespace
+
+void ConjugateGradients::find_residual(const Run& run) {
+  run.system.multiply_exactly(run.threads, run.x, product_);
+  parallel::for_each(run.threads, run.b.size(), point_grain,
+                     [&](std::size_t i) { residual_[i] = minus(run.b[i], product_[i]); });
+}
+
+/// residual = b - A x for the better of the guess and zero; returns |b|. Where that is 0, x = 0.
+double ConjugateGradients::start(const Run& run) {
+  const std::size_t points = run.b.size();
+  const double squared_b = parallel::sum(run.threads, points, partial_sums_,
+                                         [&](std::size_t i) { return dot(run.b[i], run.b[i]); });
+  if (squared_b == 0.0) {
+    std::fill(run.x.begin(), run.x.end(), simd::Padded3{});
+    return 0.0;
+  }
+  const double squared_x = parallel::sum(run.threads, points, partial_sums_,
+                                         [&](std::size_t i) { return dot(run.x[i], run.x[i]); });
+  if (squared_x == 0.0) {  // no guess: what a product would say is known
+    std::copy(run.b.begin(), run.b.end(), residual_.begin());
+    return std::sqrt(squared_b);
+  }
+  find_residual(run);
+  // Squared residual of the guess below that of zero by this much.
+  const double gain = parallel::sum(run.threads, points, partial_sums_, [&](std::size_t i) {
+    return dot(run.b[i], run.b[i]) - dot(residual_[i], residual_[i]);
+  });
+  if (!(gain >= 0.0)) {
+    std::fill(run.x.begin(), run.x.end(), simd::Padded3{});
+    std::copy(run.b.begin(), run.b.end(), residual_.begin());
+  }
+  return std::sqrt(squared_b);
+}
+
+/// The float vectors from the true residual and the solution as they are, scaled by a power of two.
+void ConjugateGradients::load(Run& run) {
+  run.largest = std::sqrt(parallel::sum(run.threads, residual_.size(), partial_sums_,
+                                        [&](std::size_t i) { return dot(residual_[i], residual_[i]); }));
+  const double before = run.scale;
+  run.scale =
+      run.largest > 0.0 && std::isfinite(run.largest) ? std::ldexp(1.0, std::ilogb(run.largest)) : 1.0;
+  const double inverse = 1.0 / run.scale;
+  const auto ratio = static_cast<float>(before * inverse);
+  const auto points = run.system.blocks().point_of_row();
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    const auto point = static_cast<std::size_t>(points[row]);
+    set(row_residual_, row, residual_[point], inverse);
+    set(row_guess_, row, run.x[point], inverse);
+    set(row_solution_, row, {}, 0.0);
+    simd::Quad& p = direction_[row];
+    p = {ratio * p.x, ratio * p.y, ratio * p.z, 0.0F};
+  });
+}
+
+/// Adds what the iterations have found to the solution.
+void ConjugateGradients::flush(Run& run) {
+  const auto points = run.system.blocks().point_of_row();
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    simd::Padded3& x = at(run.x, points[row]);
+    const simd::Padded3 change = get(row_solution_, row, run.scale);
+    x = {x.x + change.x, x.y + change.y, x.z + change.z, 0.0};
+    set(row_solution_, row, {}, 0.0);
+    set(row_guess_, row, x, 1.0 / run.scale);
+  });
+}
+
+/// How far the float residual is from the true one, by 1 / m.
+double ConjugateGradients::drift(const Run& run) {
+  const auto points = run.system.blocks().point_of_row();
+  return std::sqrt(parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
+    const simd::Padded3 d = minus(at(residual_, points[row]), get(row_residual_, row, run.scale));
+    return dot(d, d) / run.system.blocks().diagonal()[static_cast<std::size_t>(points[row])];
+  }));
+}
+
+simd::GradientVectors ConjugateGradients::vectors(const Run& run) {
+  return {.solution = row_solution_.data(),
+          .residual = row_residual_.data(),
+          .preconditioned = row_preconditioned_.data(),
+          .product = row_product_.data(),
+          .direction = direction_.data(),
+          .guess = row_guess_.data(),
+          .inverse_diagonal = run.system.inverse_diagonal().data(),
+          .masses = run.system.masses().data(),
+          .inverse_masses = run.system.inverse_masses().data()};
+}
+
+simd::VectorSums ConjugateGradients::advance(const Run& run, double step) {
+  const simd::GradientVectors all = vectors(run);
+  parallel::for_chunks(run.threads, run.system.blocks().slice_count(), slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         partial_[chunk] = simd::advance_slices(all, static_cast<float>(step), begin, end);
+                       });
+  simd::VectorSums sums;
+  for (const simd::VectorSums& part : partial_) {
+    sums.residual += part.residual;
+    sums.by_mass += part.by_mass;
+    sums.preconditioned += part.preconditioned;
+    sums.solution += part.solution;
+  }
+  return sums;
+}
+
+void ConjugateGradients::turn(const Run& run, double turn) {
+  const simd::GradientVectors all = vectors(run);
+  parallel::for_chunks(run.threads, run.system.blocks().slice_count(), slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::turn_slices(all, static_cast<float>(turn), begin, end);
+                       });
+}
+
+/// product = A direction; returns direction^T A direction.
+double ConjugateGradients::multiply(Run& run) {
+  if (!run.exact_products) return run.system.multiply(run.threads, direction_, row_product_);
+  const auto points = run.system.blocks().point_of_row();
+  // The residual by point is not needed before the next check.
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    const simd::Quad& p = direction_[row];
+    at(residual_, points[row]) = {static_cast<double>(p.x), static_cast<double>(p.y),
+                                  static_cast<double>(p.z), 0.0};
+  });
+  run.system.multiply_exactly(run.threads, residual_, product_);
+  parallel::for_each(run.threads, points.size(), point_grain,
+                     [&](std::size_t row) { set(row_product_, row, at(product_, points[row]), 1.0); });
+  return parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
+    return dot(at(residual_, points[row]), at(product_, points[row]));
+  });
+}
+
+void ConjugateGradients::resize(const LinearSystem& system) {
+  residual_.resize(system.size());
+  product_.resize(system.size());
+  const std::size_t slices = system.blocks().slice_count();
+  for (auto* vector : {&row_residual_, &row_preconditioned_, &row_product_, &row_solution_, &row_guess_}) {
+    vector->assign(simd::slice_values * slices, 0.0F);
+  }
+  direction_.assign(simd::slice_rows * slices, simd::Quad{});
+  partial_.resize(parallel::chunk_count(slices, slice_grain));
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,123 @@
+#include "sim/side_shares.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Of the reach; a step at rest moves points by far less.
+constexpr double most_moved = 1.0 / 32.0;
+/// By which the direction of a contact may turn, as the length of a difference of unit vectors.
+constexpr double most_turned = 1.0 / 64.0;
+/// For rounding.
+constexpr double slack = 1.125;
+/// Steps after which a body counts as one that stays.
+constexpr int a_while = 4;
+/// Contacts for each point from which on looking at all points pays.
+constexpr double few_contacts = 1.0 / 32.0;
+
+/// Mean over the tets of a body of the smallest height at rest.
+double mean_height(const Bodies& bodies, Index body) {
+  const Range tets = at(bodies.bodies(), body).tets;
+  double sum = 0.0;
+  for (Index t = tets.begin; t < tets.end; ++t) {
+    const Tet& corners = at(bodies.tets(), t);
+    const auto rest = [&](std::size_t i) { return at(bodies.points_rest(), corners[i]); };
+    const double six_volumes = dot(cross(rest(1) - rest(0), rest(2) - rest(0)), rest(3) - rest(0));
+    double largest = 0.0;  // twice the area of a face
+    for (const auto& [i, j, k] : outward_face)
+      largest = std::max(largest, length(cross(rest(j) - rest(i), rest(k) - rest(i))));
+    if (largest > 0.0) sum += six_volumes / largest;
+  }
+  return tets.size() > 0 ? sum / tets.size() : 0.0;
+}
+
+}  // namespace
+
+SideShares::SideShares(const Bodies& bodies)
+    : rims_(bodies.bodies().size()),
+      stays_(bodies.bodies().size()),
+      moved_(bodies.bodies().size(), 0.0),
+      recorded_(bodies.points_rest().begin(), bodies.points_rest().end()) {
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
+    Rim& rim = at(rims_, b);
+    rim.outer = 0.25 * h;
+    rim.inner = std::min(0.075 * mean_height(bodies, b), 0.5 * rim.outer);
+    at(moved_, b) = most_moved * rim.outer;
+  }
+}
+
+void SideShares::begin(const parallel::Threads& threads, const Bodies& bodies,
+                       std::span<const Vec3> positions, std::size_t contacts) {
+  looks_ = static_cast<double>(contacts) > few_contacts * static_cast<double>(positions.size());
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    Stay& stay = at(stays_, b);
+    if (looks_) {
+      look_at(threads, at(bodies.bodies(), b).points, positions, at(moved_, b), stay);
+    } else if (stay.steps > 0) {
+      stay = {stay.number + 1, 0};  // what it does meanwhile is not seen
+    }
+  }
+}
+
+void SideShares::look_at(const parallel::Threads& threads, Range points, std::span<const Vec3> positions,
+                         double most, Stay& stay) {
+  constexpr std::size_t grain = 4096;
+  const auto first = static_cast<std::size_t>(points.begin);
+  const auto count = static_cast<std::size_t>(points.size());
+  assign_with_room(farthest_, parallel::chunk_count(count, grain), 0.0);
+  parallel::for_chunks(threads, count, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    double farthest = 0.0;
+    for (std::size_t p = first + begin; p < first + end; ++p)
+      farthest = std::max(farthest, squared_length(positions[p] - recorded_[p]));
+    farthest_[chunk] = farthest;
+  });
+  const bool stays = std::ranges::all_of(farthest_, [&](double d) { return d <= most * most; });
+  if (stays) {
+    ++stay.steps;
+    return;
+  }
+  stay = {stay.number + 1, 0};
+  parallel::for_each(threads, count, grain,
+                     [&](std::size_t p) { recorded_[first + p] = positions[first + p]; });
+}
+
+double SideShares::share(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
+                         std::size_t c, ExitSearch& search) const {
+  const Rim& rim = at(rims_, contacts.body[c]);
+  const double distance = search.distance_to_side(
+      bodies, positions, contacts.tet[c], at(positions, contacts.point[c]), contacts.direction[c], rim.outer);
+  return std::max(0.0, distance - rim.inner) / (rim.outer - rim.inner);
+}
+
+double SideShares::share(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
+                         std::size_t c, ExitSearch& search, SideNote& note) const {
+  const Index point = contacts.point[c];
+  const Index body = contacts.body[c];
+  const Vec3& direction = contacts.direction[c];
+  const Index body_of_point = at(bodies.body_of_point(), point);
+  const Stay& of_tet = at(stays_, body);
+  const Stay& of_point = at(stays_, body_of_point);
+  const bool same = note.tet == contacts.tet[c] && note.stay_of_point == of_point.number &&
+                    note.stay_of_tet == of_tet.number;
+  if (same && note.clear && length(direction - note.direction) <= most_turned) return 1.0;
+  // Since the record, and from it to now: twice.
+  const double by_tet = 2.0 * slack * at(moved_, body);
+  const double by_point = 2.0 * slack * at(moved_, body_of_point);
+  const bool stay = looks_ && std::min(of_tet.steps, of_point.steps) >= a_while && by_point <= 2.0 * by_tet;
+  if (stay && (!same || note.clear)) {
+    const bool clear = search.stays_clear(bodies, positions, contacts.tet[c], at(positions, point), direction,
+                                          at(rims_, body).outer + by_tet + by_point, by_tet, most_turned);
+    note = {contacts.tet[c], of_point.number, of_tet.number, clear, direction};
+    if (clear) return 1.0;
+  }
+  return share(bodies, positions, contacts, c, search);
+}
+
+}  // namespace palpate

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/padded.hpp"
+
+namespace palpate::simd {
+
+/// sums[places[c]] += values[4 c .. 4 c + 3] for the four corners c of each of so many elements, in the same
+/// order always: every sixteenth element, since neighbours share points and one sum would wait for the last.
+/// The same bits on every target.
+void add_corners(const double* values, const std::uint16_t* places, std::size_t elements, Padded3* sums);
+
+}  // namespace palpate::simd

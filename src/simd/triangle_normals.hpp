@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace palpate::simd {
+
+/// Points of triangles whose corners have normals, in rows: one point a lane.
+struct TrianglePoints {
+  static constexpr std::size_t most = 64;
+  using Row = std::array<double, most>;
+  struct Rows {
+    alignas(64) Row x;
+    alignas(64) Row y;
+    alignas(64) Row z;
+  };
+  Rows point;
+  std::array<Rows, 3> corner;
+  std::array<Rows, 3> corner_normal;
+  // What interpolate_normals() finds:
+  Rows normal;                            ///< unit, or zero where the mean is zero or not finite
+  alignas(64) std::array<Row, 3> weight;  ///< of the corners: none negative, sum 1
+};
+
+/// Means of the normals of the corners at the first `size` points, by their weights there: what
+/// SurfaceNormals::at_point() computes without creases, to the bit. Lanes beyond may change.
+void interpolate_normals(TrianglePoints& points, std::size_t size);
+
+}  // namespace palpate::simd

@@ -1,0 +1,60 @@
+// Normals of many points at once against those one by one, on every SIMD target: the same bits.
+#include "contact/surface_normals.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "geometry/vector.hpp"
+#include "support/meshes.hpp"
+#include "support/random.hpp"
+#include "support/simd_targets.hpp"
+
+namespace palpate {
+namespace {
+
+bool same_bits(const Vec3& a, const Vec3& b) {
+  return std::bit_cast<std::array<std::uint64_t, 3>>(a) == std::bit_cast<std::array<std::uint64_t, 3>>(b);
+}
+
+TEST(SurfaceNormals, AreTheSameManyAtOnce) {
+  test::Random random(5);
+  Bodies bodies;
+  bodies.add("box", test::box_mesh({3, 4, 2}, {-1, -1, -1}, {1, 1, 1}));
+  bodies.add("ball", test::ball_mesh(6, {3, 0, 0}, 1.0));
+  std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+  for (Vec3& p : positions) p += random.point(-0.02, 0.02);
+  // Triangles without area, and with points that are no numbers or overflow.
+  for (const Index p : {3, 4, 5, 30}) at(positions, p) = at(positions, 3);
+  at(positions, 17) = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+  at(positions, 100) = {1e200, -1e200, 1e200};
+  SurfaceNormals normals(bodies);
+  normals.update(parallel::Threads(1), bodies, positions, std::vector<std::uint8_t>{1, 1});
+  std::vector<TrianglePoint> points;
+  for (int i = 0; i < 3001; ++i) {
+    const Index triangle = random.integer(0, static_cast<Index>(bodies.triangles().size()) - 1);
+    const Triangle& t = at(bodies.triangles(), triangle);
+    // Inside, on a side, at a corner and outside.
+    std::array<double, 3> w{random.uniform(0.0, 1.0), random.uniform(0.0, 1.0), random.uniform(-0.1, 1.0)};
+    if (random.chance(0.2)) w[0] = 0.0;
+    if (random.chance(0.2)) w[1] = 0.0;
+    Vec3 x;
+    for (std::size_t k = 0; k < 3; ++k) x += (w[k] / (w[0] + w[1] + w[2])) * at(positions, t[k]);
+    points.push_back({triangle, x});
+  }
+  test::for_each_simd_target([&](const char* target) {
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{63}, points.size()}) {
+      std::vector<Vec3> found(n);
+      normals.at_points(bodies, positions, std::span(points).first(n), found);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 one = normals.at_point(bodies, positions, points[i].triangle, points[i].x);
+        ASSERT_TRUE(same_bits(found[i], one)) << target << ", " << i << " of " << n;
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace palpate
