@@ -13,9 +13,12 @@
 #include <palpate/error.hpp>
 
 #include "contact/points_in_tets.hpp"
+#include "io/mesh_reader.hpp"
 #include "measure/query_scenes.hpp"
 #include "our_query.hpp"
 #include "peers/embree_peer.hpp"
+#include "scene/load.hpp"
+#include "scene/scene.hpp"
 #include "speed/part.hpp"
 #include "speed/rows.hpp"
 #include "timing.hpp"
@@ -182,13 +185,26 @@ Json measure(const QueryScene& scene, std::uint32_t count) {
 
 Part query_part(const SpeedEffort& effort) {
   const auto stacking = [](int cells) { return [cells] { return measure::stacking_scene(cells); }; };
-  const struct {
+  struct SceneToAsk {
     const char* name;
     double tets;
     std::function<QueryScene()> make;
-  } scenes[] = {{"stacking 10000", 1e4, stacking(10)},        {"stacking 102400", 102400, stacking(32)},
-                {"stacking 1000000", 1e6, stacking(100)},     {"pile", 82240, measure::pile_scene},
-                {"self-collision", 1e4, measure::self_scene}, {"stacking 9985600", 9985600, stacking(316)}};
+  };
+  std::vector<SceneToAsk> scenes = {
+      {"stacking 10000", 1e4, stacking(10)},        {"stacking 102400", 102400, stacking(32)},
+      {"stacking 1000000", 1e6, stacking(100)},     {"pile", 82240, measure::pile_scene},
+      {"self-collision", 1e4, measure::self_scene}, {"stacking 9985600", 9985600, stacking(316)}};
+  // Organs: unstructured meshes, where little touches at the start.
+  for (const auto& [name, tets] : {std::pair("eye", 10160.0), std::pair("skull", 24071.0)}) {
+    const std::filesystem::path file = effort.scenes / (std::string(name) + ".json");
+    if (!std::filesystem::exists(file)) continue;
+    scenes.push_back({name, tets, [file, name] {
+                        const auto read = [](const std::filesystem::path& path) {
+                          return io::read_mesh(path).mesh;
+                        };
+                        return measure::shipped_scene(name, load_model(read_scene(file), read).bodies);
+                      }});
+  }
   Part part{"query", {}, query_rows};
   for (const auto& scene : scenes) {
     const int frames = effort.frames_or(scene.tets > most_tets_of_all ? 7 : usual_frames);

@@ -138,7 +138,7 @@ PeersEffort quick_effort() {
 
 PeersEffort full_effort() {
   PeersEffort effort = quick_effort();
-  effort.contest.seconds = 30.0;
+  effort.contest.seconds = 20.0;
   effort.most_tets_of_trials = 2e5;
   effort.python_most_tets = 1e300;
   for (const double movers : {0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e5), movers});

@@ -62,7 +62,7 @@ void add_options(CLI::App& app, Options& options) {
                    options.most_tets =
                        static_cast<double>(app::parse_integer(flag, text, 1, std::int64_t{1} << 40));
                  });
-  app::add_value(app, "--scenes", "DIR", "folder with stacking.json; default: scenes",
+  app::add_value(app, "--scenes", "DIR", "folder with stacking.json, eye.json, skull.json; default: scenes",
                  [&](const std::string&, const std::string& text) { options.scenes = text; });
   app::add_value(app, "--skull", "DIR", "folder with the meshes of a skull; default: without it",
                  [&](const std::string&, const std::string& text) { options.skull = text; });

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 struct SpeedEffort {
   std::optional<int> frames;  ///< that a figure is the median of; none: as many as each part wants
   double most_tets = 1e300;   ///< larger scenes are left out
-  std::filesystem::path scenes = "scenes";  ///< has stacking.json
+  std::filesystem::path scenes = "scenes";  ///< has stacking.json, eye.json, skull.json
   std::filesystem::path skull;              ///< has hq_skull.mesh and others; empty: none
 
   [[nodiscard]] int frames_or(int usual) const { return frames.value_or(usual); }

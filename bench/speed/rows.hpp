@@ -28,6 +28,8 @@ inline constexpr Goal goals[] = {
     {"detection", "contacts with coherence, stacking 10000", 50, 80},
     {"detection", "contacts with coherence, stacking 1000000", 28, 50},
     {"detection", "contacts, pile", 18, 30},
+    {"detection", "contacts, eye", 18, 30},
+    {"detection", "contacts, skull", 18, 30},
     {"detection", "contacts, self-collision", 20, 30},
     {"detection", "contacts, 2 threads against 1, stacking 10000", 1.5, 1.8},
     {"detection", "contacts, 2 threads against 1, stacking 1000000", 1.85, 1.95},

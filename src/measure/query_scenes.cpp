@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <utility>
 
 #include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
@@ -91,6 +92,14 @@ QueryScene pile_scene() {
     for (Vec3& p : mesh.points) p = rotated(turn, p) + centre;
     scene.bodies.add((ball ? "ball " : "box ") + std::to_string(b), std::move(mesh));
   }
+  start(scene);
+  return scene;
+}
+
+QueryScene shipped_scene(std::string name, Bodies bodies) {
+  QueryScene scene;
+  scene.name = std::move(name);
+  scene.bodies = std::move(bodies);
   start(scene);
   return scene;
 }

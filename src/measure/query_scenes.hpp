@@ -35,6 +35,8 @@ Model stacking_model(int cells);
 int stacking_cells(double tets);
 /// Unstructured: a pile of balls and boxes of different resolution, turned, pressed into each other.
 QueryScene pile_scene();
+/// Bodies at their places: a scene that ships.
+QueryScene shipped_scene(std::string name, Bodies bodies);
 /// One body that collides with itself: a stack of membranes that are one body.
 QueryScene self_scene();
 
