@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes one report of several: merge.py OUT.json REPORT.json…
 
-Machine, commit and effort must be the same in all; the date is that of the first. One line a section, so that kept reports compare well.
+Machine and commit must be the same in all; the date is that of the first. Where efforts differ, each is told with its report. One line a section, so
+that kept reports compare well.
 """
 
 import json
@@ -12,10 +13,11 @@ import sys
 def merged(reports):
     first = reports[0]
     for report in reports[1:]:
-        for key in ("machine", "effort"):
-            if report[key] != first[key]:
-                raise SystemExit(f"merge.py: found {key} {report[key]} in '{report['kind']}', expected {first[key]} as in '{first['kind']}'")
-    return {"kind": "all", "date": first["date"], "machine": first["machine"], "effort": first["effort"],
+        if report["machine"] != first["machine"]:
+            raise SystemExit(f"merge.py: found machine {report['machine']} in '{report['kind']}', expected {first['machine']} as in '{first['kind']}'")
+    efforts = {report["effort"] for report in reports}
+    effort = first["effort"] if len(efforts) == 1 else ", ".join(f"{report['kind']} {report['effort']}" for report in reports)
+    return {"kind": "all", "date": first["date"], "machine": first["machine"], "effort": effort,
             "load": max(report.get("load", 0.0) for report in reports),
             "sections": [section for report in reports for section in report["sections"]]}
 

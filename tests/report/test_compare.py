@@ -97,12 +97,17 @@ class Compare(unittest.TestCase):
     def test_reports_are_put_together_only_if_they_are_of_one_build(self):
         a = self.write("a.json", report(section("a", [])))
         b = self.write("b.json", report(section("b", [])))
-        other = self.write("other.json", report(section("c", []), effort="full"))
+        other = self.write("other.json", report(section("c", []), effort="full", kind="peers"))
+        elsewhere = report(section("d", []))
+        elsewhere["machine"] = {**elsewhere["machine"], "commit": "another"}
+        elsewhere = self.write("elsewhere.json", elsewhere)
         self.assertEqual(self.call("merge.py", self.folder / "all.json", a, b).returncode, 0)
         self.assertEqual([s["id"] for s in json.loads((self.folder / "all.json").read_text())["sections"]], ["a", "b"])
-        done = self.call("merge.py", self.folder / "none.json", a, other)
+        self.assertEqual(self.call("merge.py", self.folder / "mixed.json", a, other).returncode, 0)
+        self.assertEqual(json.loads((self.folder / "mixed.json").read_text())["effort"], "all quick, peers full")
+        done = self.call("merge.py", self.folder / "none.json", a, elsewhere)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("effort", done.stderr)
+        self.assertIn("machine", done.stderr)
         self.assertFalse((self.folder / "none.json").exists())
 
     def test_a_report_is_kept_under_its_date_and_machine(self):
