@@ -13,6 +13,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "temporary_folder.hpp"
+
 namespace palpate::bench {
 namespace {
 
@@ -79,51 +81,31 @@ class Child {
   std::FILE* out_ = nullptr;
 };
 
-/// A folder for what goes to and fro, removed at the end.
-class Exchange {
- public:
-  Exchange() {
-    std::string name = (fs::temp_directory_path() / "palpate-peers-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    folder_ = name;
-  }
-  ~Exchange() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  Exchange(const Exchange&) = delete;
-  Exchange& operator=(const Exchange&) = delete;
-  [[nodiscard]] const fs::path& folder() const { return folder_; }
-
- private:
-  fs::path folder_;
-};
-
 class PythonPeer : public Peer {
  public:
   PythonPeer(const PythonPeers& python, const Course& course, const std::string& peer,
              const std::string& mode, int threads)
-      : name_(peer), child_(python, {peer, mode, std::to_string(threads), exchange_.folder().string()}) {
+      : name_(peer), child_(python, {peer, mode, std::to_string(threads), exchange_.path().string()}) {
     const Bodies& bodies = course.scene.bodies;
-    write_bytes(exchange_.folder() / "tets", bodies.tets());
-    write_bytes(exchange_.folder() / "triangles", bodies.triangles());
+    write_bytes(exchange_.path() / "tets", bodies.tets());
+    write_bytes(exchange_.path() / "triangles", bodies.triangles());
     std::vector<Index> ranges;
     for (const Body& body : bodies.bodies())
       for (const Range& range : {body.points, body.tets, body.triangles})
         ranges.insert(ranges.end(), {range.begin, range.end});
-    write_bytes(exchange_.folder() / "ranges", ranges);
+    write_bytes(exchange_.path() / "ranges", ranges);
     child_.tell("start");
     expect("ready");
   }
 
   Spent find(const Frame& frame, std::vector<Pair>& pairs) override {
-    write_bytes(exchange_.folder() / "positions", frame.positions);
-    write_bytes(exchange_.folder() / "edges", frame.edges);
+    write_bytes(exchange_.path() / "positions", frame.positions);
+    write_bytes(exchange_.path() / "edges", frame.edges);
     child_.tell("find");
     std::istringstream answer(expect("found "));
     Spent spent;
     answer >> spent.passed >> spent.processor;
-    const fs::path file = exchange_.folder() / "pairs";
+    const fs::path file = exchange_.path() / "pairs";
     pairs.resize(fs::file_size(file) / sizeof(Pair));
     std::ifstream in(file, std::ios::binary);
     in.read(reinterpret_cast<char*>(pairs.data()), static_cast<std::streamsize>(pairs.size() * sizeof(Pair)));
@@ -139,7 +121,7 @@ class PythonPeer : public Peer {
   }
 
   std::string name_;
-  Exchange exchange_;
+  TemporaryFolder exchange_;
   Child child_;
 };
 

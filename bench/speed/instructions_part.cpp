@@ -19,6 +19,7 @@
 #include "measure/query_scenes.hpp"
 #include "speed/kernels.hpp"
 #include "speed/part.hpp"
+#include "temporary_folder.hpp"
 
 namespace palpate::bench {
 namespace {
@@ -27,24 +28,6 @@ namespace fs = std::filesystem;
 
 constexpr int usual_frames = 4;
 constexpr double usual_tets = 1e4;
-
-/// A new folder, which goes with it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_((fs::temp_directory_path() / "palpate-bench-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) throw Error(path_, "", "no folder", "one that can be made");
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] std::string operator/(const char* name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
 
 std::string content_of(const std::string& file) {
   std::ifstream in(file);
@@ -101,12 +84,12 @@ bool is_on_path(const std::string& program) {
 
 Json count(const Kernel& kernel, int cells, int frames) {
   const TemporaryFolder folder;
-  const std::string units = folder / "units";
-  const std::string counts = folder / "counts";
+  const std::string units = (folder.path() / "units").string();
+  const std::string counts = (folder.path() / "counts").string();
   run({"valgrind", "--tool=callgrind", "--instr-atstart=no", "--collect-atstart=no",
        "--callgrind-out-file=" + counts, kernels_program(), std::to_string(cells), std::string(kernel.name),
        std::to_string(frames)},
-      units, folder / "messages");
+      units, (folder.path() / "messages").string());
   const double work = std::stod(content_of(units));
   const double instructions = total_of(counts);
   return {{"name", kernel.name},
