@@ -89,12 +89,9 @@ std::vector<measure::PaperScene> read_scenes(const fs::path& folder) {
 int report(std::string_view kind, const ReportOptions& options, std::vector<measure::Item> items) {
   if (options.only) std::erase_if(items, [&](const measure::Item& item) { return item.id != *options.only; });
   Json report = measure::report_of(kind, options.full ? "full" : "quick");
-  measure::measure_items(report, items, say_progress);
-  const std::string text = format_json(report) + "\n";
-  io::create_folder(options.out);
-  io::write_atomically(options.out / "report.json", text);
-  if (options.json) print_out(text);
-  if (!options.json) print_out(fmt::format("report        {}\n", (options.out / "report.json").string()));
+  const fs::path file = options.out / "report.json";
+  measure::measure_items(report, items, file, say_progress);
+  print_out(options.json ? format_json(report) + "\n" : fmt::format("report        {}\n", file.string()));
   return exit_done;
 }
 

@@ -141,7 +141,8 @@ double run_frame(const Course& course, Peer& peer, const Prepared& prepared, Per
 }
 
 /// Tries the modes on the first frames; the fastest in the last of them goes on.
-Runner try_modes(const Course& course, const Entrant& entrant, const std::vector<Prepared>& trial) {
+Runner try_modes(const Course& course, const Entrant& entrant, const std::vector<Prepared>& trial,
+                 std::vector<Trial>& trials) {
   Runner best;
   for (const Mode& mode : entrant.modes) {
     Runner runner;
@@ -152,6 +153,7 @@ Runner try_modes(const Course& course, const Entrant& entrant, const std::vector
     runner.peer = mode.make();
     for (const Prepared& prepared : trial)
       runner.trial_seconds = run_frame(course, *runner.peer, prepared, runner.performance);
+    trials.push_back({entrant.name, entrant.threads, mode.name, runner.trial_seconds});
     if (best.peer == nullptr || runner.trial_seconds < best.trial_seconds) best = std::move(runner);
   }
   Performance& performance = best.performance;
@@ -170,8 +172,16 @@ ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, c
   double frame_seconds = 0.0;
   for (const Entrant& entrant : entrants) {
     try {
-      runners.push_back(try_modes(course, entrant, block));
-      frame_seconds += runners.back().trial_seconds;
+      Runner runner = try_modes(course, entrant, block, result.trials);
+      if (runner.trial_seconds > effort.patience) {
+        result.dropped.push_back(
+            {entrant.name, fmt::format("{}, {} thread{}: a frame took {:.3g} s, and {:.3g} s are allowed",
+                                       course.scene.name, entrant.threads, entrant.threads == 1 ? "" : "s",
+                                       runner.trial_seconds, effort.patience)});
+        continue;
+      }
+      frame_seconds += runner.trial_seconds;
+      runners.push_back(std::move(runner));
     } catch (const std::runtime_error& error) {
       if (dynamic_cast<const Error*>(&error) != nullptr) throw;  // a wrong answer
       result.dropped.push_back({entrant.name, error.what()});

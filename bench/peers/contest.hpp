@@ -12,6 +12,16 @@ namespace palpate::bench {
 /// How long a contest may go on, beside the trial of modes.
 struct ContestEffort {
   double seconds = 0.0;  ///< for all frames; at least three, at most 41 are measured
+  /// Seconds that a frame may take in an entrant's fastest mode; who takes longer is dropped.
+  double patience = 1e300;
+};
+
+/// What a mode took in the trial.
+struct Trial {
+  std::string name;  ///< of the entrant
+  int threads = 1;
+  std::string mode;
+  double seconds = 0.0;  ///< for a frame
 };
 
 /// What an entrant took and found.
@@ -32,8 +42,9 @@ struct ContestResult {
   std::size_t frames = 0;
   double movers = 0.0;     ///< mean share of points in another cell than in the frame before
   std::uint64_t hash = 0;  ///< of our answers
+  std::vector<Trial> trials;
   std::vector<Performance> performances;
-  std::vector<Absentee> dropped;  ///< entrants that broke down
+  std::vector<Absentee> dropped;  ///< entrants that broke down, or that nobody has the patience for
 };
 
 /// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame

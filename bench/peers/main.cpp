@@ -79,12 +79,10 @@ int measure_peers(const Options& options) {
   }
   items.push_back({"peers", [&] { return peers_section(absent); }});
   nlohmann::ordered_json report = measure::report_of("peers", options.full ? "full" : "quick");
-  measure::measure_items(report, items, app::say_progress);
-  const std::string text = format_json(report) + "\n";
-  io::create_folder(options.out);
-  io::write_atomically(options.out / "report.json", text);
-  app::print_out(options.json ? text
-                              : fmt::format("report        {}\n", (options.out / "report.json").string()));
+  const fs::path file = options.out / "report.json";
+  measure::measure_items(report, items, file, app::say_progress);
+  app::print_out(options.json ? format_json(report) + "\n"
+                              : fmt::format("report        {}\n", file.string()));
   return app::exit_done;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "measure/report.hpp"
+#include "peers/known_modes.hpp"
 #include "sim/state_hash.hpp"
 
 namespace palpate::bench {
@@ -90,20 +91,6 @@ void add_rows(Section& section, const measure::QueryScene& scene, const std::str
   section.measures.insert(section.measures.end(), medians.begin(), medians.end());
 }
 
-std::string mode_key(const std::string& scene, const std::string& name, int threads) {
-  return fmt::format("{}, {}, {}", scene, name, threads);
-}
-
-/// Leaves entrants that have been in this scene before the mode that was the fastest then.
-void keep_best_modes(const std::string& scene, const std::map<std::string, std::string>& best,
-                     std::vector<Entrant>& entrants) {
-  for (Entrant& entrant : entrants) {
-    const auto known = best.find(mode_key(scene, entrant.name, entrant.threads));
-    if (known == best.end()) continue;
-    std::erase_if(entrant.modes, [&](const Mode& mode) { return mode.name != known->second; });
-  }
-}
-
 Section empty_section(Task task) {
   const bool points = task == Task::points_in_tets;
   return {
@@ -112,7 +99,9 @@ Section empty_section(Task task) {
       .ours = std::string(points ? "Palpate: putting the points into cells and finding the tets they are in. "
                                  : "Palpate: finding the crossings, the border edges being known to all. ") +
               "All get the same positions, of the stack of membranes with more and more cells and of a pile "
-              "of balls and boxes, in turns; of each peer the fastest of its modes in a trial counts. With "
+              "of balls and boxes, in turns; of each peer the fastest of its modes in a trial counts (one "
+              "that took four times as long as "
+              "that in a smaller scene is not tried again). With "
               "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
               "processor, which a busy machine adds less to; with what a peer needs to take over the "
               "positions. Who has our exact test as its "
@@ -138,7 +127,7 @@ PeersEffort quick_effort() {
 
 PeersEffort full_effort() {
   PeersEffort effort = quick_effort();
-  effort.contest.seconds = 20.0;
+  effort.contest = {.seconds = 12.0, .patience = 8.0};
   effort.most_tets_of_trials = 2e5;
   effort.python_most_tets = 1e300;
   for (const double movers : {0.1, 1.0}) effort.heats.push_back({measure::stacking_cells(1e5), movers});
@@ -152,7 +141,7 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
   std::map<std::string, measure::Series> lines;
   std::uint64_t hash = fnv1a({});
   Summary summary;
-  std::map<std::string, std::string> best_modes;
+  KnownModes known;
   for (const Heat& heat : effort.heats) {
     const measure::QueryScene scene = scene_of(heat);
     const Course course{scene, scene.immovable(), task};
@@ -163,16 +152,16 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
     add_bullet(course, entrants);
     add_vtk(course, effort.threads, entrants);
     std::vector<Absentee> away;
-    if (static_cast<double>(scene.bodies.tets().size()) <= effort.python_most_tets) {
+    const std::size_t tets = scene.bodies.tets().size();
+    if (static_cast<double>(tets) <= effort.python_most_tets) {
       add_python(python, course, effort.threads, entrants, away);
     } else {
       away.push_back({"IPC Toolkit and PBAT", fmt::format("{}: a quick run has no time for it", scene.name)});
     }
-    if (static_cast<double>(scene.bodies.tets().size()) > effort.most_tets_of_trials)
-      keep_best_modes(scene.name, best_modes, entrants);
+    known.leave_out_hopeless(tets, effort.contest.patience, entrants);
+    if (static_cast<double>(tets) > effort.most_tets_of_trials) known.leave_fastest(tets, entrants);
     const ContestResult result = run_contest(course, std::move(entrants), effort.contest);
-    for (const Performance& p : result.performances)
-      best_modes[mode_key(scene.name, p.name, p.threads)] = p.mode;
+    known.add(result.trials, tets);
     away.insert(away.end(), result.dropped.begin(), result.dropped.end());
     for (Absentee& absentee : away) {
       absentee.name += task == Task::points_in_tets ? ", points in tets" : ", border edges";

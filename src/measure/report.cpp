@@ -7,7 +7,9 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "io/atomic_file.hpp"
 #include "io/machine.hpp"
+#include "scene/json_text.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::measure {
@@ -38,8 +40,9 @@ Json report_of(std::string_view kind, std::string_view effort) {
           {"sections", Json::array()}};
 }
 
-void measure_items(Json& report, const std::vector<Item>& items,
+void measure_items(Json& report, const std::vector<Item>& items, const std::filesystem::path& file,
                    const std::function<void(const std::string& line)>& tell) {
+  io::create_folder(file.parent_path());
   Stopwatch watch;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Section section = items[i].measure();
@@ -49,6 +52,7 @@ void measure_items(Json& report, const std::vector<Item>& items,
                                     : std::string(verdict_names[static_cast<std::size_t>(section.verdict)]);
     std::array<double, 1> load{};
     if (getloadavg(load.data(), 1) == 1) report["load"] = std::max(load[0], report.value("load", 0.0));
+    io::write_atomically(file, format_json(report) + "\n");
     tell(fmt::format("{} of {}: {}: {}, {:.1f} s", i + 1, items.size(), section.title, verdict, watch.lap()));
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,8 +25,10 @@ std::vector<int> thread_counts();
 /// \param effort  "quick" or "full"
 nlohmann::ordered_json report_of(std::string_view kind, std::string_view effort);
 
-/// Measures the items one after the other into report["sections"]; tells of each when it is done.
+/// Measures the items one after the other into report["sections"]; tells of each when it is done, and writes
+/// what there is so far to the file, so that who ends it early keeps what was measured.
 void measure_items(nlohmann::ordered_json& report, const std::vector<Item>& items,
+                   const std::filesystem::path& file,
                    const std::function<void(const std::string& line)>& tell);
 
 }  // namespace palpate::measure

@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "peers/embree_peer.hpp"
+#include "peers/known_modes.hpp"
 
 namespace palpate::bench {
 namespace {
@@ -37,6 +38,19 @@ void drop_one(std::vector<Pair>& pairs) {
   pairs.pop_back();
 }
 
+/// Says that it took so many seconds.
+class Timed : public SlowPeer {
+ public:
+  Timed(const Course& course, double seconds) : SlowPeer(course, leave), seconds_(seconds) {}
+  Spent find(const Frame& frame, std::vector<Pair>& pairs) override {
+    SlowPeer::find(frame, pairs);
+    return {0.0, seconds_};
+  }
+
+ private:
+  double seconds_;
+};
+
 class Contest : public ::testing::TestWithParam<Task> {
  protected:
   Contest() : scene(measure::stacking_scene(2)), course{scene, scene.immovable(), GetParam()} {}
@@ -49,6 +63,14 @@ class Contest : public ::testing::TestWithParam<Task> {
     add_ours(course, {1}, entrants);
     entrants.push_back(std::move(entrant));
     return run_contest(course, std::move(entrants), {.seconds = 0.0});
+  }
+
+  Entrant three_modes() {
+    Entrant entrant{"made up", 1, Answer::exact, {}};
+    for (const auto& [name, seconds] :
+         {std::pair("slow", 3.0), std::pair("fast", 1.0), std::pair("middle", 2.0)})
+      entrant.modes.push_back({name, [this, s = seconds] { return std::make_unique<Timed>(course, s); }});
+    return entrant;
   }
 
   measure::QueryScene scene;
@@ -88,23 +110,20 @@ TEST_P(Contest, CandidatesMayBeTooMany) {
 }
 
 TEST_P(Contest, TheFastestModeCounts) {
-  class Timed : public SlowPeer {
-   public:
-    Timed(const Course& course, double seconds) : SlowPeer(course, leave), seconds_(seconds) {}
-    Spent find(const Frame& frame, std::vector<Pair>& pairs) override {
-      SlowPeer::find(frame, pairs);
-      return {0.0, seconds_};
-    }
-
-   private:
-    double seconds_;
-  };
-  Entrant entrant{"made up", 1, Answer::exact, {}};
-  for (const auto& [name, seconds] :
-       {std::pair("slow", 3.0), std::pair("fast", 1.0), std::pair("middle", 2.0)})
-    entrant.modes.push_back({name, [this, s = seconds] { return std::make_unique<Timed>(course, s); }});
-  const ContestResult result = run_contest(course, {entrant}, {.seconds = 0.0});
+  const ContestResult result = run_contest(course, {three_modes()}, {.seconds = 0.0});
   EXPECT_EQ(result.performances[0].mode, "fast");
+  ASSERT_EQ(result.trials.size(), 3U);
+  EXPECT_EQ(result.trials[0].mode, "slow");
+  EXPECT_EQ(result.trials[0].seconds, 3.0);
+}
+
+TEST_P(Contest, WhoTakesLongerThanThePatienceIsDropped) {
+  const auto dropped = [&](double patience) {
+    return run_contest(course, {three_modes(), three_modes()}, {.seconds = 0.0, .patience = patience})
+        .dropped.size();
+  };
+  EXPECT_EQ(dropped(1.0), 0U) << "the fastest mode takes as long as that";
+  EXPECT_EQ(dropped(0.9), 2U);
 }
 
 TEST_P(Contest, AnEntrantThatBreaksDownIsDropped) {
@@ -135,6 +154,51 @@ TEST_P(Contest, SharesOfMoversAreWhatIsWanted) {
   EXPECT_NEAR(movers(0.02), 0.02, 0.015);
   EXPECT_NEAR(movers(0.1), 0.1, 0.05);
   EXPECT_GT(movers(1.0), 0.95);
+}
+
+/// Names of the modes that are left of a, b and c, with one thread and with two; "" of an entrant that is
+/// out.
+std::vector<std::string> modes_left(const std::function<void(std::vector<Entrant>&)>& leave_out) {
+  std::vector<Entrant> entrants;
+  for (const int threads : {1, 2})
+    entrants.push_back({"made up", threads, Answer::exact, {{"a", {}}, {"b", {}}, {"c", {}}}});
+  leave_out(entrants);
+  std::vector<std::string> result(2);
+  for (const Entrant& entrant : entrants)
+    for (const Mode& mode : entrant.modes) result[static_cast<std::size_t>(entrant.threads) - 1] += mode.name;
+  return result;
+}
+
+TEST(KnownModes, HopelessOnesAreNotTriedInLargerScenes) {
+  KnownModes known;
+  known.add({{"made up", 1, "a", 1.0}, {"made up", 1, "b", 4.0}, {"made up", 1, "c", 4.1}}, 100);
+  const auto left = [&](std::size_t tets) {
+    return modes_left([&](std::vector<Entrant>& e) { known.leave_out_hopeless(tets, 10.0, e); });
+  };
+  EXPECT_EQ(left(101), (std::vector<std::string>{"ab", "abc"}));
+  EXPECT_EQ(left(100), (std::vector<std::string>{"abc", "abc"})) << "a scene of as many is another trial";
+}
+
+TEST(KnownModes, WhoTookTooLongIsOutInScenesThatAreNotSmaller) {
+  KnownModes known;
+  known.add({{"made up", 2, "a", 3.0}, {"made up", 2, "b", 2.5}}, 100);
+  const auto left = [&](std::size_t tets, double patience) {
+    return modes_left([&](std::vector<Entrant>& e) { known.leave_out_hopeless(tets, patience, e); });
+  };
+  EXPECT_EQ(left(100, 2.4), (std::vector<std::string>{"abc", "c"}))
+      << "a mode that was not there may be faster";
+  EXPECT_EQ(left(99, 2.4), (std::vector<std::string>{"abc", "abc"}));
+  EXPECT_EQ(left(100, 2.6), (std::vector<std::string>{"abc", "abc"}));
+}
+
+TEST(KnownModes, TheFastestOfAsManyTetsIsLeft) {
+  KnownModes known;
+  known.add({{"made up", 1, "a", 2.0}, {"made up", 1, "b", 1.0}, {"made up", 1, "c", 3.0}}, 100);
+  const auto left = [&](std::size_t tets) {
+    return modes_left([&](std::vector<Entrant>& e) { known.leave_fastest(tets, e); });
+  };
+  EXPECT_EQ(left(100), (std::vector<std::string>{"b", "abc"}));
+  EXPECT_EQ(left(101), (std::vector<std::string>{"abc", "abc"}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Tasks, Contest, ::testing::Values(Task::points_in_tets, Task::edges_on_triangles),
