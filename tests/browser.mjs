@@ -19,6 +19,9 @@ if (!existsSync(join(root, "viewer/node_modules/playwright-core"))) skip("the pa
 if (!executablePath) skip("there is no chromium (apt-get install chromium)");
 const { chromium } = createRequire(join(root, "viewer/package.json"))("playwright-core");
 
+/** Flags for pages that draw with WebGL, on machines without a GPU. */
+export const webgl = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog"];
+
 export function launch(flags = []) {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-dev-shm-usage", ...flags] });
 }

@@ -5,13 +5,10 @@ import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { chromium } from "playwright-core";
+import { launch, webgl } from "../tests/browser.mjs";
 
 const [command, folder] = process.argv.slice(2);
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog"],
-});
+const browser = await launch(webgl);
 
 async function serve(what, ...flags) {
   const child = spawn(command, ["view", what, "--json", "--no-browser", ...flags], { stdio: ["ignore", "pipe", "inherit"] });

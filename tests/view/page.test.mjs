@@ -7,7 +7,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync }
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch } from "../browser.mjs";
+import { launch, webgl } from "../browser.mjs";
 
 const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
 const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
@@ -102,7 +102,7 @@ async function until(what, check, seconds = 60) {
 }
 
 before(async () => {
-  browser = await launch(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-watchdog"]);
+  browser = await launch(webgl);
 });
 after(async () => {
   await browser?.close();
