@@ -75,7 +75,7 @@ int measure_peers(const Options& options) {
   for (const Task task : {Task::points_in_tets, Task::edges_on_triangles}) {
     if (options.only && *options.only != static_cast<std::size_t>(task)) continue;
     items.push_back({task_names[static_cast<std::size_t>(task)],
-                     [&, task] { return contest_section(task, effort, python, absent); }});
+                     [&, task] { return contest_section(task, effort, python, absent, app::say_progress); }});
   }
   items.push_back({"peers", [&] { return peers_section(absent); }});
   nlohmann::ordered_json report = measure::report_of("peers", options.full ? "full" : "quick");

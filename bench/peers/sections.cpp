@@ -8,6 +8,7 @@
 #include "measure/report.hpp"
 #include "peers/known_modes.hpp"
 #include "sim/state_hash.hpp"
+#include "stopwatch.hpp"
 
 namespace palpate::bench {
 namespace {
@@ -136,13 +137,16 @@ PeersEffort full_effort() {
 }
 
 Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
-                        std::vector<Absentee>& absent) {
+                        std::vector<Absentee>& absent,
+                        const std::function<void(const std::string& line)>& tell) {
   Section section = empty_section(task);
   std::map<std::string, measure::Series> lines;
   std::uint64_t hash = fnv1a({});
   Summary summary;
   KnownModes known;
+  std::size_t told = 0;
   for (const Heat& heat : effort.heats) {
+    Stopwatch watch;
     const measure::QueryScene scene = scene_of(heat);
     const Course course{scene, scene.immovable(), task};
     std::vector<Entrant> entrants;
@@ -174,6 +178,8 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
     const std::string name = fmt::format("{}, {:.0f} % movers", scene.name, 100.0 * heat.movers);
     const bool in_chart = heat.cells > 0 && heat.movers == 0.02;
     add_rows(section, scene, name, result, lines, in_chart, summary);
+    tell(fmt::format("  {} of {}: {}: {} frames, {:.1f} s", ++told, effort.heats.size(), name, result.frames,
+                     watch.lap()));
   }
   measure::Chart chart{.title = task == Task::points_in_tets ? "Points in tets, one thread, 2 % movers"
                                                              : "Border edges, one thread, 2 % movers",

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "measure/section.hpp"
@@ -26,9 +28,10 @@ struct PeersEffort {
 PeersEffort quick_effort();
 PeersEffort full_effort();
 
-/// Runs a task in all heats; who is absent is added to the list.
+/// Runs a task in all heats, and tells of each; who is absent is added to the list.
 measure::Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
-                                 std::vector<Absentee>& absent);
+                                 std::vector<Absentee>& absent,
+                                 const std::function<void(const std::string& line)>& tell);
 
 /// Who takes part, with what, and who does not, and why.
 measure::Section peers_section(const std::vector<Absentee>& absent);
