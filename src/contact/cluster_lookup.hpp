@@ -40,7 +40,9 @@ class ClusterLookup {
         margin_(margin),
         finish_(finish),
         points_in_order_(context.fixed.in_order()),
-        asks_ahead_(context.fixed.points().size() > most_in_cache) {}
+        asks_ahead_(context.fixed.points().size() > most_in_cache) {
+    block_.at_point = context.clusters.at_point.data();
+  }
 
   void run(std::span<const Cluster> clusters) {
     std::size_t first = 0;

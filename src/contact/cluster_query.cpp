@@ -51,7 +51,9 @@ class ListWork {
         lists_(lists),
         points_(points),
         asks_ahead_(points.size() > most_in_cache),
-        taker_(pairs, found) {}
+        taker_(pairs, found) {
+    block_.at_point = pairs.clusters.at_point.data();
+  }
 
   void run(std::span<const std::uint32_t> numbers) {
     while (!numbers.empty()) {

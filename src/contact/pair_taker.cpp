@@ -17,8 +17,7 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
   const Index* const tets = context_.clusters.primitives.data() + cluster.first;
   const std::size_t before = found_.size();
   const std::uint32_t sure = primitives >> 16;
-  for (std::uint32_t left = tets_to_take(context_.clusters, cluster, point, primitives, own); left != 0;
-       left &= left - 1) {
+  for (std::uint32_t left = primitives & 0xFFFFU; left != 0; left &= left - 1) {
     const int lane = std::countr_zero(left);
     const PointInTet pair{point, tets[lane]};
     if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;

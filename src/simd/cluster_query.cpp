@@ -155,10 +155,8 @@ struct Widening {
 };
 
 template <bool is_wide>
-HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Widening& widening,
-                            Planes& planes) {
-  Corners corners;
-  spread_out(block, c, corners);
+HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corners& corners,
+                            const Widening& widening, Planes& planes) {
   const Float bound = hn::Set(floats, widening.bound);
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
     const Cluster& cluster = *block.cluster[c];
@@ -249,6 +247,30 @@ class Test {
   Float no_less_;
 };
 
+/// Of the hits of cluster c, [first, end), leaves out the tets that the point is a corner of, and hits that
+/// have no others; returns the end of those left.
+HWY_INLINE std::size_t leave_out_corners(const FixedPoint* points, const Corners& corners, std::size_t c,
+                                         std::size_t first, std::size_t end, ClusterBlock& block) {
+  const Cluster& cluster = *block.cluster[c];
+  const std::uint16_t* const at_point = block.at_point + cluster.first_point;
+  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << cluster.points) - 1);
+  std::size_t left = first;
+  for (std::size_t h = first; h < end; ++h) {
+    ClusterBlock::Hit hit = block.hit[h];
+    const Int name = hn::Set(ints, points[hit.entry].name);
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
+      bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
+    bits &= used;
+    // A point is in the list once, or not at all.
+    const std::uint32_t tets = bits != 0 ? at_point[std::countr_zero(bits)] : 0U;
+    hit.primitives &= ~(tets * 0x10001U);
+    block.hit[left] = hit;
+    left += hit.primitives != 0 ? 1 : 0;
+  }
+  return left;
+}
+
 template <bool is_wide>
 HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets;
@@ -257,10 +279,14 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
     const std::uint32_t begin = block.first_candidate[c];
     const std::uint32_t end = block.first_candidate[c + 1];
     if (begin == end) continue;
+    Corners corners;
+    spread_out(block, c, corners);
     Planes planes;
+    const std::size_t first_hit = hits;
     const float extent = extent_of(block.box[c]);
-    make_planes<is_wide>(
-        block, c, {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)}, planes);
+    make_planes<is_wide>(block, c, corners,
+                         {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)},
+                         planes);
     const std::int32_t* const candidates = block.candidates;
     const auto take = [&](std::uint32_t i, std::uint32_t found) {
       block.hit[hits] = {candidates[i], static_cast<std::uint32_t>(c), found};
@@ -281,6 +307,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
       const std::uint32_t found = test_last(candidates[i]) << last;
       take(i, (last == 0 ? found : tets[i] | found) & used);
     }
+    if (takes_own(block.box[c])) hits = leave_out_corners(points, corners, c, first_hit, hits, block);
   }
   block.hits = hits;
 }

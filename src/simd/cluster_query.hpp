@@ -23,6 +23,11 @@ struct ClusterBox {
   std::int32_t skips_marked;  ///< 0 or -1
 };
 
+/// Whether points of the cluster's own body count: the corners of its tets are among them then.
+inline bool takes_own(const ClusterBox& box) {
+  return box.upper.name < box.lower.name;
+}
+
 /// Its longest side.
 inline float extent_of(const ClusterBox& box) {
   return static_cast<float>(
@@ -50,7 +55,8 @@ struct ClusterBlock {
   static constexpr std::size_t most_points = 4096;
   static constexpr std::size_t padding = 16;  ///< kernels may write that far beyond what they report
 
-  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do.
+  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do. None
+  /// that the point is a corner of.
   struct Hit {
     std::int32_t entry;     ///< of the points that were tested
     std::uint32_t cluster;  ///< in the block
@@ -67,6 +73,7 @@ struct ClusterBlock {
 
   std::size_t clusters = 0;
   std::array<const Cluster*, most_clusters> cluster;
+  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, for clusters that take_own()
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]

@@ -124,6 +124,16 @@ void test_tet(const FixedPoint* points, const ClusterBlock& block, std::size_t c
   }
 }
 
+/// Bits of the tets of a cluster that a point is a corner of.
+std::uint32_t tets_at(const ClusterBlock& block, std::size_t c, const FixedPoint& point) {
+  const Cluster& cluster = *block.cluster[c];
+  for (std::size_t i = 0; i < cluster.points; ++i) {
+    if (block.corners[c][i].name == point.name)
+      return block.at_point[static_cast<std::size_t>(cluster.first_point) + i];
+  }
+  return 0;
+}
+
 /// \tparam BoundOf  gives the bound of the errors of a cluster, from its extent
 template <class BoundOf>
 void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, ClusterBlock& block) {
@@ -134,6 +144,8 @@ void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, Clust
     for (std::size_t t = 0; t < block.cluster[c]->size; ++t)
       test_tet(points, block, c, t, planes_of(corners_of(block, c, t), reach, bound), tets.data());
     for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
+      if (tets[i] != 0 && takes_own(block.box[c]))
+        tets[i] &= ~(tets_at(block, c, points[block.candidates[i]]) * 0x10001U);
       if (tets[i] != 0)
         block.hit[block.hits++] = {block.candidates[i], static_cast<std::uint32_t>(c), tets[i]};
     }

@@ -65,16 +65,16 @@ void check_clusters(const Bodies& bodies, std::span<const Primitive> primitives,
       ++at(seen, t);
       EXPECT_TRUE(range_of(at(bodies.bodies(), cluster.body)).contains(t));
       used.insert(primitive.begin(), primitive.end());
-      for (const Index point : points) {
-        const bool is_corner = std::find(primitive.begin(), primitive.end(), point) != primitive.end();
-        EXPECT_EQ((all.primitives_at(cluster, point) >> lane & 1) != 0, is_corner);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool is_corner = std::find(primitive.begin(), primitive.end(), points[i]) != primitive.end();
+        const unsigned at_point = all.at_point[static_cast<std::size_t>(cluster.first_point) + i];
+        EXPECT_EQ((at_point >> lane & 1U) != 0, is_corner);
+        EXPECT_EQ(at_point >> members.size(), 0U);
       }
       const Box of_one = box_of(bodies.points_rest(), primitive);
       box.extend(of_one);
       largest = std::max(largest, longest_side(of_one));
     }
-    EXPECT_EQ(all.primitives_at(cluster, points.front() - 1), 0U);
-    EXPECT_EQ(all.primitives_at(cluster, points.back() + 1), 0U);
     EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that none uses";
     EXPECT_LE(longest_side(box), most_cluster_extent * largest);
   }
