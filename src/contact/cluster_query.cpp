@@ -21,7 +21,7 @@ QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
                      std::span<const Cluster> clusters, std::vector<PointInTet>& found,
                      std::span<std::uint8_t> answers = {}) {
   PairTaker taker(pairs, found);
-  const simd::FixedPoint* const points = context.fixed.in_order();
+  const simd::FixedPoint* const points = context.fixed.in_order().points;
   ClusterLookup lookup(context, 0, [&](ClusterBlock& block, std::size_t first) {
     context.kernels.test(points, block);
     taker.tally().candidates += block.pairs();

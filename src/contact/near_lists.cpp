@@ -79,7 +79,7 @@ void NearLists::make(const parallel::Threads& threads, const LookupContext& cont
 
 void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std::size_t end,
                            std::vector<Index>& list) {
-  const simd::FixedPoint* const points = context.fixed.in_order();
+  const simd::FixedPoint* const points = context.fixed.in_order().points;
   const auto finish = [&](ClusterBlock& block, std::size_t first) {
     context.kernels.near(points, way_, block);
     for (std::size_t c = 0; c < block.clusters; ++c) {

@@ -27,6 +27,8 @@ FixedPositions::FixedPositions(std::span<const std::uint8_t> takes_part, std::sp
   }
   const auto n = static_cast<std::size_t>(std::count(takes_part.begin(), takes_part.end(), 1));
   in_order_.resize(n + simd::row_padding);
+  words_.resize(in_order_.size());
+  names_.resize(in_order_.size());
 }
 
 bool FixedPositions::represents(const Lattice& lattice) {
@@ -75,8 +77,11 @@ void FixedPositions::write_linear_keys(const parallel::Threads& threads,
 }
 
 void FixedPositions::put_in_order(const parallel::Threads& threads, std::span<const Entry> entries) {
-  parallel::for_each(threads, entries.size(), grain,
-                     [&](std::size_t e) { in_order_[e] = at(points_, reference_of(entries[e])); });
+  parallel::for_chunks(threads, entries.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t e = begin; e < end; ++e) in_order_[e] = at(points_, reference_of(entries[e]));
+    simd::coarse_words(std::span(in_order_).subspan(begin, end - begin), coarse_shift(),
+                       words_.data() + begin, names_.data() + begin);
+  });
 }
 
 }  // namespace palpate

@@ -21,8 +21,8 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
           ClusterBlock& block) {
   scalar::cluster_kernels().load(points, point_lists, block);
 }
-void filter(const FixedPoint* points, ClusterBlock& block) {
-  scalar::cluster_kernels().filter(points, block);
+void filter(const PointRows& rows, ClusterBlock& block) {
+  scalar::cluster_kernels().filter(rows, block);
 }
 void test(const FixedPoint* points, ClusterBlock& block) {
   scalar::cluster_kernels().test(points, block);
@@ -70,72 +70,91 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-/// As many points as a vector holds, four numbers each.
-using Points = hn::CappedTag<std::int32_t, 16>;
-constexpr Points point_numbers;
-constexpr std::size_t points_at_a_time = hn::MaxLanes(point_numbers) / 4;
-
-/// Stores the places of the points whose bit is set, one after the other, and whatever behind them; returns
-/// how many.
-HWY_INLINE std::size_t store_places(std::uint32_t first, std::uint32_t bits, std::int32_t* to) {
-  if constexpr (points_at_a_time == 4) {
-    const hn::FixedTag<std::int32_t, 4> d;
-    static constexpr auto kept = make_places_kept<4>();
-    const auto places = hn::PromoteTo(d, hn::LoadU(hn::FixedTag<std::uint8_t, 4>(), kept[bits].data()));
-    hn::StoreU(hn::Add(places, hn::Set(d, static_cast<std::int32_t>(first))), d, to);
-    return static_cast<std::size_t>(std::popcount(bits));
-  } else {
-    std::size_t count = 0;
-    for (std::uint32_t i = 0; i < points_at_a_time; ++i) {
-      to[count] = static_cast<std::int32_t>(first + i);
-      count += bits >> i & 1U;
-    }
-    return count;
-  }
-}
-
-/// A box against several points at a time: which are in it, and not left out by their names.
+/// A box against as many points at a time as there are lanes: which are in it by their coarse words, and not
+/// left out by their names.
 class BoxTest {
  public:
-  explicit BoxTest(const ClusterBox& box)
-      : lower_(hn::LoadDup128(point_numbers, &box.lower.x)),
-        upper_(hn::LoadDup128(point_numbers, &box.upper.x)),
-        names_(hn::LoadDup128(point_numbers, only_names.data())),
-        marks_(hn::And(names_, hn::Set(point_numbers, box.skips_marked))) {}
+  BoxTest(const ClusterBox& box, int coarse_shift) {
+    const FixedPoint& l = box.lower;
+    const FixedPoint& u = box.upper;
+    const auto lower = [&](std::int32_t number) {
+      return Coarse::mask + 1 - (number >> coarse_shift & Coarse::mask);
+    };
+    const auto above = [&](std::int32_t from, std::int32_t to) {
+      const std::int32_t extent = (to >> coarse_shift) - (from >> coarse_shift);
+      largest_ = std::max(largest_, extent);
+      return Coarse::mask - std::min(extent, Coarse::mask);
+    };
+    lower_ = Coarse::word(lower(l.x), lower(l.y), lower(l.z));
+    above_ = Coarse::word(above(l.x, u.x), above(l.y, u.y), above(l.z, u.z));
+    // Where the own points count, a name that none has.
+    first_name_ = takes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
+    names_ = takes_own(box) ? 0 : u.name - l.name;
+    marks_ = box.skips_marked & std::numeric_limits<std::int32_t>::min();
+  }
 
-  /// Bit i: point i of those from `points` on.
-  [[nodiscard]] HWY_INLINE std::uint32_t operator()(const FixedPoint* points) const {
-    const auto p = hn::LoadU(point_numbers, &points->x);
-    // Names count where they are not between the two.
-    auto out = hn::Xor(hn::Or(hn::Sub(p, lower_), hn::Sub(upper_, p)), names_);
-    out = hn::Or(out, hn::And(p, marks_));
-    std::uint32_t bits = bits_of(point_numbers, hn::Lt(out, hn::Zero(point_numbers)));
-    bits |= bits >> 2;
-    bits = ~(bits | bits >> 1) & 0x1111U;
-    return (bits | bits >> 3 | bits >> 6 | bits >> 9) & ((1U << points_at_a_time) - 1);
+  /// Whether a point of the cells under the box passes only if it is in it. Coarse numbers repeat: one that
+  /// is up to a cell out of a larger box may look as if it were in.
+  [[nodiscard]] bool is_exact() const { return largest_ < Coarse::mask + 1 - 2 * (1 << Coarse::cell_bits); }
+
+  [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words,
+                                                     const std::int32_t* names) const {
+    constexpr std::int32_t all = Coarse::word(Coarse::mask, Coarse::mask, Coarse::mask);
+    // The number above the lower end, and what that is short of the upper end: no carry goes to the next
+    // axis.
+    const Int from_lower =
+        hn::And(hn::Add(hn::LoadU(ints, words), hn::Set(ints, lower_)), hn::Set(ints, all));
+    const Int out = hn::AndNot(hn::Set(ints, all), hn::Add(from_lower, hn::Set(ints, above_)));
+    const Int name = hn::LoadU(ints, names);
+    const Int left_out = hn::And(name, hn::Set(ints, marks_));
+    const hn::RebindToUnsigned<Ints> d;
+    const auto own = hn::Sub(hn::BitCast(d, name), hn::Set(d, static_cast<std::uint32_t>(first_name_)));
+    const auto other = hn::Gt(own, hn::Set(d, static_cast<std::uint32_t>(names_)));
+    return hn::And(hn::Eq(hn::Or(out, left_out), hn::Zero(ints)), hn::RebindMask(ints, other));
   }
 
  private:
-  alignas(16) static constexpr std::array<std::int32_t, 4> only_names{0, 0, 0, -1};
-  hn::Vec<Points> lower_;
-  hn::Vec<Points> upper_;
-  hn::Vec<Points> names_;
-  hn::Vec<Points> marks_;
+  std::int32_t lower_;
+  std::int32_t above_;
+  std::int32_t first_name_;
+  std::int32_t names_;  ///< after the first
+  std::int32_t marks_;
+  std::int32_t largest_ = 0;
 };
 
-void filter(const FixedPoint* points, ClusterBlock& block) {
+/// Of the candidates from `first` on, keeps those in the box; returns the end of those left.
+std::size_t keep_in_box(const FixedPoint* points, const ClusterBox& box, std::size_t first, std::size_t end,
+                        std::int32_t* candidates) {
+  std::size_t left = first;
+  for (std::size_t i = first; i < end; ++i) {
+    const FixedPoint& p = points[candidates[i]];
+    const std::int32_t out = (p.x - box.lower.x) | (box.upper.x - p.x) | (p.y - box.lower.y) |
+                             (box.upper.y - p.y) | (p.z - box.lower.z) | (box.upper.z - p.z);
+    candidates[left] = candidates[i];
+    left += out >= 0 ? 1 : 0;
+  }
+  return left;
+}
+
+void filter(const PointRows& rows, ClusterBlock& block) {
   std::size_t count = 0;
   block.candidates = block.candidate.data();
+  std::int32_t* const candidates = block.candidate.data();
+  const Int places = hn::Iota(ints, 0);
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const BoxTest in_box(block.box[c]);
-    block.first_candidate[c] = static_cast<std::uint32_t>(count);
+    const BoxTest in_box(block.box[c], rows.coarse_shift);
+    const std::size_t first = count;
+    block.first_candidate[c] = static_cast<std::uint32_t>(first);
     for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
       const PointRange row = block.rows[r];
-      for (std::uint32_t e = row.begin; e < row.end; e += points_at_a_time) {
-        const std::uint32_t of_row = row.end - e < points_at_a_time ? (1U << (row.end - e)) - 1 : ~0U;
-        count += store_places(e, in_box(points + e) & of_row, block.candidate.data() + count);
+      for (std::uint32_t e = row.begin; e < row.end; e += lanes()) {
+        const auto keep = hn::And(in_box(rows.words + e, rows.names + e), hn::FirstN(ints, row.end - e));
+        const Int place = hn::Add(places, hn::Set(ints, static_cast<std::int32_t>(e)));
+        count += store_kept(place, keep, candidates + count);
       }
     }
+    if ((block.strays >> c & 1U) != 0 || !in_box.is_exact())
+      count = keep_in_box(rows.points, block.box[c], first, count, candidates);
   }
   block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
 }
@@ -360,10 +379,8 @@ ClusterKernels cluster_kernels() {
       [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(load)(points, lists, block);
       },
-      [](const FixedPoint* points, ClusterBlock& block) {
-        HWY_DYNAMIC_DISPATCH(filter)
-        (points, block);
-      },
+      [](const PointRows& rows, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(filter)
+                                                       (rows, block); },
       [](const FixedPoint* points, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(test)
         (points, block);

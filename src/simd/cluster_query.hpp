@@ -12,9 +12,6 @@
 /// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
 
-/// Points in the order of their cells have so many places beyond their end.
-inline constexpr std::size_t row_padding = 16;
-
 /// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name], or is marked
 /// where `skips_marked` has all bits.
 struct ClusterBox {
@@ -40,6 +37,15 @@ inline void widen(ClusterBox& box, std::int32_t margin) {
   l = {std::max(0, l.x - margin), std::max(0, l.y - margin), std::max(0, l.z - margin), l.name};
   FixedPoint& u = box.upper;
   u = {u.x + margin, u.y + margin, u.z + margin, u.name};
+}
+
+/// Grows a box to whole coarse coordinates.
+inline void round_out(ClusterBox& box, int coarse_shift) {
+  const std::int32_t rest = (std::int32_t{1} << coarse_shift) - 1;
+  FixedPoint& l = box.lower;
+  l = {l.x & ~rest, l.y & ~rest, l.z & ~rest, l.name};
+  FixedPoint& u = box.upper;
+  u = {u.x | rest, u.y | rest, u.z | rest, u.name};
 }
 
 /// Points [begin, end) of those in order.
@@ -76,6 +82,7 @@ struct ClusterBlock {
   const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, for clusters that take_own()
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
+  std::uint32_t strays = 0;  ///< bit c: rows of cluster c may hold points beyond the cells of its box
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
@@ -92,8 +99,8 @@ struct ClusterKernels {
   /// \param point_lists  of which a cluster has a part, see Cluster
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
-  /// Lists the points of the rows that lie in the box of their cluster.
-  void (*filter)(const FixedPoint* points, ClusterBlock& block);
+  /// Lists the points of the rows that lie in the box of their cluster, which is rounded out.
+  void (*filter)(const PointRows& points, ClusterBlock& block);
   /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
   /// out is outside by exact arithmetic, and what it is sure of is inside.
   void (*test)(const FixedPoint* points, ClusterBlock& block);

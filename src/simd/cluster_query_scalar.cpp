@@ -34,7 +34,7 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-void filter(const FixedPoint* points, ClusterBlock& block) {
+void filter(const PointRows& rows, ClusterBlock& block) {
   std::size_t count = 0;
   block.candidates = block.candidate.data();
   for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -45,7 +45,7 @@ void filter(const FixedPoint* points, ClusterBlock& block) {
         const auto within = [](std::int32_t x, std::int32_t from, std::int32_t to) {
           return from <= x && x <= to;
         };
-        const FixedPoint& p = points[e];
+        const FixedPoint& p = rows.points[e];
         const bool in = within(p.x, lower.x, upper.x) && within(p.y, lower.y, upper.y) &&
                         within(p.z, lower.z, upper.z) && !within(p.name, lower.name, upper.name) &&
                         (p.name & skips_marked) >= 0;
