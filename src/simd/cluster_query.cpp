@@ -241,16 +241,26 @@ class Test {
         bound_(hn::Load(floats, planes.bound.data() + lane)),
         no_less_(hn::Neg(bound_)) {}
 
-  /// Bits of the tets that may contain a candidate, and << 16 of those that surely do.
+  /// Bits of the tets that may contain a candidate, and << 16 those of the tets that surely do.
   [[nodiscard]] HWY_INLINE std::uint32_t operator()(std::int32_t candidate) const {
     const FixedPoint& point = points_[candidate];
-    const Vector p{from(point.x, x_), from(point.y, y_), from(point.z, z_)};
-    const Float least = hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
-    const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less_));
-    return may | bits_of(floats, hn::Gt(least, bound_)) << 16;
+    const Float least = least_of({from(point.x, x_), from(point.y, y_), from(point.z, z_)});
+    return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
+  }
+  /// The same of a corner of the cluster.
+  [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
+    const Float least = least_of(
+        {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});
+    return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
 
  private:
+  [[nodiscard]] HWY_INLINE Float least_of(const Vector& p) const {
+    return hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
+  }
+  [[nodiscard]] HWY_INLINE std::uint32_t may(Float least) const {
+    return bits_of(floats, hn::Ge(least, no_less_));
+  }
   static HWY_INLINE Float from(std::int32_t number, Int origin) {
     return hn::ConvertTo(floats, hn::Sub(hn::Set(ints, number), origin));
   }
@@ -266,67 +276,84 @@ class Test {
   Float no_less_;
 };
 
-/// Of the hits of cluster c, [first, end), leaves out the tets that the point is a corner of, and hits that
-/// have no others; returns the end of those left.
-HWY_INLINE std::size_t leave_out_corners(const FixedPoint* points, const Corners& corners, std::size_t c,
-                                         std::size_t first, std::size_t end, ClusterBlock& block) {
-  const Cluster& cluster = *block.cluster[c];
-  const std::uint16_t* const at_point = block.at_point + cluster.first_point;
-  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << cluster.points) - 1);
-  std::size_t left = first;
-  for (std::size_t h = first; h < end; ++h) {
-    ClusterBlock::Hit hit = block.hit[h];
-    const Int name = hn::Set(ints, points[hit.entry].name);
+/// Candidates of a cluster, those that are its own points apart.
+struct Sorted {
+  std::size_t others = 0;
+  std::array<std::int32_t, ClusterBlock::most_points + 1> other;
+  std::array<std::int32_t, Cluster::most_points + 1>
+      own;  ///< by place in the cluster's list; -1: no candidate
+};
+
+HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners, std::size_t corner_count,
+                                std::span<const std::int32_t> candidates, Sorted& sorted) {
+  std::size_t others = 0;
+  sorted.own.fill(-1);
+  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << corner_count) - 1);
+  for (const std::int32_t candidate : candidates) {
+    const Int name = hn::Set(ints, points[candidate].name);
     std::uint32_t bits = 0;
     for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
       bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
     bits &= used;
-    // A point is in the list once, or not at all.
-    const std::uint32_t tets = bits != 0 ? at_point[std::countr_zero(bits)] : 0U;
-    hit.primitives &= ~(tets * 0x10001U);
-    block.hit[left] = hit;
-    left += hit.primitives != 0 ? 1 : 0;
+    // A point is in the list once, or not at all: then it goes to the last place.
+    const std::uint64_t place = bits | std::uint64_t{1} << Cluster::most_points;
+    sorted.own[static_cast<std::size_t>(std::countr_zero(place))] = candidate;
+    sorted.other[others] = candidate;
+    others += bits == 0 ? 1 : 0;
   }
-  return left;
+  sorted.others = others;
 }
 
 template <bool is_wide>
 HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets;
+  Sorted sorted;
   std::size_t hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const std::uint32_t begin = block.first_candidate[c];
-    const std::uint32_t end = block.first_candidate[c + 1];
-    if (begin == end) continue;
+    const Cluster& cluster = *block.cluster[c];
+    std::span<const std::int32_t> candidates(block.candidates + block.first_candidate[c],
+                                             block.first_candidate[c + 1] - block.first_candidate[c]);
+    if (candidates.empty()) continue;
     Corners corners;
     spread_out(block, c, corners);
     Planes planes;
-    const std::size_t first_hit = hits;
     const float extent = extent_of(block.box[c]);
     make_planes<is_wide>(block, c, corners,
                          {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)},
                          planes);
-    const std::int32_t* const candidates = block.candidates;
-    const auto take = [&](std::uint32_t i, std::uint32_t found) {
-      block.hit[hits] = {candidates[i], static_cast<std::uint32_t>(c), found};
+    const bool has_own = takes_own(block.box[c]);
+    if (has_own) {
+      sort_candidates(points, corners, cluster.points, candidates, sorted);
+      candidates = std::span(sorted.other).first(sorted.others);
+    }
+    const auto take = [&](std::int32_t entry, std::uint32_t found) {
+      block.hit[hits] = {entry, static_cast<std::uint32_t>(c), found};
       hits += found != 0 ? 1 : 0;
     };
-    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
+    const std::uint32_t used = ((std::uint32_t{1} << cluster.size) - 1) * 0x10001U;
+    std::array<std::uint32_t, Cluster::most_points> of_corner{};
     // All lanes but the last ones leave their bits to those.
     constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);
-      for (std::uint32_t i = begin; i < end; ++i) {
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
         const std::uint32_t found = test_lanes(candidates[i]) << lane;
         tets[i] = lane == 0 ? found : tets[i] | found;
       }
+      for (std::size_t i = 0; has_own && i < cluster.points; ++i)
+        of_corner[i] |= test_lanes.of_corner(corners, i) << lane;
     }
     const Test test_last(points, block.box[c].lower, planes, last);
-    for (std::uint32_t i = begin; i < end; ++i) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
       const std::uint32_t found = test_last(candidates[i]) << last;
-      take(i, (last == 0 ? found : tets[i] | found) & used);
+      take(candidates[i], (last == 0 ? found : tets[i] | found) & used);
     }
-    if (takes_own(block.box[c])) hits = leave_out_corners(points, corners, c, first_hit, hits, block);
+    for (std::size_t i = 0; has_own && i < cluster.points; ++i) {
+      const std::uint32_t found = (of_corner[i] | test_last.of_corner(corners, i) << last) & used;
+      const std::uint32_t at_point = block.at_point[static_cast<std::size_t>(cluster.first_point) + i];
+      const std::uint32_t left = found & ~(at_point * 0x10001U);
+      if (left != 0 && sorted.own[i] >= 0) take(sorted.own[i], left);
+    }
   }
   block.hits = hits;
 }
@@ -379,8 +406,10 @@ ClusterKernels cluster_kernels() {
       [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(load)(points, lists, block);
       },
-      [](const PointRows& rows, ClusterBlock& block) { HWY_DYNAMIC_DISPATCH(filter)
-                                                       (rows, block); },
+      [](const PointRows& rows, ClusterBlock& block) {
+        HWY_DYNAMIC_DISPATCH(filter)
+        (rows, block);
+      },
       [](const FixedPoint* points, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(test)
         (points, block);
