@@ -10,10 +10,10 @@
 
 #include "contact/block_rows.hpp"
 #include "contact/pair_filter.hpp"
-#include "contact/prefetch.hpp"
 #include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
 #include "mesh/clusters.hpp"
+#include "prefetch.hpp"
 #include "simd/cluster_query.hpp"
 
 namespace palpate {
@@ -74,6 +74,11 @@ class ClusterLookup {
     }
   }
 
+  void prefetch_candidates() const {
+    for (std::uint32_t i = 0; i < block_.first_candidate[block_.clusters]; ++i)
+      prefetch(points_.points + block_.candidates[i]);
+  }
+
   /// Of the next block.
   void prefetch_corners(std::span<const Cluster> clusters) const {
     if (!asks_ahead_) return;
@@ -97,6 +102,7 @@ class ClusterLookup {
   void look_up(std::size_t n, std::size_t first) {
     const auto do_block = [&] {
       context_.kernels.filter(points_, block_);
+      if (asks_ahead_) prefetch_candidates();
       finish_(block_, first);
     };
     BlockRows rows(block_, do_block);

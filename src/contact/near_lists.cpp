@@ -79,7 +79,7 @@ void NearLists::make(const parallel::Threads& threads, const LookupContext& cont
 
 void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std::size_t end,
                            std::vector<Index>& list) {
-  const simd::FixedPoint* const points = context.fixed.in_order().points;
+  const simd::FixedPoint* const points = context.fixed.points().data();
   const auto finish = [&](ClusterBlock& block, std::size_t first) {
     context.kernels.near(points, way_, block);
     for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -88,7 +88,7 @@ void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std:
     }
     for (std::size_t h = 0; h < block.hits; ++h) {
       const ClusterBlock::Hit& hit = block.hit[h];
-      list.push_back(simd::index_of_name(points[hit.entry].name));
+      list.push_back(hit.entry);
       ++begin_[begin + first + hit.cluster + 1];
     }
   };

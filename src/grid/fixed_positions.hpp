@@ -46,7 +46,7 @@ class FixedPositions {
   [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
   /// In the order of L.
   [[nodiscard]] simd::PointRows in_order() const {
-    return {in_order_.data(), words_.data(), names_.data(), coarse_shift()};
+    return {points_.data(), words_.data(), names_.data(), coarse_shift()};
   }
   [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
   /// Of coarse coordinates.
@@ -58,7 +58,7 @@ class FixedPositions {
   }
   [[nodiscard]] bool takes_part(Index point) const { return at(takes_part_, point) != 0; }
   [[nodiscard]] std::size_t bytes() const {
-    return (points_.capacity() + in_order_.capacity()) * sizeof(simd::FixedPoint) +
+    return points_.capacity() * sizeof(simd::FixedPoint) +
            (words_.capacity() + names_.capacity()) * sizeof(std::int32_t);
   }
 
@@ -67,8 +67,7 @@ class FixedPositions {
   std::vector<std::uint32_t> absent_;  ///< points that take no part
   std::vector<simd::Bounds> bounds_;   ///< of a chunk
   std::vector<simd::FixedPoint> points_;
-  std::vector<simd::FixedPoint> in_order_;
-  std::vector<std::int32_t> words_;  ///< of in_order_
+  std::vector<std::int32_t> words_;  ///< in the order of L
   std::vector<std::int32_t> names_;
   int fraction_bits_ = 0;
   Cell size_{};

@@ -97,15 +97,13 @@ class BoxTest {
   /// is up to a cell out of a larger box may look as if it were in.
   [[nodiscard]] bool is_exact() const { return largest_ < Coarse::mask + 1 - 2 * (1 << Coarse::cell_bits); }
 
-  [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words,
-                                                     const std::int32_t* names) const {
+  [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words, Int name) const {
     constexpr std::int32_t all = Coarse::word(Coarse::mask, Coarse::mask, Coarse::mask);
     // The number above the lower end, and what that is short of the upper end: no carry goes to the next
     // axis.
     const Int from_lower =
         hn::And(hn::Add(hn::LoadU(ints, words), hn::Set(ints, lower_)), hn::Set(ints, all));
     const Int out = hn::AndNot(hn::Set(ints, all), hn::Add(from_lower, hn::Set(ints, above_)));
-    const Int name = hn::LoadU(ints, names);
     const Int left_out = hn::And(name, hn::Set(ints, marks_));
     const hn::RebindToUnsigned<Ints> d;
     const auto own = hn::Sub(hn::BitCast(d, name), hn::Set(d, static_cast<std::uint32_t>(first_name_)));
@@ -140,7 +138,7 @@ void filter(const PointRows& rows, ClusterBlock& block) {
   std::size_t count = 0;
   block.candidates = block.candidate.data();
   std::int32_t* const candidates = block.candidate.data();
-  const Int places = hn::Iota(ints, 0);
+  const Int unmarked = hn::Set(ints, index_of_name(-1));
   for (std::size_t c = 0; c < block.clusters; ++c) {
     const BoxTest in_box(block.box[c], rows.coarse_shift);
     const std::size_t first = count;
@@ -148,9 +146,9 @@ void filter(const PointRows& rows, ClusterBlock& block) {
     for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
       const PointRange row = block.rows[r];
       for (std::uint32_t e = row.begin; e < row.end; e += lanes()) {
-        const auto keep = hn::And(in_box(rows.words + e, rows.names + e), hn::FirstN(ints, row.end - e));
-        const Int place = hn::Add(places, hn::Set(ints, static_cast<std::int32_t>(e)));
-        count += store_kept(place, keep, candidates + count);
+        const Int name = hn::LoadU(ints, rows.names + e);
+        const auto keep = hn::And(in_box(rows.words + e, name), hn::FirstN(ints, row.end - e));
+        count += store_kept(hn::And(name, unmarked), keep, candidates + count);
       }
     }
     if ((block.strays >> c & 1U) != 0 || !in_box.is_exact())

@@ -64,7 +64,7 @@ struct ClusterBlock {
   /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do. None
   /// that the point is a corner of.
   struct Hit {
-    std::int32_t entry;     ///< of the points that were tested
+    std::int32_t entry;     ///< what was tested: index of a point, or entry of L of an edge
     std::uint32_t cluster;  ///< in the block
     std::uint32_t primitives;
   };
@@ -86,7 +86,7 @@ struct ClusterBlock {
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
-  const std::int32_t* candidates;                             ///< places of points; at most most_points
+  const std::int32_t* candidates;                             ///< what may hit; at most most_points
   std::array<std::int32_t, most_points + padding> candidate;  ///< room for them
   std::size_t hits = 0;
   std::array<Hit, most_points + 1> hit;

@@ -45,12 +45,13 @@ void filter(const PointRows& rows, ClusterBlock& block) {
         const auto within = [](std::int32_t x, std::int32_t from, std::int32_t to) {
           return from <= x && x <= to;
         };
-        const FixedPoint& p = rows.points[e];
+        const std::int32_t index = index_of_name(rows.names[e]);
+        const FixedPoint& p = rows.points[index];
         const bool in = within(p.x, lower.x, upper.x) && within(p.y, lower.y, upper.y) &&
                         within(p.z, lower.z, upper.z) && !within(p.name, lower.name, upper.name) &&
                         (p.name & skips_marked) >= 0;
         if (!in) continue;
-        block.candidate[count++] = static_cast<std::int32_t>(e);
+        block.candidate[count++] = index;
       }
     }
   }

@@ -38,9 +38,9 @@ struct Coarse {
 
 /// Points in the order of their cells, with row_padding places beyond their end.
 struct PointRows {
-  const FixedPoint* points;
-  const std::int32_t* words;  ///< coarse coordinates of each
-  const std::int32_t* names;  ///< those of the points
+  const FixedPoint* points;   ///< by index, in no such order
+  const std::int32_t* words;  ///< coarse coordinates of each, in order
+  const std::int32_t* names;  ///< those of the points, in order
   int coarse_shift;           ///< fixed-point numbers >> this are coarse
 };
 inline constexpr std::size_t row_padding = 16;
@@ -56,7 +56,7 @@ struct Bounds {
 /// something else that fits. Returns the box of the positions, at least one.
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points);
 
-/// Sets words and names of points in order; may read and write row_padding places beyond.
+/// Sets words and names of points; may read and write up to row_padding places beyond.
 void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int32_t* words,
                   std::int32_t* names);
 
