@@ -98,6 +98,41 @@ TEST(Clusters, FillUpWhereTetsLieTogether) {
   EXPECT_EQ(all.clusters.size(), 1500U);
 }
 
+TEST(Clusters, SpanNoGapBetweenPartsButPutSmallPartsTogether) {
+  // Layers that lie so near each other that halving by position alone puts them into one cluster, and single
+  // tets.
+  TetMesh mesh;
+  std::vector<int> layer_of_tet;
+  const auto append = [&](const TetMesh& part, int layer) {
+    const auto first = static_cast<Index>(mesh.points.size());
+    mesh.points.insert(mesh.points.end(), part.points.begin(), part.points.end());
+    for (Tet tet : part.tets) {
+      for (Index& corner : tet) corner += first;
+      mesh.tets.push_back(tet);
+      layer_of_tet.push_back(layer);
+    }
+  };
+  constexpr int layers = 4;
+  for (int layer = 0; layer < layers; ++layer) {
+    const double z = 0.11 * layer;
+    append(test::box_mesh({10, 10, 1}, {0, 0, z}, {1, 1, z + 0.1}), layer);
+  }
+  test::Random random(5);
+  const Vec3 corner{2, 2, 2};
+  append(test::soup(64, [&] { return corner + random.point(-0.1, 0.1); }), layers);
+  Bodies bodies;
+  bodies.add("all", std::move(mesh));
+  const Clusters all = make_tet_clusters(bodies);
+  std::size_t of_soup = 0;
+  for (const Cluster& cluster : all.clusters) {
+    const auto tets = all.primitives_of(cluster);
+    const int layer = at(layer_of_tet, tets.front());
+    of_soup += layer == layers ? 1 : 0;
+    for (const Index tet : tets) EXPECT_EQ(at(layer_of_tet, tet), layer);
+  }
+  EXPECT_LE(of_soup, 16U) << "8 tets of a soup have 32 points";
+}
+
 TEST(Clusters, AreTheSameForTheSameBodies) {
   const Clusters a = make_tet_clusters(many_bodies(3));
   const Clusters b = make_tet_clusters(many_bodies(3));
