@@ -16,7 +16,9 @@ Setting::Setting(const measure::QueryScene& s)
   marks.resize(s.places.size());
   for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, s.bodies.body_of_point()[p]);
   parallel::Threads one(1);
-  cell_size = choose_cell_size(one, s.bodies, s.places, takes_part, CellSizeRule::automatic).cell_size;
+  const Clusters clusters = make_tet_clusters(s.bodies);
+  cell_size =
+      choose_cell_size(one, s.bodies, s.places, takes_part, CellSizeRule::automatic, &clusters).cell_size;
   Box bounds;
   for (const Vec3& p : s.places) bounds.extend(p);
   const Vec3 pad{2 * cell_size, 2 * cell_size, 2 * cell_size};

@@ -48,7 +48,8 @@ struct Crossing {
   double parameter;  ///< 0 at the point in contact, 1 at the free end
 };
 
-/// One edge length of cells that the automatic choice tried, and what a query of all tets would do with it.
+/// One edge length of cells that the automatic choice tried, and what a query of all tets (in clusters, for
+/// the compact grid) would do with it.
 struct CellSizeTrial {
   double cell_size = 0.0;
   double lookups = 0.0;  ///< rows of cells looked up

@@ -23,15 +23,7 @@ class BlockRows {
   }
   /// Items [begin, end); may be none.
   void add(std::uint32_t begin, std::uint32_t end) {
-    while (items_ + (end - begin) > simd::ClusterBlock::most_points ||
-           rows_ == simd::ClusterBlock::most_rows) {
-      const std::size_t room =
-          rows_ == simd::ClusterBlock::most_rows ? 0 : simd::ClusterBlock::most_points - items_;
-      const auto part = static_cast<std::uint32_t>(std::min<std::size_t>(room, end - begin));
-      if (part > 0) block_.rows[rows_++] = {begin, begin + part};
-      begin += part;
-      finish_early();
-    }
+    if (is_full(end - begin)) begin = add_parts(begin, end);
     // An empty row is overwritten by the next: cheaper than to ask.
     block_.rows[rows_] = {begin, end};
     rows_ += begin < end ? 1 : 0;
@@ -43,6 +35,22 @@ class BlockRows {
   }
 
  private:
+  /// Whether there is no room for a row of so many.
+  [[nodiscard]] bool is_full(std::uint32_t more) const {
+    return items_ + more > simd::ClusterBlock::most_points || rows_ == simd::ClusterBlock::most_rows;
+  }
+  /// Finishes full blocks, until there is room for [the result, end). Rare, so not where rows are added.
+  [[gnu::noinline]] std::uint32_t add_parts(std::uint32_t begin, std::uint32_t end) {
+    while (is_full(end - begin)) {
+      const std::size_t room =
+          rows_ == simd::ClusterBlock::most_rows ? 0 : simd::ClusterBlock::most_points - items_;
+      const auto part = static_cast<std::uint32_t>(std::min<std::size_t>(room, end - begin));
+      if (part > 0) block_.rows[rows_++] = {begin, begin + part};
+      begin += part;
+      finish_early();
+    }
+    return begin;
+  }
   void finish_early() {
     for (std::size_t later = cluster_ + 1; later <= block_.clusters; ++later)
       block_.first_row[later] = static_cast<std::uint32_t>(rows_);

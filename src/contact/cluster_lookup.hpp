@@ -10,10 +10,10 @@
 
 #include "contact/block_rows.hpp"
 #include "contact/pair_filter.hpp"
-#include "contact/prefetch.hpp"
 #include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
 #include "mesh/clusters.hpp"
+#include "prefetch.hpp"
 #include "simd/cluster_query.hpp"
 
 namespace palpate {
@@ -39,8 +39,10 @@ class ClusterLookup {
       : context_(context),
         margin_(margin),
         finish_(finish),
-        points_in_order_(context.fixed.in_order()),
-        asks_ahead_(context.fixed.points().size() > most_in_cache) {}
+        points_(context.fixed.in_order()),
+        asks_ahead_(context.fixed.points().size() > most_in_cache) {
+    block_.at_point = context.clusters.at_point.data();
+  }
 
   void run(std::span<const Cluster> clusters) {
     std::size_t first = 0;
@@ -62,6 +64,7 @@ class ClusterLookup {
     for (std::size_t c = 0; c < n; ++c) {
       simd::ClusterBox& box = block_.box[c];
       if (margin_ != 0) widen(box, margin_);
+      simd::round_out(box, points_.coarse_shift);
       cells_[c] = {context_.fixed.cell_of(box.lower), context_.fixed.cell_of(box.upper)};
       if (asks_ahead_) {
         context_.grid.prefetch_rows(cells_[c]);
@@ -69,6 +72,11 @@ class ClusterLookup {
       }
       set_names(*block_.cluster[c], box);
     }
+  }
+
+  void prefetch_candidates() const {
+    for (std::uint32_t i = 0; i < block_.first_candidate[block_.clusters]; ++i)
+      prefetch(points_.points + block_.candidates[i]);
   }
 
   /// Of the next block.
@@ -93,17 +101,20 @@ class ClusterLookup {
 
   void look_up(std::size_t n, std::size_t first) {
     const auto do_block = [&] {
-      context_.kernels.filter(points_in_order_, block_);
+      context_.kernels.filter(points_, block_);
+      if (asks_ahead_) prefetch_candidates();
       finish_(block_, first);
     };
     BlockRows rows(block_, do_block);
+    block_.strays = 0;
     for (std::size_t c = 0; c < n; ++c) {
       rows.begin(c);
+      block_.strays |= context_.grid.finds_only(cells_[c]) ? 0U : 1U << c;
       context_.grid.for_each_interval(cells_[c], [&](std::uint32_t begin, std::uint32_t end) {
         rows.add(begin, end);
         if (asks_ahead_) {
-          prefetch(points_in_order_ + begin);
-          prefetch(points_in_order_ + begin + 4);
+          prefetch(points_.words + begin);
+          prefetch(points_.names + begin);
         }
       });
     }
@@ -113,7 +124,7 @@ class ClusterLookup {
   const LookupContext& context_;
   std::int32_t margin_;
   Finish finish_;
-  const simd::FixedPoint* points_in_order_;
+  simd::PointRows points_;
   bool asks_ahead_;
   std::array<CellRange, simd::ClusterBlock::most_clusters> cells_;
   simd::ClusterBlock block_;

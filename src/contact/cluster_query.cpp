@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "contact/cluster_lookup.hpp"
-#include "contact/prefetch.hpp"
+#include "prefetch.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -21,14 +21,13 @@ QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
                      std::span<const Cluster> clusters, std::vector<PointInTet>& found,
                      std::span<std::uint8_t> answers = {}) {
   PairTaker taker(pairs, found);
-  const simd::FixedPoint* const points = context.fixed.in_order();
+  const simd::FixedPoint* const points = context.fixed.points().data();
   ClusterLookup lookup(context, 0, [&](ClusterBlock& block, std::size_t first) {
     context.kernels.test(points, block);
     taker.tally().candidates += block.pairs();
     for (std::size_t h = 0; h < block.hits; ++h) {
       const ClusterBlock::Hit& hit = block.hit[h];
-      const Index point = simd::index_of_name(points[hit.entry].name);
-      const bool is_found = taker.take(*block.cluster[hit.cluster], point, hit.primitives);
+      const bool is_found = taker.take(*block.cluster[hit.cluster], hit.entry, hit.primitives);
       if (is_found && !answers.empty()) answers[first + hit.cluster] |= ClusterQueue::found;
     }
     if (answers.empty()) return;
@@ -51,7 +50,9 @@ class ListWork {
         lists_(lists),
         points_(points),
         asks_ahead_(points.size() > most_in_cache),
-        taker_(pairs, found) {}
+        taker_(pairs, found) {
+    block_.at_point = pairs.clusters.at_point.data();
+  }
 
   void run(std::span<const std::uint32_t> numbers) {
     while (!numbers.empty()) {

@@ -197,7 +197,8 @@ void Detector::State::update_domain(std::span<const Vec3> positions) {
   if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(threads, lattice, positions);
   const Box bounds = placed ? *placed : bounds_of(threads, positions, in_a_tet, box_scratch);
   if (cell_size.cell_size == 0.0) {
-    cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size);
+    cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size,
+                                 cluster_query ? &cluster_query->clusters() : nullptr);
   }
   const Box needed = padded(bounds, cell_size.cell_size);
   const Box& domain = lattice.domain();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact/pair_taker.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -80,7 +79,7 @@ void NearLists::make(const parallel::Threads& threads, const LookupContext& cont
 
 void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std::size_t end,
                            std::vector<Index>& list) {
-  const simd::FixedPoint* const points = context.fixed.in_order();
+  const simd::FixedPoint* const points = context.fixed.points().data();
   const auto finish = [&](ClusterBlock& block, std::size_t first) {
     context.kernels.near(points, way_, block);
     for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -89,11 +88,7 @@ void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std:
     }
     for (std::size_t h = 0; h < block.hits; ++h) {
       const ClusterBlock::Hit& hit = block.hit[h];
-      const Cluster& cluster = *block.cluster[hit.cluster];
-      const Index point = simd::index_of_name(points[hit.entry].name);
-      const bool own = at(context.bodies.bodies(), cluster.body).points.contains(point);
-      if (tets_to_take(context.clusters, cluster, point, hit.primitives, own) == 0) continue;
-      list.push_back(point);
+      list.push_back(hit.entry);
       ++begin_[begin + first + hit.cluster + 1];
     }
   };

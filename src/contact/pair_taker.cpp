@@ -13,12 +13,13 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
   // Points of its own body are no candidates of others.
   const bool own = at(may_touch.self_collision, cluster.body) != 0 &&
                    at(bodies.bodies(), cluster.body).points.contains(point);
-  if (!own && may_touch.ignores(at(bodies.body_of_point(), point), cluster.body)) return false;
+  if (!own && !may_touch.ignored_pairs.empty() &&
+      may_touch.ignores(at(bodies.body_of_point(), point), cluster.body))
+    return false;
   const Index* const tets = context_.clusters.primitives.data() + cluster.first;
   const std::size_t before = found_.size();
   const std::uint32_t sure = primitives >> 16;
-  for (std::uint32_t left = tets_to_take(context_.clusters, cluster, point, primitives, own); left != 0;
-       left &= left - 1) {
+  for (std::uint32_t left = primitives & 0xFFFFU; left != 0; left &= left - 1) {
     const int lane = std::countr_zero(left);
     const PointInTet pair{point, tets[lane]};
     if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;

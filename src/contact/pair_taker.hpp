@@ -23,8 +23,8 @@ struct PairContext {
   std::span<const std::uint8_t> upright;  ///< (n_bodies) 1: no tet of a body is folded
 };
 
-/// Takes the hits of blocks: pairs that are sure are found, others go to the exact predicate; corners of the
-/// tet, ignored bodies and folds drop out.
+/// Takes the hits of blocks: pairs that are sure are found, others go to the exact predicate; ignored
+/// bodies and folds drop out.
 class PairTaker {
  public:
   PairTaker(const PairContext& context, std::vector<PointInTet>& found) : context_(context), found_(found) {}
@@ -42,12 +42,5 @@ class PairTaker {
   std::vector<PointInTet>& found_;
   QueryTally tally_;
 };
-
-/// Bits of the tets that a hit leaves, without those that the point is a corner of.
-/// \param own  whether the point is of the cluster's body
-inline std::uint32_t tets_to_take(const Clusters& clusters, const Cluster& cluster, Index point,
-                                  std::uint32_t primitives, bool own) {
-  return primitives & 0xFFFFU & ~(own ? clusters.primitives_at(cluster, point) : 0U);
-}
 
 }  // namespace palpate

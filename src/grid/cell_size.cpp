@@ -16,8 +16,9 @@ namespace palpate {
 namespace {
 
 /// Work of one lookup of a row of cells in units of the work of one point met there; about their times in the
-/// query.
+/// query: clusters look at many points at a time.
 constexpr double work_of_lookup = 3.0;
+constexpr double work_of_cluster_lookup = 10.0;
 /// Work of a point in the update of the grid, in the same units.
 constexpr double work_of_point = 4.0;
 
@@ -29,9 +30,10 @@ Spread edge_lengths(const Bodies& bodies) {
 class Trial {
  public:
   Trial(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-        std::span<const std::uint8_t> takes_part)
+        std::span<const std::uint8_t> takes_part, const Clusters* clusters)
       : threads_(threads),
         bodies_(bodies),
+        clusters_(clusters),
         positions_(positions),
         takes_part_(takes_part),
         bounds_(bounds_of(threads, positions, takes_part, scratch_)) {}
@@ -41,9 +43,10 @@ class Trial {
     grid_.build_points(threads_, lattice, positions_.size(), [&](Index p) {
       return at(takes_part_, p) == 0 ? std::nullopt : std::optional(lattice.cell_of(at(positions_, p)));
     });
-    constexpr std::size_t most_tets = 20000;
-    const std::size_t stride = std::max<std::size_t>(1, bodies_.tets().size() / most_tets);
-    const std::size_t sampled = (bodies_.tets().size() + stride - 1) / stride;
+    constexpr std::size_t most = 20000;
+    const std::size_t all = clusters_ != nullptr ? clusters_->clusters.size() : bodies_.tets().size();
+    const std::size_t stride = std::max<std::size_t>(1, all / most);
+    const std::size_t sampled = (all + stride - 1) / stride;
     CellSizeTrial trial{lattice.cell_size(), 0.0, 0.0, 0.0};
     trial.lookups = parallel::sum(threads_, sampled, sums_, [&](std::size_t n) {
       const CellRange range = range_of(lattice, n * stride);
@@ -54,21 +57,26 @@ class Trial {
       grid_.for_each(range_of(lattice, n * stride), [&](Index) { visits += 1.0; });
       return visits;
     });
-    const double scale = static_cast<double>(bodies_.tets().size()) / static_cast<double>(sampled);
+    const double scale = static_cast<double>(all) / static_cast<double>(sampled);
     trial.lookups *= scale;
     trial.visits *= scale;
-    trial.work = work_of_lookup * trial.lookups + trial.visits +
-                 work_of_point * static_cast<double>(positions_.size());
+    trial.work = (clusters_ != nullptr ? work_of_cluster_lookup : work_of_lookup) * trial.lookups +
+                 trial.visits + work_of_point * static_cast<double>(positions_.size());
     return trial;
   }
 
  private:
-  [[nodiscard]] CellRange range_of(const Lattice& lattice, std::size_t tet) const {
-    return lattice.cells_of(box_of(positions_, bodies_.tets()[tet]));
+  /// Of a tet or a cluster.
+  [[nodiscard]] CellRange range_of(const Lattice& lattice, std::size_t n) const {
+    if (clusters_ == nullptr) return lattice.cells_of(box_of(positions_, bodies_.tets()[n]));
+    Box box;
+    for (const Index point : clusters_->points_of(clusters_->clusters[n])) box.extend(at(positions_, point));
+    return lattice.cells_of(box);
   }
 
   const parallel::Threads& threads_;
   const Bodies& bodies_;
+  const Clusters* clusters_;  ///< that ask; or none
   std::span<const Vec3> positions_;
   std::span<const std::uint8_t> takes_part_;
   std::vector<Box> scratch_;
@@ -78,8 +86,8 @@ class Trial {
 };
 
 CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodies& bodies,
-                                    std::span<const Vec3> positions,
-                                    std::span<const std::uint8_t> takes_part) {
+                                    std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                    const Clusters* clusters) {
   double smallest = edge_lengths(bodies).mean;
   double largest = smallest;
   for (Index b = 0; b < bodies.body_count(); ++b) {
@@ -87,7 +95,7 @@ CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodi
     smallest = std::min(smallest, mean);
     largest = std::max(largest, mean);
   }
-  Trial trial(threads, bodies, positions, takes_part);
+  Trial trial(threads, bodies, positions, takes_part, clusters);
   CellSizeChoice choice{CellSizeRule::automatic, 0.0, {}};
   for (double size = 0.5 * smallest; size <= 2.0 * largest * (1.0 + 1e-9); size *= 2.0) {
     choice.trials.push_back(trial.run(size));
@@ -104,7 +112,7 @@ CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodi
 
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
                                 std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
-                                const CellSize& wanted) {
+                                const CellSize& wanted, const Clusters* clusters) {
   if (const double* length = std::get_if<double>(&wanted)) {
     if (!(*length > 0.0) || !std::isfinite(*length)) {
       throw Error("detection settings", "cell_size", number_text(*length), "a finite number > 0");
@@ -119,7 +127,7 @@ CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& 
     case CellSizeRule::automatic:
       break;
   }
-  return choose_automatically(threads, bodies, positions, takes_part);
+  return choose_automatically(threads, bodies, positions, takes_part, clusters);
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <palpate/mesh.hpp>
 #include <palpate/settings.hpp>
 
+#include "mesh/clusters.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -15,13 +16,14 @@ namespace palpate {
 ///
 /// Automatic tries lengths from half the smallest to twice the largest mean edge length of a body, each twice
 /// the last, then the two beside the best. For each it builds the grid of the points and counts, for a sample
-/// of at most 20000 tets, the rows of cells to look up and the points met there. Counts, not times, decide,
-/// so the choice is the same on every machine. The paper's rules serve bodies of like elements; where
-/// elements differ a hundredfold the mean makes large tets cover a million cells and the maximum puts whole
-/// bodies into one cell. `takes_part` marks points (n_points). Throws Error where a given length is not
-/// finite and > 0. O(n_points) for each length tried.
+/// of at most 20000 tets, or clusters where those ask, the rows of cells to look up and the points met there.
+/// Counts, not times, decide, so the choice is the same on every machine. The paper's rules serve bodies of
+/// like elements; where elements differ a hundredfold the mean makes large tets cover a million cells and the
+/// maximum puts whole bodies into one cell. `takes_part` marks points (n_points); `clusters`: those of the
+/// query; none where single tets ask. Throws Error where a given length is not finite and > 0. O(n_points)
+/// for each length tried.
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
                                 std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
-                                const CellSize& wanted);
+                                const CellSize& wanted, const Clusters* clusters = nullptr);
 
 }  // namespace palpate

@@ -83,6 +83,11 @@ class CompactGrid {
   template <class Visit>
   void for_each_interval(const CellRange& range, Visit&& visit) const;
 
+  /// Whether these hold no others.
+  [[nodiscard]] bool finds_only(const CellRange& range) const {
+    return tells_cells_apart() && !looks_at_entries(range);
+  }
+
   /// Asks for the memory that for_each_interval() reads first.
   void prefetch_rows(const CellRange& range) const {
 #if defined(__GNUC__)

@@ -1,13 +1,18 @@
 #include "grid/fixed_positions.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+
+#include "prefetch.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 2048;
+/// Of what is done so fast that a second thread would come too late for fewer.
+constexpr std::size_t light_grain = 8192;
 
 /// Numbers stay below 2^30 and a few: differences fit 32 bits with a sign.
 int fraction_bits_of(const Lattice& lattice) {
@@ -26,7 +31,8 @@ FixedPositions::FixedPositions(std::span<const std::uint8_t> takes_part, std::sp
     points_[p] = {0, 0, 0, static_cast<std::int32_t>(static_cast<std::uint32_t>(p) | mark)};
   }
   const auto n = static_cast<std::size_t>(std::count(takes_part.begin(), takes_part.end(), 1));
-  in_order_.resize(n + simd::row_padding);
+  words_.resize(n + simd::row_padding);
+  names_.resize(n + simd::row_padding);
 }
 
 bool FixedPositions::represents(const Lattice& lattice) {
@@ -68,15 +74,31 @@ void FixedPositions::write_linear_keys(const parallel::Threads& threads,
                                        std::vector<std::uint32_t>& keys) const {
   keys.resize(points_.size());
   const simd::KeyRule rule{fraction_bits_, size_};
-  parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::linear_keys(std::span(points_).subspan(begin, end - begin), rule, keys.data() + begin);
-  });
+  parallel::for_chunks(
+      threads, points_.size(), light_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::linear_keys(std::span(points_).subspan(begin, end - begin), rule, keys.data() + begin);
+      });
   for (const std::uint32_t p : absent_) keys[p] = no_key;
 }
 
 void FixedPositions::put_in_order(const parallel::Threads& threads, std::span<const Entry> entries) {
-  parallel::for_each(threads, entries.size(), grain,
-                     [&](std::size_t e) { in_order_[e] = at(points_, reference_of(entries[e])); });
+  const bool asks_ahead = entries.size() > most_in_cache;
+  parallel::for_chunks(threads, entries.size(), light_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         constexpr std::size_t at_a_time = 256;
+                         constexpr std::size_t ahead = 24;
+                         std::array<simd::FixedPoint, at_a_time + simd::row_padding> some{};
+                         for (std::size_t first = begin; first < end; first += at_a_time) {
+                           const std::size_t n = std::min(at_a_time, end - first);
+                           for (std::size_t i = 0; i < n; ++i) {
+                             if (asks_ahead && first + i + ahead < end)
+                               prefetch(&at(points_, reference_of(entries[first + i + ahead])));
+                             some[i] = at(points_, reference_of(entries[first + i]));
+                           }
+                           simd::coarse_words(std::span(some).first(n), coarse_shift(), words_.data() + first,
+                                              names_.data() + first);
+                         }
+                       });
 }
 
 }  // namespace palpate

@@ -44,9 +44,13 @@ class FixedPositions {
   void put_in_order(const parallel::Threads& threads, std::span<const Entry> entries);
 
   [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
-  /// In the order of L, with simd::row_padding places beyond.
-  [[nodiscard]] const simd::FixedPoint* in_order() const { return in_order_.data(); }
+  /// In the order of L.
+  [[nodiscard]] simd::PointRows in_order() const {
+    return {points_.data(), words_.data(), names_.data(), coarse_shift()};
+  }
   [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
+  /// Of coarse coordinates.
+  [[nodiscard]] int coarse_shift() const { return std::max(fraction_bits_ - simd::Coarse::cell_bits, 0); }
   /// The cell of a fixed position; that of Lattice::cell_of().
   [[nodiscard]] Cell cell_of(const simd::FixedPoint& p) const {
     return {std::min(p.x >> fraction_bits_, size_[0] - 1), std::min(p.y >> fraction_bits_, size_[1] - 1),
@@ -54,7 +58,8 @@ class FixedPositions {
   }
   [[nodiscard]] bool takes_part(Index point) const { return at(takes_part_, point) != 0; }
   [[nodiscard]] std::size_t bytes() const {
-    return (points_.capacity() + in_order_.capacity()) * sizeof(simd::FixedPoint);
+    return points_.capacity() * sizeof(simd::FixedPoint) +
+           (words_.capacity() + names_.capacity()) * sizeof(std::int32_t);
   }
 
  private:
@@ -62,7 +67,8 @@ class FixedPositions {
   std::vector<std::uint32_t> absent_;  ///< points that take no part
   std::vector<simd::Bounds> bounds_;   ///< of a chunk
   std::vector<simd::FixedPoint> points_;
-  std::vector<simd::FixedPoint> in_order_;
+  std::vector<std::int32_t> words_;  ///< in the order of L
+  std::vector<std::int32_t> names_;
   int fraction_bits_ = 0;
   Cell size_{};
 };

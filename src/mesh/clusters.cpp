@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
@@ -25,22 +26,72 @@ class Cutter {
     for (std::size_t t = 0; t < primitives.size(); ++t) {
       const Box box = box_of(bodies.points_rest(), primitives[t]);
       const Vec3 middle = 0.5 * (box.lower + box.upper);
-      placed_.push_back({{middle.x, middle.y, middle.z}, static_cast<Index>(t)});
+      placed_.push_back({{middle.x, middle.y, middle.z}, static_cast<Index>(t), 0});
     }
   }
 
-  void cut_all(const Range& range) {
-    if (range.size() > 0) cut(static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.end));
+  /// Parts that hang together and fill a cluster are cut on their own, so that no cluster spans a gap; what
+  /// is smaller is cut as one.
+  void cut_all(const Range& range, const Range& points) {
+    const auto begin = static_cast<std::size_t>(range.begin);
+    const auto end = static_cast<std::size_t>(range.end);
+    find_parts(begin, end, points);
+    std::stable_sort(at_place(begin), at_place(end),
+                     [](const Placed& a, const Placed& b) { return a.part < b.part; });
+    for (std::size_t first = begin; first < end;) {
+      std::size_t last = first;
+      while (last < end && placed_[last].part == placed_[first].part) ++last;
+      cut(first, last);
+      first = last;
+    }
   }
 
  private:
+  struct Placed {
+    std::array<double, 3> middle;
+    Index primitive;
+    Index part;  ///< a number for each part that hangs together
+  };
+
+  [[nodiscard]] auto at_place(std::size_t i) { return placed_.begin() + static_cast<std::ptrdiff_t>(i); }
+
+  /// Sets the part of the primitives of a body: the first point of those that hang together, or the last
+  /// number for all that are small.
+  void find_parts(std::size_t begin, std::size_t end, const Range& points) {
+    std::vector<Index> lower(
+        static_cast<std::size_t>(points.size()));  // a lower point of the same part, or itself
+    std::iota(lower.begin(), lower.end(), points.begin);
+    const auto first_of = [&](Index p) {
+      while (at(lower, p - points.begin) != p) {
+        Index& next = at(lower, p - points.begin);
+        next = at(lower, next - points.begin);
+        p = next;
+      }
+      return p;
+    };
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const Index corner : primitive(i)) {
+        const Index a = first_of(corner);
+        const Index b = first_of(primitive(i)[0]);
+        at(lower, std::max(a, b) - points.begin) = std::min(a, b);
+      }
+    }
+    std::vector<std::size_t> size(lower.size(), 0);
+    for (std::size_t i = begin; i < end; ++i) {
+      placed_[i].part = first_of(primitive(i)[0]);
+      ++at(size, placed_[i].part - points.begin);
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      if (at(size, placed_[i].part - points.begin) < Cluster::most_primitives) placed_[i].part = points.end;
+    }
+  }
+
   void cut(std::size_t begin, std::size_t end) {
     const std::size_t size = end - begin;
     if (size <= Cluster::most_primitives && (size == 1 || lies_together(begin, end))) return add(begin, end);
     constexpr std::size_t whole = Cluster::most_primitives;
     const std::size_t left = size > whole ? whole * ((size + 2 * whole - 1) / (2 * whole)) : size / 2;
     const std::size_t axis = longest_axis(begin, end);
-    const auto at_place = [&](std::size_t i) { return placed_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(at_place(begin), at_place(begin + left), at_place(end),
                      [axis](const Placed& a, const Placed& b) {
                        return a.middle[axis] != b.middle[axis] ? a.middle[axis] < b.middle[axis]
@@ -49,11 +100,6 @@ class Cutter {
     cut(begin, begin + left);
     cut(begin + left, end);
   }
-
-  struct Placed {
-    std::array<double, 3> middle;
-    Index primitive;
-  };
 
   [[nodiscard]] const Primitive& primitive(std::size_t place) const {
     return at(primitives_, placed_[place].primitive);
@@ -130,14 +176,14 @@ class Cutter {
 Clusters make_tet_clusters(const Bodies& bodies) {
   Clusters result;
   Cutter<Tet> cutter(bodies, bodies.tets(), result);
-  for (const Body& body : bodies.bodies()) cutter.cut_all(body.tets);
+  for (const Body& body : bodies.bodies()) cutter.cut_all(body.tets, body.points);
   return result;
 }
 
 Clusters make_triangle_clusters(const Bodies& bodies) {
   Clusters result;
   Cutter<Triangle> cutter(bodies, bodies.triangles(), result);
-  for (const Body& body : bodies.bodies()) cutter.cut_all(body.triangles);
+  for (const Body& body : bodies.bodies()) cutter.cut_all(body.triangles, body.points);
   return result;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,22 +22,15 @@ struct Clusters {
   [[nodiscard]] std::span<const Index> points_of(const Cluster& cluster) const {
     return std::span(points).subspan(static_cast<std::size_t>(cluster.first_point), cluster.points);
   }
-  /// Bits of the primitives of a cluster that have a point as a corner. O(points), without a branch on each.
-  [[nodiscard]] std::uint32_t primitives_at(const Cluster& cluster, Index point) const {
-    const std::span<const Index> all = points_of(cluster);
-    const auto place = static_cast<std::size_t>(
-        std::count_if(all.begin(), all.end(), [point](Index other) { return other < point; }));
-    if (place == all.size() || all[place] != point) return 0;
-    return at_point[static_cast<std::size_t>(cluster.first_point) + place];
-  }
 };
 
 /// A cluster's box is at most this many times as long as the box of its largest primitive.
 inline constexpr double most_cluster_extent = 4.0;
 
-/// Cuts each body into clusters at its rest positions: halves it across its longest side, again and again,
-/// until 16 tets with 32 points are left that lie together (most_cluster_extent). Cuts leave multiples of 16
-/// tets, so that few clusters are not full. The same for the same bodies. O(tets log tets).
+/// Cuts each body into clusters at its rest positions: each of its parts that hang together (by their
+/// points), but the smaller than 16 tets as one, is halved across its longest side, again and again, until 16
+/// tets with 32 points are left that lie together (most_cluster_extent). Cuts leave multiples of 16 tets, so
+/// that few clusters are not full. The same for the same bodies. O(tets log tets).
 Clusters make_tet_clusters(const Bodies& bodies);
 /// The same for the surface triangles.
 Clusters make_triangle_clusters(const Bodies& bodies);

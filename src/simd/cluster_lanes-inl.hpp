@@ -98,6 +98,7 @@ struct Corners {
   alignas(64) std::array<float, Cluster::most_points> x;
   alignas(64) std::array<float, Cluster::most_points> y;
   alignas(64) std::array<float, Cluster::most_points> z;
+  alignas(64) std::array<std::int32_t, Cluster::most_points> name;
 };
 
 HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& corners) {
@@ -111,6 +112,7 @@ HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& co
     hn::Store(hn::ConvertTo(floats, hn::Sub(x, hn::Set(ints, lower.x))), floats, corners.x.data() + i);
     hn::Store(hn::ConvertTo(floats, hn::Sub(y, hn::Set(ints, lower.y))), floats, corners.y.data() + i);
     hn::Store(hn::ConvertTo(floats, hn::Sub(z, hn::Set(ints, lower.z))), floats, corners.z.data() + i);
+    hn::Store(name, ints, corners.name.data() + i);
   }
 }
 

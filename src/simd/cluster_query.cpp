@@ -21,8 +21,8 @@ void load(std::span<const FixedPoint> points, std::span<const std::int32_t> poin
           ClusterBlock& block) {
   scalar::cluster_kernels().load(points, point_lists, block);
 }
-void filter(const FixedPoint* points, ClusterBlock& block) {
-  scalar::cluster_kernels().filter(points, block);
+void filter(const PointRows& rows, ClusterBlock& block) {
+  scalar::cluster_kernels().filter(rows, block);
 }
 void test(const FixedPoint* points, ClusterBlock& block) {
   scalar::cluster_kernels().test(points, block);
@@ -70,72 +70,89 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-/// As many points as a vector holds, four numbers each.
-using Points = hn::CappedTag<std::int32_t, 16>;
-constexpr Points point_numbers;
-constexpr std::size_t points_at_a_time = hn::MaxLanes(point_numbers) / 4;
-
-/// Stores the places of the points whose bit is set, one after the other, and whatever behind them; returns
-/// how many.
-HWY_INLINE std::size_t store_places(std::uint32_t first, std::uint32_t bits, std::int32_t* to) {
-  if constexpr (points_at_a_time == 4) {
-    const hn::FixedTag<std::int32_t, 4> d;
-    static constexpr auto kept = make_places_kept<4>();
-    const auto places = hn::PromoteTo(d, hn::LoadU(hn::FixedTag<std::uint8_t, 4>(), kept[bits].data()));
-    hn::StoreU(hn::Add(places, hn::Set(d, static_cast<std::int32_t>(first))), d, to);
-    return static_cast<std::size_t>(std::popcount(bits));
-  } else {
-    std::size_t count = 0;
-    for (std::uint32_t i = 0; i < points_at_a_time; ++i) {
-      to[count] = static_cast<std::int32_t>(first + i);
-      count += bits >> i & 1U;
-    }
-    return count;
-  }
-}
-
-/// A box against several points at a time: which are in it, and not left out by their names.
+/// A box against as many points at a time as there are lanes: which are in it by their coarse words, and not
+/// left out by their names.
 class BoxTest {
  public:
-  explicit BoxTest(const ClusterBox& box)
-      : lower_(hn::LoadDup128(point_numbers, &box.lower.x)),
-        upper_(hn::LoadDup128(point_numbers, &box.upper.x)),
-        names_(hn::LoadDup128(point_numbers, only_names.data())),
-        marks_(hn::And(names_, hn::Set(point_numbers, box.skips_marked))) {}
+  BoxTest(const ClusterBox& box, int coarse_shift) {
+    const FixedPoint& l = box.lower;
+    const FixedPoint& u = box.upper;
+    const auto lower = [&](std::int32_t number) {
+      return Coarse::mask + 1 - (number >> coarse_shift & Coarse::mask);
+    };
+    const auto above = [&](std::int32_t from, std::int32_t to) {
+      const std::int32_t extent = (to >> coarse_shift) - (from >> coarse_shift);
+      largest_ = std::max(largest_, extent);
+      return Coarse::mask - std::min(extent, Coarse::mask);
+    };
+    lower_ = Coarse::word(lower(l.x), lower(l.y), lower(l.z));
+    above_ = Coarse::word(above(l.x, u.x), above(l.y, u.y), above(l.z, u.z));
+    // Where the own points count, a name that none has.
+    first_name_ = takes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
+    names_ = takes_own(box) ? 0 : u.name - l.name;
+    marks_ = box.skips_marked & std::numeric_limits<std::int32_t>::min();
+  }
 
-  /// Bit i: point i of those from `points` on.
-  [[nodiscard]] HWY_INLINE std::uint32_t operator()(const FixedPoint* points) const {
-    const auto p = hn::LoadU(point_numbers, &points->x);
-    // Names count where they are not between the two.
-    auto out = hn::Xor(hn::Or(hn::Sub(p, lower_), hn::Sub(upper_, p)), names_);
-    out = hn::Or(out, hn::And(p, marks_));
-    std::uint32_t bits = bits_of(point_numbers, hn::Lt(out, hn::Zero(point_numbers)));
-    bits |= bits >> 2;
-    bits = ~(bits | bits >> 1) & 0x1111U;
-    return (bits | bits >> 3 | bits >> 6 | bits >> 9) & ((1U << points_at_a_time) - 1);
+  /// Whether a point of the cells under the box passes only if it is in it. Coarse numbers repeat: one that
+  /// is up to a cell out of a larger box may look as if it were in.
+  [[nodiscard]] bool is_exact() const { return largest_ < Coarse::mask + 1 - 2 * (1 << Coarse::cell_bits); }
+
+  [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words, Int name) const {
+    constexpr std::int32_t all = Coarse::word(Coarse::mask, Coarse::mask, Coarse::mask);
+    // The number above the lower end, and what that is short of the upper end: no carry goes to the next
+    // axis.
+    const Int from_lower =
+        hn::And(hn::Add(hn::LoadU(ints, words), hn::Set(ints, lower_)), hn::Set(ints, all));
+    const Int out = hn::AndNot(hn::Set(ints, all), hn::Add(from_lower, hn::Set(ints, above_)));
+    const Int left_out = hn::And(name, hn::Set(ints, marks_));
+    const hn::RebindToUnsigned<Ints> d;
+    const auto own = hn::Sub(hn::BitCast(d, name), hn::Set(d, static_cast<std::uint32_t>(first_name_)));
+    const auto other = hn::Gt(own, hn::Set(d, static_cast<std::uint32_t>(names_)));
+    return hn::And(hn::Eq(hn::Or(out, left_out), hn::Zero(ints)), hn::RebindMask(ints, other));
   }
 
  private:
-  alignas(16) static constexpr std::array<std::int32_t, 4> only_names{0, 0, 0, -1};
-  hn::Vec<Points> lower_;
-  hn::Vec<Points> upper_;
-  hn::Vec<Points> names_;
-  hn::Vec<Points> marks_;
+  std::int32_t lower_;
+  std::int32_t above_;
+  std::int32_t first_name_;
+  std::int32_t names_;  ///< after the first
+  std::int32_t marks_;
+  std::int32_t largest_ = 0;
 };
 
-void filter(const FixedPoint* points, ClusterBlock& block) {
+/// Of the candidates from `first` on, keeps those in the box; returns the end of those left.
+std::size_t keep_in_box(const FixedPoint* points, const ClusterBox& box, std::size_t first, std::size_t end,
+                        std::int32_t* candidates) {
+  std::size_t left = first;
+  for (std::size_t i = first; i < end; ++i) {
+    const FixedPoint& p = points[candidates[i]];
+    const std::int32_t out = (p.x - box.lower.x) | (box.upper.x - p.x) | (p.y - box.lower.y) |
+                             (box.upper.y - p.y) | (p.z - box.lower.z) | (box.upper.z - p.z);
+    candidates[left] = candidates[i];
+    left += out >= 0 ? 1 : 0;
+  }
+  return left;
+}
+
+void filter(const PointRows& rows, ClusterBlock& block) {
   std::size_t count = 0;
   block.candidates = block.candidate.data();
+  std::int32_t* const candidates = block.candidate.data();
+  const Int unmarked = hn::Set(ints, index_of_name(-1));
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const BoxTest in_box(block.box[c]);
-    block.first_candidate[c] = static_cast<std::uint32_t>(count);
+    const BoxTest in_box(block.box[c], rows.coarse_shift);
+    const std::size_t first = count;
+    block.first_candidate[c] = static_cast<std::uint32_t>(first);
     for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
       const PointRange row = block.rows[r];
-      for (std::uint32_t e = row.begin; e < row.end; e += points_at_a_time) {
-        const std::uint32_t of_row = row.end - e < points_at_a_time ? (1U << (row.end - e)) - 1 : ~0U;
-        count += store_places(e, in_box(points + e) & of_row, block.candidate.data() + count);
+      for (std::uint32_t e = row.begin; e < row.end; e += lanes()) {
+        const Int name = hn::LoadU(ints, rows.names + e);
+        const auto keep = hn::And(in_box(rows.words + e, name), hn::FirstN(ints, row.end - e));
+        count += store_kept(hn::And(name, unmarked), keep, candidates + count);
       }
     }
+    if ((block.strays >> c & 1U) != 0 || !in_box.is_exact())
+      count = keep_in_box(rows.points, block.box[c], first, count, candidates);
   }
   block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
 }
@@ -155,10 +172,8 @@ struct Widening {
 };
 
 template <bool is_wide>
-HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Widening& widening,
-                            Planes& planes) {
-  Corners corners;
-  spread_out(block, c, corners);
+HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corners& corners,
+                            const Widening& widening, Planes& planes) {
   const Float bound = hn::Set(floats, widening.bound);
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
     const Cluster& cluster = *block.cluster[c];
@@ -224,16 +239,26 @@ class Test {
         bound_(hn::Load(floats, planes.bound.data() + lane)),
         no_less_(hn::Neg(bound_)) {}
 
-  /// Bits of the tets that may contain a candidate, and << 16 of those that surely do.
+  /// Bits of the tets that may contain a candidate, and << 16 those of the tets that surely do.
   [[nodiscard]] HWY_INLINE std::uint32_t operator()(std::int32_t candidate) const {
     const FixedPoint& point = points_[candidate];
-    const Vector p{from(point.x, x_), from(point.y, y_), from(point.z, z_)};
-    const Float least = hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
-    const std::uint32_t may = bits_of(floats, hn::Ge(least, no_less_));
-    return may | bits_of(floats, hn::Gt(least, bound_)) << 16;
+    const Float least = least_of({from(point.x, x_), from(point.y, y_), from(point.z, z_)});
+    return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
+  }
+  /// The same of a corner of the cluster.
+  [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
+    const Float least = least_of(
+        {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});
+    return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
 
  private:
+  [[nodiscard]] HWY_INLINE Float least_of(const Vector& p) const {
+    return hn::Min(hn::Min(a_(p), b_(p)), hn::Min(c_(p), d_(p)));
+  }
+  [[nodiscard]] HWY_INLINE std::uint32_t may(Float least) const {
+    return bits_of(floats, hn::Ge(least, no_less_));
+  }
   static HWY_INLINE Float from(std::int32_t number, Int origin) {
     return hn::ConvertTo(floats, hn::Sub(hn::Set(ints, number), origin));
   }
@@ -249,37 +274,83 @@ class Test {
   Float no_less_;
 };
 
+/// Candidates of a cluster, those that are its own points apart.
+struct Sorted {
+  std::size_t others = 0;
+  std::array<std::int32_t, ClusterBlock::most_points + 1> other;
+  std::array<std::int32_t, Cluster::most_points + 1>
+      own;  ///< by place in the cluster's list; -1: no candidate
+};
+
+HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners, std::size_t corner_count,
+                                std::span<const std::int32_t> candidates, Sorted& sorted) {
+  std::size_t others = 0;
+  sorted.own.fill(-1);
+  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << corner_count) - 1);
+  for (const std::int32_t candidate : candidates) {
+    const Int name = hn::Set(ints, points[candidate].name);
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
+      bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
+    bits &= used;
+    // A point is in the list once, or not at all: then it goes to the last place.
+    const std::uint64_t place = bits | std::uint64_t{1} << Cluster::most_points;
+    sorted.own[static_cast<std::size_t>(std::countr_zero(place))] = candidate;
+    sorted.other[others] = candidate;
+    others += bits == 0 ? 1 : 0;
+  }
+  sorted.others = others;
+}
+
 template <bool is_wide>
 HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets;
+  Sorted sorted;
   std::size_t hits = 0;
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    const std::uint32_t begin = block.first_candidate[c];
-    const std::uint32_t end = block.first_candidate[c + 1];
-    if (begin == end) continue;
+    const Cluster& cluster = *block.cluster[c];
+    std::span<const std::int32_t> candidates(block.candidates + block.first_candidate[c],
+                                             block.first_candidate[c + 1] - block.first_candidate[c]);
+    if (candidates.empty()) continue;
+    Corners corners;
+    spread_out(block, c, corners);
     Planes planes;
     const float extent = extent_of(block.box[c]);
-    make_planes<is_wide>(
-        block, c, {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)}, planes);
-    const std::int32_t* const candidates = block.candidates;
-    const auto take = [&](std::uint32_t i, std::uint32_t found) {
-      block.hit[hits] = {candidates[i], static_cast<std::uint32_t>(c), found};
+    make_planes<is_wide>(block, c, corners,
+                         {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)},
+                         planes);
+    const bool has_own = takes_own(block.box[c]);
+    if (has_own) {
+      sort_candidates(points, corners, cluster.points, candidates, sorted);
+      candidates = std::span(sorted.other).first(sorted.others);
+    }
+    const auto take = [&](std::int32_t entry, std::uint32_t found) {
+      block.hit[hits] = {entry, static_cast<std::uint32_t>(c), found};
       hits += found != 0 ? 1 : 0;
     };
-    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
+    const std::uint32_t used = ((std::uint32_t{1} << cluster.size) - 1) * 0x10001U;
+    std::array<std::uint32_t, Cluster::most_points> of_corner{};
     // All lanes but the last ones leave their bits to those.
     constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);
-      for (std::uint32_t i = begin; i < end; ++i) {
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
         const std::uint32_t found = test_lanes(candidates[i]) << lane;
         tets[i] = lane == 0 ? found : tets[i] | found;
       }
+      for (std::size_t i = 0; has_own && i < cluster.points; ++i)
+        of_corner[i] |= test_lanes.of_corner(corners, i) << lane;
     }
     const Test test_last(points, block.box[c].lower, planes, last);
-    for (std::uint32_t i = begin; i < end; ++i) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
       const std::uint32_t found = test_last(candidates[i]) << last;
-      take(i, (last == 0 ? found : tets[i] | found) & used);
+      take(candidates[i], (last == 0 ? found : tets[i] | found) & used);
+    }
+    for (std::size_t i = 0; has_own && i < cluster.points; ++i) {
+      const std::uint32_t found = (of_corner[i] | test_last.of_corner(corners, i) << last) & used;
+      const std::uint32_t at_point = block.at_point[static_cast<std::size_t>(cluster.first_point) + i];
+      const std::uint32_t left = found & ~(at_point * 0x10001U);
+      if (left != 0 && sorted.own[i] >= 0) take(sorted.own[i], left);
     }
   }
   block.hits = hits;
@@ -333,9 +404,9 @@ ClusterKernels cluster_kernels() {
       [](std::span<const FixedPoint> points, std::span<const std::int32_t> lists, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(load)(points, lists, block);
       },
-      [](const FixedPoint* points, ClusterBlock& block) {
+      [](const PointRows& rows, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(filter)
-        (points, block);
+        (rows, block);
       },
       [](const FixedPoint* points, ClusterBlock& block) {
         HWY_DYNAMIC_DISPATCH(test)

@@ -12,9 +12,6 @@
 /// The phases of the clustered query that work on many numbers at a time (docs/query.md).
 namespace palpate::simd {
 
-/// Points in the order of their cells have so many places beyond their end.
-inline constexpr std::size_t row_padding = 16;
-
 /// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name], or is marked
 /// where `skips_marked` has all bits.
 struct ClusterBox {
@@ -22,6 +19,11 @@ struct ClusterBox {
   FixedPoint upper;
   std::int32_t skips_marked;  ///< 0 or -1
 };
+
+/// Whether points of the cluster's own body count: the corners of its tets are among them then.
+inline bool takes_own(const ClusterBox& box) {
+  return box.upper.name < box.lower.name;
+}
 
 /// Its longest side.
 inline float extent_of(const ClusterBox& box) {
@@ -37,6 +39,15 @@ inline void widen(ClusterBox& box, std::int32_t margin) {
   u = {u.x + margin, u.y + margin, u.z + margin, u.name};
 }
 
+/// Grows a box to whole coarse coordinates.
+inline void round_out(ClusterBox& box, int coarse_shift) {
+  const std::int32_t rest = (std::int32_t{1} << coarse_shift) - 1;
+  FixedPoint& l = box.lower;
+  l = {l.x & ~rest, l.y & ~rest, l.z & ~rest, l.name};
+  FixedPoint& u = box.upper;
+  u = {u.x | rest, u.y | rest, u.z | rest, u.name};
+}
+
 /// Points [begin, end) of those in order.
 struct PointRange {
   std::uint32_t begin;
@@ -50,9 +61,10 @@ struct ClusterBlock {
   static constexpr std::size_t most_points = 4096;
   static constexpr std::size_t padding = 16;  ///< kernels may write that far beyond what they report
 
-  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do.
+  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do. None
+  /// that the point is a corner of.
   struct Hit {
-    std::int32_t entry;     ///< of the points that were tested
+    std::int32_t entry;     ///< what was tested: index of a point, or entry of L of an edge
     std::uint32_t cluster;  ///< in the block
     std::uint32_t primitives;
   };
@@ -67,12 +79,14 @@ struct ClusterBlock {
 
   std::size_t clusters = 0;
   std::array<const Cluster*, most_clusters> cluster;
+  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, for clusters that take_own()
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
+  std::uint32_t strays = 0;  ///< bit c: rows of cluster c may hold points beyond the cells of its box
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
-  const std::int32_t* candidates;                             ///< places of points; at most most_points
+  const std::int32_t* candidates;                             ///< what may hit; at most most_points
   std::array<std::int32_t, most_points + padding> candidate;  ///< room for them
   std::size_t hits = 0;
   std::array<Hit, most_points + 1> hit;
@@ -85,8 +99,8 @@ struct ClusterKernels {
   /// \param point_lists  of which a cluster has a part, see Cluster
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
-  /// Lists the points of the rows that lie in the box of their cluster.
-  void (*filter)(const FixedPoint* points, ClusterBlock& block);
+  /// Lists the points of the rows that lie in the box of their cluster, which is rounded out.
+  void (*filter)(const PointRows& points, ClusterBlock& block);
   /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
   /// out is outside by exact arithmetic, and what it is sure of is inside.
   void (*test)(const FixedPoint* points, ClusterBlock& block);

@@ -34,7 +34,7 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-void filter(const FixedPoint* points, ClusterBlock& block) {
+void filter(const PointRows& rows, ClusterBlock& block) {
   std::size_t count = 0;
   block.candidates = block.candidate.data();
   for (std::size_t c = 0; c < block.clusters; ++c) {
@@ -45,12 +45,13 @@ void filter(const FixedPoint* points, ClusterBlock& block) {
         const auto within = [](std::int32_t x, std::int32_t from, std::int32_t to) {
           return from <= x && x <= to;
         };
-        const FixedPoint& p = points[e];
+        const std::int32_t index = index_of_name(rows.names[e]);
+        const FixedPoint& p = rows.points[index];
         const bool in = within(p.x, lower.x, upper.x) && within(p.y, lower.y, upper.y) &&
                         within(p.z, lower.z, upper.z) && !within(p.name, lower.name, upper.name) &&
                         (p.name & skips_marked) >= 0;
         if (!in) continue;
-        block.candidate[count++] = static_cast<std::int32_t>(e);
+        block.candidate[count++] = index;
       }
     }
   }
@@ -124,6 +125,34 @@ void test_tet(const FixedPoint* points, const ClusterBlock& block, std::size_t c
   }
 }
 
+/// The place of a point in the list of a cluster, or the number of its points.
+std::size_t place_of(const ClusterBlock& block, std::size_t c, const FixedPoint& point) {
+  std::size_t i = 0;
+  while (i < block.cluster[c]->points && block.corners[c][i].name != point.name) ++i;
+  return i;
+}
+
+/// Lists the candidates of a cluster that may be in a tet: its own points come last, by their place in its
+/// list.
+void list_hits(const FixedPoint* points, std::size_t c, const std::uint32_t* tets, ClusterBlock& block) {
+  const Cluster& cluster = *block.cluster[c];
+  const auto number = static_cast<std::uint32_t>(c);
+  std::array<ClusterBlock::Hit, Cluster::most_points> own{};
+  for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
+    const std::int32_t candidate = block.candidates[i];
+    const std::size_t place =
+        takes_own(block.box[c]) ? place_of(block, c, points[candidate]) : cluster.points;
+    if (place < cluster.points) {
+      const std::uint32_t corner_of = block.at_point[static_cast<std::size_t>(cluster.first_point) + place];
+      own[place] = {candidate, number, tets[i] & ~(corner_of * 0x10001U)};
+    } else if (tets[i] != 0) {
+      block.hit[block.hits++] = {candidate, number, tets[i]};
+    }
+  }
+  for (const ClusterBlock::Hit& hit : own)
+    if (hit.primitives != 0) block.hit[block.hits++] = hit;
+}
+
 /// \tparam BoundOf  gives the bound of the errors of a cluster, from its extent
 template <class BoundOf>
 void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, ClusterBlock& block) {
@@ -133,10 +162,7 @@ void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, Clust
     const float bound = bound_of(extent_of(block.box[c]));
     for (std::size_t t = 0; t < block.cluster[c]->size; ++t)
       test_tet(points, block, c, t, planes_of(corners_of(block, c, t), reach, bound), tets.data());
-    for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
-      if (tets[i] != 0)
-        block.hit[block.hits++] = {block.candidates[i], static_cast<std::uint32_t>(c), tets[i]};
-    }
+    list_hits(points, c, tets.data(), block);
   }
 }
 

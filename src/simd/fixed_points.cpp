@@ -70,6 +70,33 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
   return bounds;
 }
 
+void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int32_t* words,
+                  std::int32_t* names) {
+#if HWY_TARGET != HWY_SCALAR
+  const hn::CappedTag<std::int32_t, 16> d;
+  const auto mask = hn::Set(d, Coarse::mask);
+  const auto coarse = [&](auto number) { return hn::And(hn::ShiftRightSame(number, coarse_shift), mask); };
+  for (std::size_t i = 0; i < points.size(); i += hn::Lanes(d)) {
+    auto x = hn::Zero(d);
+    auto y = x;
+    auto z = x;
+    auto name = x;
+    hn::LoadInterleaved4(d, &points.data()[i].x, x, y, z, name);
+    const auto yz =
+        hn::Or(hn::ShiftLeft<Coarse::step>(coarse(y)), hn::ShiftLeft<2 * Coarse::step>(coarse(z)));
+    hn::StoreU(hn::Or(coarse(x), yz), d, words + i);
+    hn::StoreU(name, d, names + i);
+  }
+#else
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const FixedPoint& p = points[i];
+    const auto coarse = [&](std::int32_t number) { return number >> coarse_shift & Coarse::mask; };
+    words[i] = Coarse::word(coarse(p.x), coarse(p.y), coarse(p.z));
+    names[i] = p.name;
+  }
+#endif
+}
+
 std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
   std::int32_t largest = 0;
   std::size_t i = 0;
@@ -134,6 +161,7 @@ namespace palpate::simd {
 HWY_EXPORT(place_points);
 HWY_EXPORT(linear_keys);
 HWY_EXPORT(largest_way);
+HWY_EXPORT(coarse_words);
 
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points) {
   return HWY_DYNAMIC_DISPATCH(place_points)(positions, lower, scale, points);
@@ -141,6 +169,11 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
 
 void linear_keys(std::span<const FixedPoint> points, const KeyRule& rule, std::uint32_t* keys) {
   HWY_DYNAMIC_DISPATCH(linear_keys)(points, rule, keys);
+}
+
+void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int32_t* words,
+                  std::int32_t* names) {
+  HWY_DYNAMIC_DISPATCH(coarse_words)(points, coarse_shift, words, names);
 }
 
 std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {

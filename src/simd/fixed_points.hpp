@@ -22,6 +22,29 @@ constexpr std::int32_t index_of_name(std::int32_t name) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
 }
 
+/// Coarse coordinates: the lowest bits of a number of 64ths of a cell. Those of a point and a set bit above
+/// each make a coarse word (docs/query.md, "Coarse words").
+struct Coarse {
+  static constexpr int cell_bits = 6;   ///< 2^-6 of a cell each
+  static constexpr int field_bits = 9;  ///< of an axis, so that they repeat after 8 cells
+  static constexpr std::int32_t mask = (1 << field_bits) - 1;
+  /// Distance of the axes in a word.
+  static constexpr int step = field_bits + 1;
+  /// One number for each axis, below 2^step.
+  static constexpr std::int32_t word(std::int32_t x, std::int32_t y, std::int32_t z) {
+    return x | y << step | z << (2 * step);
+  }
+};
+
+/// Points in the order of their cells, with row_padding places beyond their end.
+struct PointRows {
+  const FixedPoint* points;   ///< by index, in no such order
+  const std::int32_t* words;  ///< coarse coordinates of each, in order
+  const std::int32_t* names;  ///< those of the points, in order
+  int coarse_shift;           ///< fixed-point numbers >> this are coarse
+};
+inline constexpr std::size_t row_padding = 16;
+
 /// The box of positions.
 struct Bounds {
   Vec3 lower;
@@ -32,6 +55,10 @@ struct Bounds {
 /// Sets points[i] to floor((positions[i] - lower) x scale), keeping its name; numbers that do not fit are
 /// something else that fits. Returns the box of the positions, at least one.
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points);
+
+/// Sets words and names of points; may read and write up to row_padding places beyond.
+void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int32_t* words,
+                  std::int32_t* names);
 
 /// The largest distance along an axis between points and references with the same names.
 std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references);

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = std::size_t{1} << 12;
+constexpr std::size_t grain = std::size_t{1} << 13;
 
 }  // namespace
 

@@ -65,16 +65,16 @@ void check_clusters(const Bodies& bodies, std::span<const Primitive> primitives,
       ++at(seen, t);
       EXPECT_TRUE(range_of(at(bodies.bodies(), cluster.body)).contains(t));
       used.insert(primitive.begin(), primitive.end());
-      for (const Index point : points) {
-        const bool is_corner = std::find(primitive.begin(), primitive.end(), point) != primitive.end();
-        EXPECT_EQ((all.primitives_at(cluster, point) >> lane & 1) != 0, is_corner);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool is_corner = std::find(primitive.begin(), primitive.end(), points[i]) != primitive.end();
+        const unsigned at_point = all.at_point[static_cast<std::size_t>(cluster.first_point) + i];
+        EXPECT_EQ((at_point >> lane & 1U) != 0, is_corner);
+        EXPECT_EQ(at_point >> members.size(), 0U);
       }
       const Box of_one = box_of(bodies.points_rest(), primitive);
       box.extend(of_one);
       largest = std::max(largest, longest_side(of_one));
     }
-    EXPECT_EQ(all.primitives_at(cluster, points.front() - 1), 0U);
-    EXPECT_EQ(all.primitives_at(cluster, points.back() + 1), 0U);
     EXPECT_EQ(used, std::set<Index>(points.begin(), points.end())) << "no point that none uses";
     EXPECT_LE(longest_side(box), most_cluster_extent * largest);
   }
@@ -96,6 +96,41 @@ TEST(Clusters, FillUpWhereTetsLieTogether) {
   bodies.add("box", test::box_mesh({20, 20, 10}, {0, 0, 0}, {2, 2, 1}));  // 24000 tets
   const Clusters all = make_tet_clusters(bodies);
   EXPECT_EQ(all.clusters.size(), 1500U);
+}
+
+TEST(Clusters, SpanNoGapBetweenPartsButPutSmallPartsTogether) {
+  // Layers that lie so near each other that halving by position alone puts them into one cluster, and single
+  // tets.
+  TetMesh mesh;
+  std::vector<int> layer_of_tet;
+  const auto append = [&](const TetMesh& part, int layer) {
+    const auto first = static_cast<Index>(mesh.points.size());
+    mesh.points.insert(mesh.points.end(), part.points.begin(), part.points.end());
+    for (Tet tet : part.tets) {
+      for (Index& corner : tet) corner += first;
+      mesh.tets.push_back(tet);
+      layer_of_tet.push_back(layer);
+    }
+  };
+  constexpr int layers = 4;
+  for (int layer = 0; layer < layers; ++layer) {
+    const double z = 0.11 * layer;
+    append(test::box_mesh({10, 10, 1}, {0, 0, z}, {1, 1, z + 0.1}), layer);
+  }
+  test::Random random(5);
+  const Vec3 corner{2, 2, 2};
+  append(test::soup(64, [&] { return corner + random.point(-0.1, 0.1); }), layers);
+  Bodies bodies;
+  bodies.add("all", std::move(mesh));
+  const Clusters all = make_tet_clusters(bodies);
+  std::size_t of_soup = 0;
+  for (const Cluster& cluster : all.clusters) {
+    const auto tets = all.primitives_of(cluster);
+    const int layer = at(layer_of_tet, tets.front());
+    of_soup += layer == layers ? 1 : 0;
+    for (const Index tet : tets) EXPECT_EQ(at(layer_of_tet, tet), layer);
+  }
+  EXPECT_LE(of_soup, 16U) << "8 tets of a soup have 32 points";
 }
 
 TEST(Clusters, AreTheSameForTheSameBodies) {
