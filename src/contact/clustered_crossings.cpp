@@ -56,7 +56,7 @@ struct ClusteredCrossings::Problem {
 /// A chunk of clusters, block by block.
 class ClusteredCrossings::Work {
  public:
-  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<Crossing>& found,
+  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<EdgeInTriangle>& found,
        std::span<std::uint8_t> answers = {})
       : query_(query), problem_(problem), rows_(query.rows()), found_(found), answers_(answers) {}
 
@@ -127,14 +127,14 @@ class ClusteredCrossings::Work {
     const Vec3& t1 = at(x, triangle[1]);
     const Vec3& t2 = at(x, triangle[2]);
     if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return false;
-    found_.push_back({edge, t, crossing_parameter(in, out, t0, t1, t2)});
+    found_.push_back({edge, t});
     return true;
   }
 
   const ClusteredCrossings& query_;
   const Problem& problem_;
   simd::EdgeRows rows_;
-  std::vector<Crossing>& found_;
+  std::vector<EdgeInTriangle>& found_;
   std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
   std::size_t block_begin_ = 0;
   QueryTally tally_;
@@ -192,13 +192,13 @@ void ClusteredCrossings::mark_penetrated(const Problem& problem) {
 void ClusteredCrossings::find_within(const parallel::Threads& threads, const Problem& problem) {
   queue_.arrange(clusters_, problem.positions, region_,
                  [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
-  run_.run(
-      threads, queue_, *allowance_,
-      [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers, std::vector<Crossing>& found) {
-        Work work(*this, problem, found, answers);
-        work.run(clusters);
-        return work.tally();
-      });
+  run_.run(threads, queue_, *allowance_,
+           [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
+               std::vector<EdgeInTriangle>& found) {
+             Work work(*this, problem, found, answers);
+             work.run(clusters);
+             return work.tally();
+           });
   std::swap(found_, run_.found());
   tallies_.assign(1, run_.tally());
 }
@@ -224,7 +224,7 @@ void ClusteredCrossings::find(const parallel::Threads& threads, const Bodies& bo
   const std::span<const Cluster> clusters = active_;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
   lists_.fill(threads, clusters.size(), grain,
-              [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+              [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
                 Work work(*this, problem, found);
                 work.run(clusters.subspan(begin, end - begin));
                 tallies_[begin / grain] = work.tally();

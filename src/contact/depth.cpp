@@ -28,9 +28,10 @@ constexpr double full_agreement = 0.9;
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
-                                   std::span<const BorderEdge> border_edges, const CrossingQuery& crossings,
+                                   const BorderEdges& border_edges, const CrossingQuery& crossings,
                                    const Deadline& deadline) {
-  const Frame frame{threads, bodies, positions, list, border_edges, crossings, deadline};
+  const Frame frame{threads,      bodies,    positions, list, border_edges.edges(),
+                    border_edges, crossings, deadline};
   lay_out(frame);
   assemble(frame);
   propagate(frame);

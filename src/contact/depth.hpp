@@ -6,12 +6,14 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edges.hpp"
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/deadline.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_system.hpp"
 #include "contact/surface_normals.hpp"
+#include "geometry/vector.hpp"
 
 namespace palpate {
 
@@ -37,8 +39,8 @@ class DepthEstimate {
   /// After the deadline means are not balanced any more, and nobody looks whether a depth is less than the
   /// distance to the surface.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                      ContactList& contacts, std::span<const BorderEdge> border_edges,
-                      const CrossingQuery& crossings, const Deadline& deadline = {});
+                      ContactList& contacts, const BorderEdges& border_edges, const CrossingQuery& crossings,
+                      const Deadline& deadline = {});
 
  private:
   /// One frame's input.
@@ -48,6 +50,7 @@ class DepthEstimate {
     std::span<const Vec3> positions;
     ContactList& list;
     std::span<const BorderEdge> border_edges;
+    const BorderEdges& links;
     const CrossingQuery& crossings;
     const Deadline& deadline;
   };
@@ -88,7 +91,12 @@ class DepthEstimate {
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
   static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
-  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const;
+  /// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
+    const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
+    return now >= surely_enough_ ? now : longer_distance(frame, p, q, now);
+  }
+  [[nodiscard]] static double longer_distance(const Frame& frame, Index p, Index q, double now);
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);

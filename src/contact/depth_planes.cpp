@@ -30,15 +30,12 @@ double longest_squared_edge(const Bodies& bodies) {
 DepthEstimate::DepthEstimate(const Bodies& bodies)
     : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
 
-/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
-double DepthEstimate::squared_distance(const Frame& frame, Index p, Index q) const {
-  const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
-  if (now >= surely_enough_) return now;  // spares looking at the rest
+double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, double now) {
   const std::span<const Vec3> rest = frame.bodies.points_rest();
   return std::max(now, smallest * squared_length(at(rest, q) - at(rest, p)));
 }
 
-/// Rows of border edges and links for each contact; the rows of links have room for all edges of the point.
+/// Rows of border edges and links for each contact; there are gaps between those of links.
 void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.list.contacts();
   const std::size_t n = contacts.size();
@@ -49,13 +46,12 @@ void DepthEstimate::lay_out(const Frame& frame) {
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
   assign_with_room(notes_, n, Note{});
   assign_with_room(system_.nodes, n, PlaneSystem::Node{});
-  Index links = 0;
   for (std::size_t c = 0; c < n; ++c) {
-    system_.nodes[c].begin = system_.nodes[c].end = links;
-    links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
-             (border_begin_[c + 1] - border_begin_[c]);
+    const Range links = frame.links.ranges_of_links()[c];
+    system_.nodes[c].begin = links.begin;
+    system_.nodes[c].end = links.end;
   }
-  resize_with_room(system_.links, static_cast<std::size_t>(links));
+  resize_with_room(system_.links, frame.links.links().size());
 }
 
 void DepthEstimate::assemble(const Frame& frame) {
@@ -209,31 +205,27 @@ void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
   note.level = 0;
 }
 
-/// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
+/// The neighbours in contact with the same body.
 void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.list.contacts();
-  const Bodies& bodies = frame.bodies;
   const Index point = contacts.point[c];
   PlaneSystem::Node& node = system_.nodes[c];
-  Index border = border_begin_[c];
   double weight = 0.0;
-  for (const Index edge : bodies.point_edges()[point]) {
-    const Index other = bodies.other_end(edge, point);
-    if (border < border_begin_[c + 1] && at(frame.border_edges, border).free_point == other) {
-      ++border;
-      continue;
-    }
-    const double link = link_weight / squared_distance(frame, point, other);
-    at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
+  for (Index l = node.begin; l < node.end; ++l) {
+    const Index neighbor = at(frame.links.links(), l);
+    const double link = link_weight / squared_distance(frame, point, at(contacts.point, neighbor));
+    at(system_.links, l) = {neighbor, link};
     weight += link;
   }
   Note& note = notes_[c];
   note.edges += weight / link_weight;
   node.diagonal = note.border_weight + weight;
-  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
+  const Index edges = node.end - node.begin + border_begin_[c + 1] - border_begin_[c];
+  node.length = std::sqrt(static_cast<double>(edges) / note.edges);
   // Relative to a point of the same body, so that far from the origin no digits are lost.
-  node.place = at(frame.positions, point) -
-               at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
+  node.place =
+      at(frame.positions, point) -
+      at(frame.positions, at(frame.bodies.bodies(), at(frame.bodies.body_of_point(), point)).points.begin);
 }
 
 }  // namespace palpate

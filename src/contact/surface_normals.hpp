@@ -64,6 +64,7 @@ class SurfaceNormals {
   Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
   Rows triangles_of_group_;
   std::vector<Index> body_of_group_;
+  std::vector<Vec3> areas_;          ///< (n_triangles) area vectors, twice the area long
   std::vector<Vec3> group_areas_;    ///< (n_groups) sum of area vectors
   std::vector<Vec3> group_normals_;  ///< (n_groups) unit, or zero
 };

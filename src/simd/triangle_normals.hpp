@@ -3,23 +3,19 @@
 #include <array>
 #include <cstddef>
 
+#include "simd/vector_rows.hpp"
+
 namespace palpate::simd {
 
 /// Points of triangles whose corners have normals, in rows: one point a lane.
 struct TrianglePoints {
-  static constexpr std::size_t most = 64;
-  using Row = std::array<double, most>;
-  struct Rows {
-    alignas(64) Row x;
-    alignas(64) Row y;
-    alignas(64) Row z;
-  };
-  Rows point;
-  std::array<Rows, 3> corner;
-  std::array<Rows, 3> corner_normal;
+  static constexpr std::size_t most = VectorRows::most;
+  VectorRows point;
+  std::array<VectorRows, 3> corner;
+  std::array<VectorRows, 3> corner_normal;
   // What interpolate_normals() finds:
-  Rows normal;                            ///< unit, or zero where the mean is zero or not finite
-  alignas(64) std::array<Row, 3> weight;  ///< of the corners: none negative, sum 1
+  VectorRows normal;              ///< unit, or zero where the mean is zero or not finite
+  std::array<LaneRow, 3> weight;  ///< of the corners: none negative, sum 1
 };
 
 /// Means of the normals of the corners at the first `size` points, by their weights there: what
