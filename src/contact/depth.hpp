@@ -104,7 +104,9 @@ class DepthEstimate {
   void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void add_border(const Frame& frame, std::size_t c, const Vec3*& normal);
   void add_links(const Frame& frame, std::size_t c);
-  void list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const;
+  [[nodiscard]] static double reach(const Note& note);
+  void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
+  void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
   void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
   void make_guess(const Frame& frame, std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);

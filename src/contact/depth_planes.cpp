@@ -8,6 +8,7 @@
 #include "contact/edge_exit.hpp"
 #include "geometry/vector.hpp"
 #include "room.hpp"
+#include "simd/faces_within_reach.hpp"
 
 namespace palpate {
 namespace {
@@ -77,7 +78,7 @@ void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std
   const std::size_t room_for_beside = scratch.beside.capacity();
   scratch.points.clear();
   scratch.beside.clear();
-  for (std::size_t c = begin; c < end; ++c) list_surface(frame, c, scratch);
+  list_surfaces(frame, begin, end, scratch);
   keep_room(scratch.points, room_for_points, scratch.points.size() + few);
   keep_room(scratch.beside, room_for_beside, scratch.beside.size() + few);
   find_normals(frame, scratch);
@@ -154,15 +155,35 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& n
   contacts.direction[c] = normal;
 }
 
-/// The surface triangles so near that they outweigh all else: where a point comes near the surface from
-/// inside, far from its border edges, it must know before it leaves there.
-void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const {
-  const Contacts& contacts = frame.list.contacts();
-  const Note& note = notes_[c];
-  if (note.fixed) return;  // on the surface
+/// How far a contact looks for surface beside it: triangles so near that they outweigh all else. Where a
+/// point comes near the surface from inside, far from its border edges, it must know before it leaves there.
+double DepthEstimate::reach(const Note& note) {
   // The same before and after a neighbour enters the body.
   const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
-  const double reach = 1.0 / std::sqrt(others);
+  return 1.0 / std::sqrt(others);
+}
+
+/// The surface beside contacts, no more than there are lanes. Most reach no further than their tet.
+void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
+                                  Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  simd::ReachingPoints points;
+  static_assert(contacts_of_search <= simd::ReachingPoints::most);
+  for (std::size_t c = begin; c < end; ++c) {
+    points.point.put(at(frame.positions, contacts.point[c]), c - begin);
+    const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
+    for (std::size_t i = 0; i < 4; ++i) points.corner[i].put(at(frame.positions, tet[i]), c - begin);
+    points.reach[c - begin] = reach(notes_[c]);
+  }
+  simd::find_faces_within_reach(points, end - begin);
+  for (std::size_t c = begin; c < end; ++c) {
+    if (points.meets[c - begin] == 0.0 || notes_[c].fixed) continue;  // fixed: on the surface
+    list_surface(frame, c, points.reach[c - begin], scratch);
+  }
+}
+
+void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
   constexpr double smallest_share = 1e-12;
   scratch.search.for_each_face(
       frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
