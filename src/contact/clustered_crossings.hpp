@@ -68,9 +68,9 @@ class ClusteredCrossings {
   Allowance* allowance_ = nullptr;
   std::optional<InterestRegion> region_;
   CompactGrid grid_;
-  std::vector<std::uint8_t> is_long_;  ///< (n_border_edges)
-  std::vector<std::int32_t> longest_of_chunk_;
-  std::int32_t longest_ = 0;                      ///< of the edges that are not long, along an axis
+  std::vector<Cell> cells_;  ///< (n_border_edges) of their middles; long edges have none
+  std::vector<std::array<std::int32_t, 3>> longest_of_chunk_;
+  std::array<std::int32_t, 3> longest_{};         ///< of the edges that are not long, along each axis
   std::array<std::vector<std::int32_t>, 7> row_;  ///< numbers of EdgeRows
   std::vector<std::uint8_t> penetrated_;          ///< (n_bodies)
   std::vector<Cluster> active_;                   ///< clusters of penetrated bodies
