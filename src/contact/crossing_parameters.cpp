@@ -1,7 +1,6 @@
 #include "contact/crossing_parameters.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
@@ -18,23 +17,23 @@ struct Finder {
   const Contacts& contacts;
   std::span<const BorderEdge> border_edges;
 
-  [[nodiscard]] std::array<Vec3, 2> ends(Index border_edge) const {
-    const BorderEdge& edge = at(border_edges, border_edge);
-    return {at(positions, at(contacts.point, edge.contact)), at(positions, edge.free_point)};
+  [[nodiscard]] const Vec3& inner_end(const BorderEdge& edge) const {
+    return at(positions, at(contacts.point, edge.contact));
   }
   [[nodiscard]] double parameter(const EdgeInTriangle& found) const {
-    const auto [a, b] = ends(found.border_edge);
+    const BorderEdge& edge = at(border_edges, found.border_edge);
     const auto& [t0, t1, t2] = at(bodies.triangles(), found.triangle);
-    return crossing_parameter(a, b, at(positions, t0), at(positions, t1), at(positions, t2));
+    return crossing_parameter(inner_end(edge), at(positions, edge.free_point), at(positions, t0),
+                              at(positions, t1), at(positions, t2));
   }
   /// No more than there are lanes.
   void parameters(std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) const {
     simd::SegmentsInTriangles segments;
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
-      const auto [a, b] = ends(found[lane].border_edge);
-      segments.a.put(a, lane);
-      segments.b.put(b, lane);
+      const BorderEdge& edge = at(border_edges, found[lane].border_edge);
       const Triangle& triangle = at(bodies.triangles(), found[lane].triangle);
+      segments.a.put(inner_end(edge), lane);
+      segments.b.put(at(positions, edge.free_point), lane);
       for (std::size_t k = 0; k < 3; ++k) segments.corner[k].put(at(positions, triangle[k]), lane);
     }
     simd::find_parameters(segments, found.size());
