@@ -10,6 +10,7 @@
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/deadline.hpp"
+#include "contact/edge_exit.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_system.hpp"
 #include "contact/surface_normals.hpp"
@@ -78,12 +79,16 @@ class DepthEstimate {
   struct Scratch {
     /// With room for what contacts of usual meshes need, so that steady steps ask for no more.
     Scratch() {
+      crossed.reserve(1024);
+      exits.reserve(1024);
       points.reserve(1024);
       beside.reserve(1024);
       normals.reserve(1024);
     }
     ExitSearch search;
-    std::vector<TrianglePoint> points;  ///< crossings of edges that have one, or what is beside contacts
+    std::vector<CrossedEdge> crossed;   ///< border edges that have one crossing
+    std::vector<EdgeExit> exits;        ///< (n_crossed)
+    std::vector<TrianglePoint> points;  ///< what is beside contacts
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };
@@ -102,7 +107,7 @@ class DepthEstimate {
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void find_normals(const Frame& frame, Scratch& scratch) const;
   void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
-  void add_border(const Frame& frame, std::size_t c, const Vec3*& normal);
+  void add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit);
   void add_links(const Frame& frame, std::size_t c);
   [[nodiscard]] static double reach(const Note& note);
   void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;

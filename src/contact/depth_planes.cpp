@@ -68,10 +68,11 @@ void DepthEstimate::assemble(const Frame& frame) {
 void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
                                       Scratch& scratch) {
   list_crossings(frame, begin, end, scratch);
-  find_normals(frame, scratch);
-  const Vec3* normal = scratch.normals.data();
+  resize_with_room(scratch.exits, scratch.crossed.size());
+  find_exits(frame.bodies, frame.positions, normals_, scratch.crossed, scratch.exits);
+  const EdgeExit* next_exit = scratch.exits.data();
   for (std::size_t c = begin; c < end; ++c) {
-    add_border(frame, c, normal);
+    add_border(frame, c, next_exit);
     add_links(frame, c);
   }
   const std::size_t room_for_points = scratch.points.capacity();
@@ -99,58 +100,71 @@ void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
 void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
                                    Scratch& scratch) const {
   const Contacts& contacts = frame.list.contacts();
-  scratch.points.clear();
-  make_room(scratch.points, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
+  scratch.crossed.clear();
+  make_room(scratch.crossed, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
   for (std::size_t c = begin; c < end; ++c) {
-    const Vec3& p = at(frame.positions, contacts.point[c]);
     for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
       const Index first = at(frame.crossings.begin(), e);
       if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
       const Crossing& crossing = at(frame.crossings.crossings(), first);
-      const Vec3 edge = at(frame.positions, at(frame.border_edges, e).free_point) - p;
-      scratch.points.push_back({crossing.triangle, p + crossing.parameter * edge});
+      scratch.crossed.push_back(
+          {contacts.point[c], at(frame.border_edges, e).free_point, crossing.triangle, crossing.parameter});
     }
   }
 }
 
-/// The mean plane of the crossings of a contact's border edges. `normal` is that of the next edge with one
+/// The mean plane of the crossings of a contact's border edges. `next_exit` is that of the next edge with one
 /// crossing, and goes on.
-void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& next_normal) {
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
   Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  note.nearest_crossing = note.nearest_surface = std::numeric_limits<double>::infinity();
-  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const Index point = contacts.point[c];
+  // Sums stay out of memory until they are complete.
+  double edges = 0.0;
+  double border_edges = 0.0;
+  double weight = 0.0;
   double depth = 0.0;
   Vec3 normal;
-  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const Index free_point = at(frame.border_edges, e).free_point;
-    const double l2 = squared_distance(frame, contacts.point[c], free_point);
-    note.edges += 1.0 / l2;
-    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
-    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
-    if (first == last) {
-      ++note.without_crossing;
-      continue;
-    }
-    const Vec3 edge = at(frame.positions, free_point) - p;
-    const std::span<const Crossing> crossings = frame.crossings.crossings().subspan(first, last - first);
-    const EdgeExit way_out = crossings.size() == 1
-                                 ? EdgeExit(edge, crossings[0], *next_normal++)
-                                 : EdgeExit(frame.bodies, frame.positions, normals_, p, edge, crossings);
-    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
-    if (note.fixed && !way_out.at_point) continue;
-    if (way_out.at_point && !note.fixed) {
+  double nearest = std::numeric_limits<double>::infinity();
+  bool fixed = false;
+  const auto add = [&](const EdgeExit& way_out, double inverse) {
+    nearest = std::min(nearest, way_out.distance);
+    if (fixed && !way_out.at_point) return;
+    if (way_out.at_point && !fixed) {
       // A crossing at the point itself rules out all others.
-      note.fixed = true;
-      note.border_weight = depth = 0.0;
+      fixed = true;
+      weight = depth = 0.0;
       normal = {};
     }
-    note.border_edges += 1.0 / l2;
-    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
-    note.border_weight += scale * way_out.weight;
+    border_edges += inverse;
+    const double scale = way_out.at_point ? 1.0 : inverse;
+    weight += scale * way_out.weight;
     depth += scale * way_out.depth;
     normal += scale * way_out.normal;
+  };
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index free_point = at(frame.border_edges, e).free_point;
+    const double inverse = 1.0 / squared_distance(frame, point, free_point);
+    edges += inverse;
+    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
+    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
+    if (last - first == 1) {
+      add(*next_exit++, inverse);
+    } else if (first == last) {
+      ++notes_[c].without_crossing;
+    } else {
+      const Vec3& p = at(frame.positions, point);
+      add(EdgeExit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
+                   frame.crossings.crossings().subspan(first, last - first)),
+          inverse);
+    }
   }
+  Note& note = notes_[c];
+  note.edges = edges;
+  note.border_edges = border_edges;
+  note.border_weight = weight;
+  note.nearest_crossing = nearest;
+  note.nearest_surface = std::numeric_limits<double>::infinity();
+  note.fixed = fixed;
   contacts.depth[c] = depth;
   contacts.direction[c] = normal;
 }

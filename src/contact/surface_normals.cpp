@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "geometry/vector.hpp"
-#include "simd/triangle_normals.hpp"
 
 namespace palpate {
 namespace {
@@ -206,23 +205,25 @@ void SurfaceNormals::at_points(const Bodies& bodies, std::span<const Vec3> posit
     const std::size_t n = std::min(points.size() - begin, simd::TrianglePoints::most);
     const std::span<const TrianglePoint> some = points.subspan(begin, n);
     for (std::size_t lane = 0; lane < n; ++lane) {
-      const Index triangle = some[lane].triangle;
       rows.point.put(some[lane].x, lane);
-      for (std::size_t i = 0; i < 3; ++i) {
-        rows.corner[i].put(at(positions, at(bodies.triangles(), triangle)[i]), lane);
-        rows.corner_normal[i].put(at(group_normals_, at(corner_groups_, triangle)[i]), lane);
-      }
+      put_corners(bodies, positions, some[lane].triangle, rows, lane);
     }
     simd::interpolate_normals(rows, n);
     for (std::size_t lane = 0; lane < n; ++lane) {
       const auto& [triangle, x] = some[lane];
-      Vec3& normal = normals[begin + lane];
-      normal = {rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]};
-      const std::array<double, 3> weights{rows.weight[0][lane], rows.weight[1][lane], rows.weight[2][lane]};
-      const bool near_crease = at(creases_, triangle) != 0 && from_crease(triangle, weights) < band;
-      if (near_crease || normal == Vec3{}) normal = at_point(bodies, positions, triangle, x);
+      normals[begin + lane] = is_interpolated(triangle, rows, lane)
+                                  ? Vec3{rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]}
+                                  : at_point(bodies, positions, triangle, x);
     }
   }
+}
+
+bool SurfaceNormals::is_interpolated(Index triangle, const simd::TrianglePoints& points,
+                                     std::size_t lane) const {
+  if (at(creases_, triangle) != 0 &&
+      from_crease(triangle, {points.weight[0][lane], points.weight[1][lane], points.weight[2][lane]}) < band)
+    return false;
+  return points.normal.x[lane] != 0.0 || points.normal.y[lane] != 0.0 || points.normal.z[lane] != 0.0;
 }
 
 }  // namespace palpate

@@ -35,6 +35,11 @@ HWY_INLINE Vector load(const VectorRows& rows, std::size_t lane) {
 HWY_INLINE void store(Double v, LaneRow& row, std::size_t lane) {
   hn::Store(v, doubles, row.data() + lane);
 }
+HWY_INLINE void store(const Vector& v, VectorRows& rows, std::size_t lane) {
+  store(v.x, rows.x, lane);
+  store(v.y, rows.y, lane);
+  store(v.z, rows.z, lane);
+}
 HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
   return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
