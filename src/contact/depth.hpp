@@ -130,6 +130,7 @@ class DepthEstimate {
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Note> notes_;               ///< (n_contacts)
+  std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< of each chunk of contacts
