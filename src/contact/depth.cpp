@@ -134,7 +134,7 @@ void DepthEstimate::weigh_knowledge(const Frame& frame) {
     node.residual = {-forgotten, 0.0, 0.0, 0.0};
     if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
   });
-  system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
+  system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });
