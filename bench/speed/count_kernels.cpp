@@ -87,8 +87,7 @@ std::size_t after_query(const CountTask& task, Phase phase) {
   const Bodies& bodies = scene.bodies;
   OurQuery ours(setting, 1, false);
   ContactList contacts;
-  parallel::ChunkedList<BorderEdge> scratch;
-  std::vector<BorderEdge> border_edges;
+  BorderEdges border_edges(bodies);
   CrossingQuery crossings;
   crossings.use_clusters(bodies);
   CompactGrid long_edges;
@@ -97,7 +96,7 @@ std::size_t after_query(const CountTask& task, Phase phase) {
   return over_frames(scene, short_warm_up, task.frames, [&](std::span<const Vec3> positions, bool counts) {
     const parallel::Threads& threads = ours.threads();
     contacts.assign(threads, bodies, positions, ours.find(positions));
-    find_border_edges(threads, bodies, positions, contacts, scratch, border_edges);
+    border_edges.find(threads, bodies, positions, contacts);
     const auto counted = [&](Phase which, const auto& work) {
       if (!counts || which != phase) {
         work();
@@ -106,12 +105,12 @@ std::size_t after_query(const CountTask& task, Phase phase) {
       }
     };
     counted(Phase::crossings, [&] {
-      crossings.find(threads, bodies, positions, contacts.contacts(), border_edges, setting.lattice,
+      crossings.find(threads, bodies, positions, contacts.contacts(), border_edges.edges(), setting.lattice,
                      long_edges, slots, &ours.fixed());
     });
     counted(Phase::depth,
             [&] { depth.compute(threads, bodies, positions, contacts, border_edges, crossings); });
-    return phase == Phase::crossings ? border_edges.size() : contacts.contacts().size();
+    return phase == Phase::crossings ? border_edges.edges().size() : contacts.contacts().size();
   });
 }
 

@@ -1,28 +1,69 @@
 #include "contact/border_edges.hpp"
 
 #include "contact/layers.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
-void find_border_edges(const parallel::Threads& threads, const Bodies& bodies,
-                       std::span<const Vec3> positions, const ContactList& list,
-                       parallel::ChunkedList<BorderEdge>& scratch, std::vector<BorderEdge>& border_edges) {
-  const Contacts& contacts = list.contacts();
-  scratch.fill(
-      threads, contacts.size(), 256, [&](std::size_t begin, std::size_t end, std::vector<BorderEdge>& found) {
-        for (std::size_t c = begin; c < end; ++c) {
-          const Index point = contacts.point[c];
-          for (const Index edge : bodies.point_edges()[point]) {
-            const Index other = bodies.other_end(edge, point);
-            const Index neighbor = list.find(other, contacts.body[c]);
-            const bool linked = neighbor >= 0 && (at(bodies.body_of_point(), point) != contacts.body[c] ||
-                                                  same_layer(bodies, positions, point, contacts.tet[c], other,
-                                                             at(contacts.tet, neighbor)));
-            if (!linked) found.push_back({static_cast<Index>(c), other});
-          }
-        }
-      });
-  scratch.join(border_edges);
+BorderEdges::BorderEdges(const Bodies& bodies) {
+  neighbors_.begin = bodies.point_edges().begin;
+  neighbors_.values.reserve(bodies.point_edges().values.size());
+  for (Index point = 0; point < static_cast<Index>(bodies.points_rest().size()); ++point) {
+    for (const Index edge : bodies.point_edges()[point])
+      neighbors_.values.push_back(bodies.other_end(edge, point));
+  }
+}
+
+struct BorderEdges::Part {
+  const Bodies& bodies;
+  std::span<const Vec3> positions;
+  const ContactList& list;
+};
+
+/// The edges of one contact; border edges to `edge`, which goes on. What an edge is decides no branch, since
+/// nothing foretells it.
+void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
+  const Contacts& contacts = what.list.contacts();
+  const Index point = contacts.point[c];
+  const Index body = contacts.body[c];
+  const bool own = at(what.bodies.body_of_point(), point) == body;
+  BorderEdge* border = edge;
+  Index* link = links_.data() + ranges_[c].begin;
+  for (const Index other : neighbors_[point]) {
+    Index neighbor = what.list.find(other, body);
+    if (own && neighbor >= 0 &&
+        !same_layer(what.bodies, what.positions, point, contacts.tet[c], other, at(contacts.tet, neighbor)))
+      neighbor = -1;
+    *border = {static_cast<Index>(c), other};
+    border += neighbor < 0 ? 1 : 0;
+    *link = neighbor;
+    link += neighbor < 0 ? 0 : 1;
+  }
+  edge = border;
+  ranges_[c].end = static_cast<Index>(link - links_.data());
+}
+
+void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
+                       std::span<const Vec3> positions, const ContactList& list) {
+  const std::vector<Index>& points = list.contacts().point;
+  resize_with_room(ranges_, points.size());
+  Index room = 0;
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    ranges_[c].begin = room;
+    room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // written ahead of
+  }
+  resize_with_room(links_, static_cast<std::size_t>(room));
+  const Part what{bodies, positions, list};
+  lists_.fill(threads, points.size(), 256,
+              [&](std::size_t begin, std::size_t end, std::vector<BorderEdge>& found) {
+                const Index last = end < points.size() ? ranges_[end].begin : room;
+                make_room(found, static_cast<std::size_t>(last - ranges_[begin].begin));
+                found.resize(static_cast<std::size_t>(last - ranges_[begin].begin));
+                BorderEdge* edge = found.data();
+                for (std::size_t c = begin; c < end; ++c) part(what, c, edge);
+                found.resize(static_cast<std::size_t>(edge - found.data()));
+              });
+  lists_.join(edges_);
 }
 
 }  // namespace palpate

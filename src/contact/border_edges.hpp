@@ -1,19 +1,43 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include <palpate/detection.hpp>
 
 #include "contact/contact_list.hpp"
+#include "parallel/parallel.hpp"
 
 namespace palpate {
 
-/// The edges that connect a point in contact with a point that is not in contact with the same body (paper
-/// 3), or with another layer of it where the body is their own; in order of (contact, edge). O(contacts x
-/// edges at a point), parallel.
-void find_border_edges(const parallel::Threads& threads, const Bodies& bodies,
-                       std::span<const Vec3> positions, const ContactList& contacts,
-                       parallel::ChunkedList<BorderEdge>& scratch, std::vector<BorderEdge>& border_edges);
+/// The edges of the points in contact, parted. Border edges connect a point in contact with a point that is
+/// not in contact with the same body (paper 3), or with another layer of it where the body is their own. The
+/// others are links between two contacts.
+class BorderEdges {
+ public:
+  explicit BorderEdges(const Bodies& bodies);
+
+  /// O(contacts x edges at a point), parallel.
+  void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+            const ContactList& list);
+
+  /// In order of (contact, edge).
+  [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
+  /// (n_contacts) where the links of each contact are.
+  [[nodiscard]] std::span<const Range> ranges_of_links() const { return ranges_; }
+  /// The contact at the other end of each link, in the order of edges; there are gaps between the ranges.
+  [[nodiscard]] std::span<const Index> links() const { return links_; }
+
+ private:
+  struct Part;
+  void part(const Part& what, std::size_t contact, BorderEdge*& edge);
+
+  Rows neighbors_;  ///< (n_points) the other ends of the edges at a point, in their order
+  parallel::ChunkedList<BorderEdge> lists_;
+  std::vector<BorderEdge> edges_;
+  std::vector<Range> ranges_;
+  std::vector<Index> links_;
+};
 
 }  // namespace palpate

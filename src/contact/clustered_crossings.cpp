@@ -17,6 +17,13 @@ namespace {
 /// Cells beyond which an edge counts as long. Clusters look as far around their boxes as the longest edge
 /// that is not reaches with its half.
 constexpr std::int64_t most_cells = 4;
+/// Of a long edge.
+constexpr Cell no_cell{-1, -1, -1};
+
+using Extent = std::array<std::int32_t, 3>;
+Extent larger(const Extent& a, const Extent& b) {
+  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+}
 
 }  // namespace
 
@@ -38,25 +45,12 @@ struct ClusteredCrossings::Problem {
     // Numbers are below 2^30 and a few: what a cluster reaches has to fit 31 bits.
     return static_cast<std::int32_t>(std::min(most_cells << fixed.fraction_bits(), std::int64_t{1} << 29));
   }
-  [[nodiscard]] std::int32_t length(Index edge) const {
-    const auto [in, out] = ends(edge);
-    const FixedPoint& a = at(fixed.points(), in);
-    const FixedPoint& b = at(fixed.points(), out);
-    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
-  }
-  [[nodiscard]] Cell middle_cell(Index edge) const {
-    const auto [in, out] = ends(edge);
-    const FixedPoint& a = at(fixed.points(), in);
-    const FixedPoint& b = at(fixed.points(), out);
-    const auto middle = [](std::int32_t x, std::int32_t y) { return std::min(x, y) + std::abs(x - y) / 2; };
-    return fixed.cell_of({middle(a.x, b.x), middle(a.y, b.y), middle(a.z, b.z), 0});
-  }
 };
 
 /// A chunk of clusters, block by block.
 class ClusteredCrossings::Work {
  public:
-  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<Crossing>& found,
+  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<EdgeInTriangle>& found,
        std::span<std::uint8_t> answers = {})
       : query_(query), problem_(problem), rows_(query.rows()), found_(found), answers_(answers) {}
 
@@ -78,13 +72,16 @@ class ClusteredCrossings::Work {
   void look_up(std::size_t n) {
     const auto do_block = [&] { finish(); };
     BlockRows rows(block_, do_block);
-    const std::int32_t reach = query_.longest_ / 2 + 1;
+    const auto [x, y, z] = query_.longest_;
+    const Extent reach{x / 2 + 1, y / 2 + 1, z / 2 + 1};
     for (std::size_t c = 0; c < n; ++c) {
       rows.begin(c);
       const auto [lower, upper, skips] = block_.box[c];
-      const auto down = [reach](std::int32_t x) { return std::max(0, x - reach); };
-      const CellRange cells{problem_.fixed.cell_of({down(lower.x), down(lower.y), down(lower.z), 0}),
-                            problem_.fixed.cell_of({upper.x + reach, upper.y + reach, upper.z + reach, 0})};
+      const auto down = [](std::int32_t from, std::int32_t by) { return std::max(0, from - by); };
+      const CellRange cells{
+          problem_.fixed.cell_of(
+              {down(lower.x, reach[0]), down(lower.y, reach[1]), down(lower.z, reach[2]), 0}),
+          problem_.fixed.cell_of({upper.x + reach[0], upper.y + reach[1], upper.z + reach[2], 0})};
       query_.grid_.for_each_interval(cells,
                                      [&](std::uint32_t begin, std::uint32_t end) { rows.add(begin, end); });
     }
@@ -93,7 +90,7 @@ class ClusteredCrossings::Work {
 
   void finish() {
     simd::filter_edges(rows_, block_);
-    simd::test_edges(rows_, query_.longest_, block_);
+    simd::test_edges(rows_, *std::ranges::max_element(query_.longest_), block_);
     tally_.candidates += block_.pairs();
     for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
     if (answers_.empty()) return;
@@ -127,14 +124,14 @@ class ClusteredCrossings::Work {
     const Vec3& t1 = at(x, triangle[1]);
     const Vec3& t2 = at(x, triangle[2]);
     if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return false;
-    found_.push_back({edge, t, crossing_parameter(in, out, t0, t1, t2)});
+    found_.push_back({edge, t});
     return true;
   }
 
   const ClusteredCrossings& query_;
   const Problem& problem_;
   simd::EdgeRows rows_;
-  std::vector<Crossing>& found_;
+  std::vector<EdgeInTriangle>& found_;
   std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
   std::size_t block_begin_ = 0;
   QueryTally tally_;
@@ -146,22 +143,37 @@ void ClusteredCrossings::place_edges(const parallel::Threads& threads, const Pro
   constexpr std::size_t grain = 2048;
   const std::size_t n = problem.border_edges.size();
   const std::int32_t most = problem.most_length();
-  resize_with_room(is_long_, n);
-  assign_with_room(longest_of_chunk_, parallel::chunk_count(n, grain), 0);
+  const std::span<const FixedPoint> points = problem.fixed.points();
+  resize_with_room(cells_, n);
+  assign_with_room(longest_of_chunk_, parallel::chunk_count(n, grain), Extent{});
   parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
     for (std::size_t e = begin; e < end; ++e) {
-      const std::int32_t length = problem.length(static_cast<Index>(e));
-      is_long_[e] = length > most ? 1 : 0;
-      if (is_long_[e] == 0) longest_of_chunk_[chunk] = std::max(longest_of_chunk_[chunk], length);
+      const BorderEdge& edge = problem.border_edges[e];
+      const FixedPoint& a = at(points, at(problem.contacts.point, edge.contact));
+      const FixedPoint& b = at(points, edge.free_point);
+      const std::int32_t along_x = std::abs(a.x - b.x);
+      const std::int32_t along_y = std::abs(a.y - b.y);
+      const std::int32_t along_z = std::abs(a.z - b.z);
+      if (std::max({along_x, along_y, along_z}) > most) {
+        cells_[e] = no_cell;
+        continue;
+      }
+      x = std::max(x, along_x);
+      y = std::max(y, along_y);
+      z = std::max(z, along_z);
+      cells_[e] = problem.fixed.cell_of({std::min(a.x, b.x) + along_x / 2, std::min(a.y, b.y) + along_y / 2,
+                                         std::min(a.z, b.z) + along_z / 2, 0});
     }
+    longest_of_chunk_[chunk] = {x, y, z};
   });
-  longest_ = 0;
-  for (const std::int32_t length : longest_of_chunk_) longest_ = std::max(longest_, length);
+  longest_ = {};
+  for (const Extent& extent : longest_of_chunk_) longest_ = larger(longest_, extent);
   for (std::size_t e = 0; e < n; ++e)
-    if (is_long_[e] != 0) left.push_back(static_cast<Index>(e));
-  grid_.build_points(threads, problem.lattice, n, [&](Index e) {
-    return at(is_long_, e) != 0 ? std::nullopt : std::optional(problem.middle_cell(e));
-  });
+    if (cells_[e][0] < 0) left.push_back(static_cast<Index>(e));
+  grid_.build_points(threads, problem.lattice, cells_);
 }
 
 void ClusteredCrossings::put_in_order(const parallel::Threads& threads, const Problem& problem) {
@@ -192,13 +204,13 @@ void ClusteredCrossings::mark_penetrated(const Problem& problem) {
 void ClusteredCrossings::find_within(const parallel::Threads& threads, const Problem& problem) {
   queue_.arrange(clusters_, problem.positions, region_,
                  [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
-  run_.run(
-      threads, queue_, *allowance_,
-      [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers, std::vector<Crossing>& found) {
-        Work work(*this, problem, found, answers);
-        work.run(clusters);
-        return work.tally();
-      });
+  run_.run(threads, queue_, *allowance_,
+           [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
+               std::vector<EdgeInTriangle>& found) {
+             Work work(*this, problem, found, answers);
+             work.run(clusters);
+             return work.tally();
+           });
   std::swap(found_, run_.found());
   tallies_.assign(1, run_.tally());
 }
@@ -224,7 +236,7 @@ void ClusteredCrossings::find(const parallel::Threads& threads, const Bodies& bo
   const std::span<const Cluster> clusters = active_;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
   lists_.fill(threads, clusters.size(), grain,
-              [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+              [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
                 Work work(*this, problem, found);
                 work.run(clusters.subspan(begin, end - begin));
                 tallies_[begin / grain] = work.tally();

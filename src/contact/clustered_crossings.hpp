@@ -8,6 +8,7 @@
 
 #include "contact/allowance.hpp"
 #include "contact/cluster_queue.hpp"
+#include "contact/crossing_parameters.hpp"
 #include "contact/query_tally.hpp"
 #include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
@@ -42,7 +43,7 @@ class ClusteredCrossings {
             const FixedPositions& fixed, std::vector<Index>& left);
 
   /// In no order that means anything, but the same for every thread count.
-  [[nodiscard]] std::span<const Crossing> found() const { return found_; }
+  [[nodiscard]] std::span<const EdgeInTriangle> found() const { return found_; }
   /// A candidate is a pair of an edge whose box meets that of a cluster of the body it is for, and one of its
   /// triangles.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
@@ -63,18 +64,18 @@ class ClusteredCrossings {
 
   Clusters clusters_;
   ClusterQueue queue_;
-  QueueRun<Crossing> run_;
+  QueueRun<EdgeInTriangle> run_;
   Allowance* allowance_ = nullptr;
   std::optional<InterestRegion> region_;
   CompactGrid grid_;
-  std::vector<std::uint8_t> is_long_;  ///< (n_border_edges)
-  std::vector<std::int32_t> longest_of_chunk_;
-  std::int32_t longest_ = 0;                      ///< of the edges that are not long, along an axis
+  std::vector<Cell> cells_;  ///< (n_border_edges) of their middles; long edges have none
+  std::vector<std::array<std::int32_t, 3>> longest_of_chunk_;
+  std::array<std::int32_t, 3> longest_{};         ///< of the edges that are not long, along each axis
   std::array<std::vector<std::int32_t>, 7> row_;  ///< numbers of EdgeRows
   std::vector<std::uint8_t> penetrated_;          ///< (n_bodies)
   std::vector<Cluster> active_;                   ///< clusters of penetrated bodies
-  parallel::ChunkedList<Crossing> lists_;
-  std::vector<Crossing> found_;
+  parallel::ChunkedList<EdgeInTriangle> lists_;
+  std::vector<EdgeInTriangle> found_;
   std::vector<QueryTally> tallies_;
 };
 

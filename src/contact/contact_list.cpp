@@ -17,9 +17,10 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
     list->clear();
     make_room(*list, found.size());
   }
-  point_begin_.resize(n_points + 1);
+  of_point_.resize(n_points);
   for (std::size_t p = 0; p < n_points; ++p) {
-    point_begin_[p] = static_cast<Index>(contacts_.size());
+    OfPoint& of_point = of_point_[p];
+    of_point = {static_cast<Index>(contacts_.size()), 0, -1};
     // Bodies ascend with their tets.
     if (row_begin_[p + 1] - row_begin_[p] > 1) {
       std::sort(by_point_.begin() + row_begin_[p], by_point_.begin() + row_begin_[p + 1],
@@ -31,12 +32,12 @@ void ContactList::assign(const parallel::Threads& threads, const Bodies& bodies,
       const Index body = bodies.body_of(at(bodies.tets(), tet));
       if (body == last_body) continue;
       last_body = body;
+      if (of_point.count++ == 0) of_point.body = body;
       contacts_.point.push_back(static_cast<Index>(p));
       contacts_.body.push_back(body);
       contacts_.tet.push_back(tet);
     }
   }
-  point_begin_[n_points] = static_cast<Index>(contacts_.size());
 
   const std::size_t n = contacts_.size();
   resize_with_room(contacts_.weights, n);

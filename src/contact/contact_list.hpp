@@ -22,16 +22,26 @@ class ContactList {
   [[nodiscard]] const Contacts& contacts() const { return contacts_; }
   /// The contact of a point with a body, or -1. O(bodies that the point is in).
   [[nodiscard]] Index find(Index point, Index body) const {
-    for (Index c = at(point_begin_, point); c < at(point_begin_, point + 1); ++c) {
-      if (at(contacts_.body, c) == body) return c;
+    const OfPoint& contacts = at(of_point_, point);
+    if (contacts.count > 1) [[unlikely]] {
+      for (Index c = contacts.first; c < contacts.first + contacts.count; ++c) {
+        if (at(contacts_.body, c) == body) return c;
+      }
+      return -1;
     }
-    return -1;
+    return contacts.body == body ? contacts.first : -1;
   }
 
  private:
+  /// The contacts of a point: `count` from `first` on.
+  struct OfPoint {
+    Index first;
+    Index count;
+    Index body;  ///< of the first; -1: there is none
+  };
+
   Contacts contacts_;
-  std::vector<Index>
-      point_begin_;  ///< (n_points + 1) contacts of point p: [point_begin_[p], point_begin_[p + 1])
+  std::vector<OfPoint> of_point_;  ///< (n_points)
   std::vector<PointInTet> by_point_;
   std::vector<Index> row_begin_;
 };

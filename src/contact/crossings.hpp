@@ -10,6 +10,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/clustered_crossings.hpp"
+#include "contact/crossing_parameters.hpp"
 #include "contact/query_tally.hpp"
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
@@ -46,13 +47,19 @@ class CrossingQuery {
     } else {
       search(threads, bodies, positions, contacts, border_edges, cells, edges, slots);
     }
-    if (fixed != nullptr) {
+    std::span<const EdgeInTriangle> found = found_;
+    if (fixed != nullptr && found_.empty()) {
+      found = clustered_->found();
+    } else if (fixed != nullptr) {
       make_room(found_, found_.size() + clustered_->found().size());
       found_.insert(found_.end(), clustered_->found().begin(), clustered_->found().end());
+      found = found_;
     }
-    sort_into_rows<Crossing>(
-        found_, border_edges.size(), [](const Crossing& c) { return c.border_edge; }, begin_, crossings_);
+    sort_into_rows<EdgeInTriangle>(
+        found, border_edges.size(), [](const EdgeInTriangle& c) { return c.border_edge; }, begin_, sorted_);
     if (fixed != nullptr) sort_rows(threads, border_edges.size());
+    resize_with_room(crossings_, sorted_.size());
+    find_parameters(threads, bodies, positions, contacts, border_edges, sorted_, crossings_);
     tally_ = total(tallies_);
     tally_ += total(footprint_tallies_);
     if (fixed != nullptr) tally_ += clustered_->tally();
@@ -79,8 +86,8 @@ class CrossingQuery {
   void sort_rows(const parallel::Threads& threads, std::size_t rows) {
     parallel::for_each(threads, rows, 4096, [&](std::size_t e) {
       if (begin_[e + 1] - begin_[e] < 2) return;
-      std::sort(crossings_.begin() + begin_[e], crossings_.begin() + begin_[e + 1],
-                [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+      std::sort(sorted_.begin() + begin_[e], sorted_.begin() + begin_[e + 1],
+                [](const EdgeInTriangle& a, const EdgeInTriangle& b) { return a.triangle < b.triangle; });
     });
   }
 
@@ -125,7 +132,7 @@ class CrossingQuery {
     near_.resize(std::max(near_.size(), tallies_.size()));
     lists_.fill(
         threads, triangles.size(), grain,
-        [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+        [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
           std::vector<Index>& near = near_[begin / grain];
           const std::size_t capacity = near.capacity();
           for (std::size_t t = begin; t < end; ++t) {
@@ -153,8 +160,7 @@ class CrossingQuery {
               const Vec3& out = at(positions, ends[1]);
               if (!box.overlaps(box_of(positions, ends)) || !segment_meets_triangle(in, out, t0, t1, t2))
                 continue;
-              found.push_back(
-                  {at(edges_, e), static_cast<Index>(t), crossing_parameter(in, out, t0, t1, t2)});
+              found.push_back({at(edges_, e), static_cast<Index>(t)});
             }
           }
           keep_room(near, capacity, 2 * near.capacity() + 16);
@@ -218,8 +224,9 @@ class CrossingQuery {
   std::unique_ptr<ClusteredCrossings> clustered_;
   std::vector<Index> edges_;  ///< border edges to be found triangle by triangle
   QueryTally tally_;
-  parallel::ChunkedList<Crossing> lists_;
-  std::vector<Crossing> found_;
+  parallel::ChunkedList<EdgeInTriangle> lists_;
+  std::vector<EdgeInTriangle> found_;   ///< triangle by triangle, and the others
+  std::vector<EdgeInTriangle> sorted_;  ///< by (border edge, triangle)
   std::vector<Crossing> crossings_;
   std::vector<Index> begin_;
   std::vector<std::uint8_t> penetrated_;

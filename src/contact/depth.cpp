@@ -28,9 +28,10 @@ constexpr double full_agreement = 0.9;
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
-                                   std::span<const BorderEdge> border_edges, const CrossingQuery& crossings,
+                                   const BorderEdges& border_edges, const CrossingQuery& crossings,
                                    const Deadline& deadline) {
-  const Frame frame{threads, bodies, positions, list, border_edges, crossings, deadline};
+  const Frame frame{threads,      bodies,    positions, list, border_edges.edges(),
+                    border_edges, crossings, deadline};
   lay_out(frame);
   assemble(frame);
   propagate(frame);
@@ -98,22 +99,24 @@ void DepthEstimate::next_level(Index level) {
 void DepthEstimate::balance(const Frame& frame) {
   weigh_knowledge(frame);
   Contacts& contacts = frame.list.contacts();
-  const auto plane = [&](Index c) {
-    const Vec3& normal = at(contacts.direction, c);
-    return Plane{at(contacts.depth, c) + dot(at(system_.nodes, c).place, normal), normal.x, normal.y,
-                 normal.z};
-  };
+  resize_with_room(planes_, notes_.size());
+  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+    const Vec3& normal = contacts.direction[c];
+    planes_[c] = {contacts.depth[c] + dot(system_.nodes[c].place, normal), normal.x, normal.y, normal.z};
+  });
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     node.residual = {};
     if (notes_[c].fixed) return;
-    const Plane own = plane(static_cast<Index>(c));
+    const Plane& own = planes_[c];
+    Plane residual{};
     for (Index l = node.begin; l < node.end; ++l) {
       const auto& [other, link] = at(system_.links, l);
-      const Plane theirs = plane(other);
-      for (std::size_t k = 0; k < own.size(); ++k)
-        node.residual[k] += link * at(notes_, other).knowledge * (theirs[k] - own[k]);
+      const Plane& theirs = at(planes_, other);
+      const double share = link * at(notes_, other).knowledge;
+      for (std::size_t k = 0; k < own.size(); ++k) residual[k] += share * (theirs[k] - own[k]);
     }
+    node.residual = residual;
     const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) + std::abs(node.residual[2]) +
                         std::abs(node.residual[3]);
     if (!std::isfinite(size)) leave_out(c);
@@ -131,7 +134,7 @@ void DepthEstimate::weigh_knowledge(const Frame& frame) {
     node.residual = {-forgotten, 0.0, 0.0, 0.0};
     if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
   });
-  system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
+  system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
     notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });

@@ -6,12 +6,15 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edges.hpp"
 #include "contact/contact_list.hpp"
 #include "contact/crossings.hpp"
 #include "contact/deadline.hpp"
+#include "contact/edge_exit.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_system.hpp"
 #include "contact/surface_normals.hpp"
+#include "geometry/vector.hpp"
 
 namespace palpate {
 
@@ -37,8 +40,8 @@ class DepthEstimate {
   /// After the deadline means are not balanced any more, and nobody looks whether a depth is less than the
   /// distance to the surface.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                      ContactList& contacts, std::span<const BorderEdge> border_edges,
-                      const CrossingQuery& crossings, const Deadline& deadline = {});
+                      ContactList& contacts, const BorderEdges& border_edges, const CrossingQuery& crossings,
+                      const Deadline& deadline = {});
 
  private:
   /// One frame's input.
@@ -48,6 +51,7 @@ class DepthEstimate {
     std::span<const Vec3> positions;
     ContactList& list;
     std::span<const BorderEdge> border_edges;
+    const BorderEdges& links;
     const CrossingQuery& crossings;
     const Deadline& deadline;
   };
@@ -75,12 +79,16 @@ class DepthEstimate {
   struct Scratch {
     /// With room for what contacts of usual meshes need, so that steady steps ask for no more.
     Scratch() {
+      crossed.reserve(1024);
+      exits.reserve(1024);
       points.reserve(1024);
       beside.reserve(1024);
       normals.reserve(1024);
     }
     ExitSearch search;
-    std::vector<TrianglePoint> points;  ///< crossings of edges that have one, or what is beside contacts
+    std::vector<CrossedEdge> crossed;   ///< border edges that have one crossing
+    std::vector<EdgeExit> exits;        ///< (n_crossed)
+    std::vector<TrianglePoint> points;  ///< what is beside contacts
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };
@@ -88,15 +96,22 @@ class DepthEstimate {
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
   static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
-  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const;
+  /// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+  [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
+    const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
+    return now >= surely_enough_ ? now : longer_distance(frame, p, q, now);
+  }
+  [[nodiscard]] static double longer_distance(const Frame& frame, Index p, Index q, double now);
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void find_normals(const Frame& frame, Scratch& scratch) const;
   void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
-  void add_border(const Frame& frame, std::size_t c, const Vec3*& normal);
+  void add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit);
   void add_links(const Frame& frame, std::size_t c);
-  void list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const;
+  [[nodiscard]] static double reach(const Note& note);
+  void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
+  void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
   void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
   void make_guess(const Frame& frame, std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
@@ -115,6 +130,7 @@ class DepthEstimate {
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Note> notes_;               ///< (n_contacts)
+  std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< of each chunk of contacts

@@ -8,6 +8,7 @@
 #include "contact/edge_exit.hpp"
 #include "geometry/vector.hpp"
 #include "room.hpp"
+#include "simd/faces_within_reach.hpp"
 
 namespace palpate {
 namespace {
@@ -30,15 +31,12 @@ double longest_squared_edge(const Bodies& bodies) {
 DepthEstimate::DepthEstimate(const Bodies& bodies)
     : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
 
-/// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
-double DepthEstimate::squared_distance(const Frame& frame, Index p, Index q) const {
-  const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
-  if (now >= surely_enough_) return now;  // spares looking at the rest
+double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, double now) {
   const std::span<const Vec3> rest = frame.bodies.points_rest();
   return std::max(now, smallest * squared_length(at(rest, q) - at(rest, p)));
 }
 
-/// Rows of border edges and links for each contact; the rows of links have room for all edges of the point.
+/// Rows of border edges and links for each contact; there are gaps between those of links.
 void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.list.contacts();
   const std::size_t n = contacts.size();
@@ -49,13 +47,12 @@ void DepthEstimate::lay_out(const Frame& frame) {
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
   assign_with_room(notes_, n, Note{});
   assign_with_room(system_.nodes, n, PlaneSystem::Node{});
-  Index links = 0;
   for (std::size_t c = 0; c < n; ++c) {
-    system_.nodes[c].begin = system_.nodes[c].end = links;
-    links += static_cast<Index>(frame.bodies.point_edges()[contacts.point[c]].size()) -
-             (border_begin_[c + 1] - border_begin_[c]);
+    const Range links = frame.links.ranges_of_links()[c];
+    system_.nodes[c].begin = links.begin;
+    system_.nodes[c].end = links.end;
   }
-  resize_with_room(system_.links, static_cast<std::size_t>(links));
+  resize_with_room(system_.links, frame.links.links().size());
 }
 
 void DepthEstimate::assemble(const Frame& frame) {
@@ -71,17 +68,18 @@ void DepthEstimate::assemble(const Frame& frame) {
 void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
                                       Scratch& scratch) {
   list_crossings(frame, begin, end, scratch);
-  find_normals(frame, scratch);
-  const Vec3* normal = scratch.normals.data();
+  resize_with_room(scratch.exits, scratch.crossed.size());
+  find_exits(frame.bodies, frame.positions, normals_, scratch.crossed, scratch.exits);
+  const EdgeExit* next_exit = scratch.exits.data();
   for (std::size_t c = begin; c < end; ++c) {
-    add_border(frame, c, normal);
+    add_border(frame, c, next_exit);
     add_links(frame, c);
   }
   const std::size_t room_for_points = scratch.points.capacity();
   const std::size_t room_for_beside = scratch.beside.capacity();
   scratch.points.clear();
   scratch.beside.clear();
-  for (std::size_t c = begin; c < end; ++c) list_surface(frame, c, scratch);
+  list_surfaces(frame, begin, end, scratch);
   keep_room(scratch.points, room_for_points, scratch.points.size() + few);
   keep_room(scratch.beside, room_for_beside, scratch.beside.size() + few);
   find_normals(frame, scratch);
@@ -102,71 +100,104 @@ void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
 void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
                                    Scratch& scratch) const {
   const Contacts& contacts = frame.list.contacts();
-  scratch.points.clear();
-  make_room(scratch.points, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
+  scratch.crossed.clear();
+  make_room(scratch.crossed, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
   for (std::size_t c = begin; c < end; ++c) {
-    const Vec3& p = at(frame.positions, contacts.point[c]);
     for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
       const Index first = at(frame.crossings.begin(), e);
       if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
       const Crossing& crossing = at(frame.crossings.crossings(), first);
-      const Vec3 edge = at(frame.positions, at(frame.border_edges, e).free_point) - p;
-      scratch.points.push_back({crossing.triangle, p + crossing.parameter * edge});
+      scratch.crossed.push_back(
+          {contacts.point[c], at(frame.border_edges, e).free_point, crossing.triangle, crossing.parameter});
     }
   }
 }
 
-/// The mean plane of the crossings of a contact's border edges. `normal` is that of the next edge with one
+/// The mean plane of the crossings of a contact's border edges. `next_exit` is that of the next edge with one
 /// crossing, and goes on.
-void DepthEstimate::add_border(const Frame& frame, std::size_t c, const Vec3*& next_normal) {
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
   Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  note.nearest_crossing = note.nearest_surface = std::numeric_limits<double>::infinity();
-  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const Index point = contacts.point[c];
+  // Sums stay out of memory until they are complete.
+  double edges = 0.0;
+  double border_edges = 0.0;
+  double weight = 0.0;
   double depth = 0.0;
   Vec3 normal;
-  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const Index free_point = at(frame.border_edges, e).free_point;
-    const double l2 = squared_distance(frame, contacts.point[c], free_point);
-    note.edges += 1.0 / l2;
-    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
-    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
-    if (first == last) {
-      ++note.without_crossing;
-      continue;
-    }
-    const Vec3 edge = at(frame.positions, free_point) - p;
-    const std::span<const Crossing> crossings = frame.crossings.crossings().subspan(first, last - first);
-    const EdgeExit way_out = crossings.size() == 1
-                                 ? EdgeExit(edge, crossings[0], *next_normal++)
-                                 : EdgeExit(frame.bodies, frame.positions, normals_, p, edge, crossings);
-    note.nearest_crossing = std::min(note.nearest_crossing, way_out.nearest * length(edge));
-    if (note.fixed && !way_out.at_point) continue;
-    if (way_out.at_point && !note.fixed) {
+  double nearest = std::numeric_limits<double>::infinity();
+  bool fixed = false;
+  const auto add = [&](const EdgeExit& way_out, double inverse) {
+    nearest = std::min(nearest, way_out.distance);
+    if (fixed && !way_out.at_point) return;
+    if (way_out.at_point && !fixed) {
       // A crossing at the point itself rules out all others.
-      note.fixed = true;
-      note.border_weight = depth = 0.0;
+      fixed = true;
+      weight = depth = 0.0;
       normal = {};
     }
-    note.border_edges += 1.0 / l2;
-    const double scale = way_out.at_point ? 1.0 : 1.0 / l2;
-    note.border_weight += scale * way_out.weight;
+    border_edges += inverse;
+    const double scale = way_out.at_point ? 1.0 : inverse;
+    weight += scale * way_out.weight;
     depth += scale * way_out.depth;
     normal += scale * way_out.normal;
+  };
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index free_point = at(frame.border_edges, e).free_point;
+    const double inverse = 1.0 / squared_distance(frame, point, free_point);
+    edges += inverse;
+    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
+    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
+    if (last - first == 1) {
+      add(*next_exit++, inverse);
+    } else if (first == last) {
+      ++notes_[c].without_crossing;
+    } else {
+      const Vec3& p = at(frame.positions, point);
+      add(EdgeExit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
+                   frame.crossings.crossings().subspan(first, last - first)),
+          inverse);
+    }
   }
+  Note& note = notes_[c];
+  note.edges = edges;
+  note.border_edges = border_edges;
+  note.border_weight = weight;
+  note.nearest_crossing = nearest;
+  note.nearest_surface = std::numeric_limits<double>::infinity();
+  note.fixed = fixed;
   contacts.depth[c] = depth;
   contacts.direction[c] = normal;
 }
 
-/// The surface triangles so near that they outweigh all else: where a point comes near the surface from
-/// inside, far from its border edges, it must know before it leaves there.
-void DepthEstimate::list_surface(const Frame& frame, std::size_t c, Scratch& scratch) const {
-  const Contacts& contacts = frame.list.contacts();
-  const Note& note = notes_[c];
-  if (note.fixed) return;  // on the surface
+/// How far a contact looks for surface beside it: triangles so near that they outweigh all else. Where a
+/// point comes near the surface from inside, far from its border edges, it must know before it leaves there.
+double DepthEstimate::reach(const Note& note) {
   // The same before and after a neighbour enters the body.
   const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
-  const double reach = 1.0 / std::sqrt(others);
+  return 1.0 / std::sqrt(others);
+}
+
+/// The surface beside contacts, no more than there are lanes. Most reach no further than their tet.
+void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
+                                  Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
+  simd::ReachingPoints points;
+  static_assert(contacts_of_search <= simd::ReachingPoints::most);
+  for (std::size_t c = begin; c < end; ++c) {
+    points.point.put(at(frame.positions, contacts.point[c]), c - begin);
+    const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
+    for (std::size_t i = 0; i < 4; ++i) points.corner[i].put(at(frame.positions, tet[i]), c - begin);
+    points.reach[c - begin] = reach(notes_[c]);
+  }
+  simd::find_faces_within_reach(points, end - begin);
+  for (std::size_t c = begin; c < end; ++c) {
+    if (points.meets[c - begin] == 0.0 || notes_[c].fixed) continue;  // fixed: on the surface
+    list_surface(frame, c, points.reach[c - begin], scratch);
+  }
+}
+
+void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const {
+  const Contacts& contacts = frame.list.contacts();
   constexpr double smallest_share = 1e-12;
   scratch.search.for_each_face(
       frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
@@ -209,31 +240,27 @@ void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
   note.level = 0;
 }
 
-/// The neighbours in contact with the same body. Border edges are in the order of the point's edges.
+/// The neighbours in contact with the same body.
 void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.list.contacts();
-  const Bodies& bodies = frame.bodies;
   const Index point = contacts.point[c];
   PlaneSystem::Node& node = system_.nodes[c];
-  Index border = border_begin_[c];
   double weight = 0.0;
-  for (const Index edge : bodies.point_edges()[point]) {
-    const Index other = bodies.other_end(edge, point);
-    if (border < border_begin_[c + 1] && at(frame.border_edges, border).free_point == other) {
-      ++border;
-      continue;
-    }
-    const double link = link_weight / squared_distance(frame, point, other);
-    at(system_.links, node.end++) = {frame.list.find(other, contacts.body[c]), link};
+  for (Index l = node.begin; l < node.end; ++l) {
+    const Index neighbor = at(frame.links.links(), l);
+    const double link = link_weight / squared_distance(frame, point, at(contacts.point, neighbor));
+    at(system_.links, l) = {neighbor, link};
     weight += link;
   }
   Note& note = notes_[c];
   note.edges += weight / link_weight;
   node.diagonal = note.border_weight + weight;
-  node.length = std::sqrt(static_cast<double>(bodies.point_edges()[point].size()) / note.edges);
+  const Index edges = node.end - node.begin + border_begin_[c + 1] - border_begin_[c];
+  node.length = std::sqrt(static_cast<double>(edges) / note.edges);
   // Relative to a point of the same body, so that far from the origin no digits are lost.
-  node.place = at(frame.positions, point) -
-               at(frame.positions, at(bodies.bodies(), at(bodies.body_of_point(), point)).points.begin);
+  node.place =
+      at(frame.positions, point) -
+      at(frame.positions, at(frame.bodies.bodies(), at(frame.bodies.body_of_point(), point)).points.begin);
 }
 
 }  // namespace palpate

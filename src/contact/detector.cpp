@@ -89,7 +89,7 @@ bool too_large(const Box& domain, const Box& needed) {
 
 struct Detector::State {
   State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n)
-      : bodies(b), settings(s), immovable(std::move(i)), threads(n), depth(b) {
+      : bodies(b), settings(s), immovable(std::move(i)), threads(n), border_edges(b), depth(b) {
     if (bodies.body_count() == 0) throw Error("detector", "bodies", "none", "at least one");
     if (immovable.empty()) immovable.assign(bodies.bodies().size(), 0);
     if (immovable.size() != bodies.bodies().size()) {
@@ -182,8 +182,7 @@ struct Detector::State {
   double share = 1.0;
   QueryTally points_tally;
   ContactList contacts;
-  parallel::ChunkedList<BorderEdge> border_scratch;
-  std::vector<BorderEdge> border_edges;
+  BorderEdges border_edges;
   CrossingQuery crossings;
   DepthEstimate depth;
 
@@ -365,14 +364,14 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   s.find_points_in_tets(positions, slots);
   s.times.contacts = watch.lap();
 
-  find_border_edges(s.threads, s.bodies, positions, s.contacts, s.border_scratch, s.border_edges);
+  s.border_edges.find(s.threads, s.bodies, positions, s.contacts);
   s.times.border_edges = watch.lap();
 
   s.limit_crossings();
   std::visit(
       [&](auto& structure) {
-        s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges, s.lattice,
-                         structure, slots, s.clustered() ? s.fixed.get() : nullptr);
+        s.crossings.find(s.threads, s.bodies, positions, s.contacts.contacts(), s.border_edges.edges(),
+                         s.lattice, structure, slots, s.clustered() ? s.fixed.get() : nullptr);
       },
       s.edges);
   s.times.crossings = watch.lap();
@@ -383,7 +382,7 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   s.times.depth = watch.lap();
 
   s.counts.contacts = s.contacts.contacts().size();
-  s.counts.border_edges = s.border_edges.size();
+  s.counts.border_edges = s.border_edges.edges().size();
   s.counts.crossings = s.crossings.crossings().size();
   QueryTally tally = s.points_tally;
   tally += s.crossings.tally();
@@ -407,7 +406,7 @@ Contacts Detector::take_contacts() {
   return std::exchange(state_->contacts.contacts(), Contacts{});
 }
 std::span<const BorderEdge> Detector::border_edges() const {
-  return state_->border_edges;
+  return state_->border_edges.edges();
 }
 std::span<const Crossing> Detector::crossings() const {
   return state_->crossings.crossings();

@@ -34,6 +34,7 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
     if (c.parameter > last->parameter) last = &c;
   }
   at_point = nearest < here;
+  distance = nearest * length(edge);
   constexpr double decided = 0.02;  // below it the edge only grazes the surface
   if (crossings.size() > 1 && (sum > decided || at_point)) {
     for (const Crossing& c : crossings) {
@@ -50,7 +51,7 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
 }
 
 EdgeExit::EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal)
-    : nearest(std::min(1.0, crossing.parameter)), at_point(nearest < here) {
+    : nearest(std::min(1.0, crossing.parameter)), distance(nearest * length(edge)), at_point(nearest < here) {
   add(edge, crossing, surface_normal, 1.0);
 }
 
@@ -59,6 +60,39 @@ void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double sh
   weight += w;
   depth += w * c.parameter * dot(edge, n);
   normal += w * n;
+}
+
+void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
+                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits) {
+  simd::CrossingEdges rows;
+  for (std::size_t begin = 0; begin < edges.size(); begin += simd::CrossingEdges::most) {
+    const std::size_t n = std::min(edges.size() - begin, simd::CrossingEdges::most);
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      const CrossedEdge& edge = edges[begin + lane];
+      rows.from.put(at(positions, edge.point), lane);
+      rows.to.put(at(positions, edge.free_point), lane);
+      rows.parameter[lane] = edge.parameter;
+      normals.put_corners(bodies, positions, edge.triangle, rows.crossing, lane);
+    }
+    simd::find_planes(rows, 1.0 - link_weight, n);
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      const CrossedEdge& edge = edges[begin + lane];
+      EdgeExit& exit = exits[begin + lane];
+      if (rows.nearest[lane] < here || !normals.is_interpolated(edge.triangle, rows.crossing, lane)) {
+        const Vec3& p = at(positions, edge.point);
+        const Vec3 way = at(positions, edge.free_point) - p;
+        const Vec3 normal = normals.at_point(bodies, positions, edge.triangle, p + edge.parameter * way);
+        exit = {way, {-1, edge.triangle, edge.parameter}, normal};
+        continue;
+      }
+      exit.weight = rows.weight[lane];
+      exit.depth = rows.depth[lane];
+      exit.normal = {rows.weighted.x[lane], rows.weighted.y[lane], rows.weighted.z[lane]};
+      exit.nearest = rows.nearest[lane];
+      exit.distance = rows.distance[lane];
+      exit.at_point = false;
+    }
+  }
 }
 
 }  // namespace palpate

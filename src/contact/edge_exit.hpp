@@ -20,6 +20,7 @@ inline constexpr double link_weight = 0.1;
 /// them by the same: the two cancel at the touch, and nothing jumps. Exits near the free end count more,
 /// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, whatever it passed.
 struct EdgeExit {
+  EdgeExit() = default;
   /// \param p          the point in contact
   /// \param edge       from p to the free end
   /// \param crossings  of this edge, one or more
@@ -34,10 +35,23 @@ struct EdgeExit {
   double depth = 0.0;     ///< weighted sum of distances to the planes
   Vec3 normal;            ///< weighted sum of normals
   double nearest = 1.0;   ///< parameter of the nearest crossing
+  double distance = 0.0;  ///< of the nearest crossing from p
   bool at_point = false;  ///< a crossing is at p itself; others do not count
 
  private:
   void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double share);
 };
+
+/// A border edge with one crossing.
+struct CrossedEdge {
+  Index point;  ///< in contact
+  Index free_point;
+  Index triangle;
+  double parameter;
+};
+
+/// As many `exits`: those of edges with one crossing, to the bit as one by one.
+void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
+                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits);
 
 }  // namespace palpate

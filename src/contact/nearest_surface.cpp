@@ -71,8 +71,7 @@ void ExitSearch::start(Index tet) {
   reached_.assign(1, tet);
 }
 
-bool ExitSearch::has_reached(Index tet) const {
-  if (table_.empty()) return std::find(reached_.begin(), reached_.end(), tet) != reached_.end();
+bool ExitSearch::is_in_table(Index tet) const {
   const std::size_t mask = table_.size() - 1;
   std::size_t slot = place_of(tet) & mask;
   while (table_[slot] >= 0 && table_[slot] != tet) slot = (slot + 1) & mask;

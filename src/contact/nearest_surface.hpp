@@ -75,7 +75,11 @@ class ExitSearch {
   void walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p, Index without,
             Radius&& radius, Wanted&& wanted, Found&& found);
   void start(Index tet);
-  [[nodiscard]] bool has_reached(Index tet) const;
+  [[nodiscard]] bool has_reached(Index tet) const {
+    return table_.empty() ? std::find(reached_.begin(), reached_.end(), tet) != reached_.end()
+                          : is_in_table(tet);
+  }
+  [[nodiscard]] bool is_in_table(Index tet) const;
   void add(Index tet);
   void put_in_table(Index tet);
   void grow();

@@ -10,14 +10,13 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 512;
-constexpr std::size_t components = 4;
 
 }  // namespace
 
 PlaneSystem::Sums PlaneSystem::total() const {
   Sums sum;
   for (const Sums& part : partial_) {
-    for (std::size_t k = 0; k < components; ++k) sum.sums[k] += part.sums[k];
+    for (std::size_t k = 0; k < sum.sums.size(); ++k) sum.sums[k] += part.sums[k];
     sum.far |= part.far;
   }
   return sum;
@@ -30,13 +29,14 @@ bool PlaneSystem::beyond(const Node& node, const Plane& change, double tolerance
 }
 
 /// The first search direction: what one sweep of averages would change.
+template <std::size_t components>
 void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
   parallel::for_chunks(threads, nodes.size(), grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          Sums sums;
                          for (std::size_t i = begin; i < end; ++i) {
                            const Node& node = nodes[i];
-                           corrections_[i] = {};
+                           corrections_[i] = search_[i] = {};
                            for (std::size_t k = 0; k < components; ++k) {
                              search_[i][k] = node.residual[k] / node.diagonal;
                              sums.sums[k] += node.residual[k] * search_[i][k];
@@ -47,14 +47,15 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
                        });
 }
 
-int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most,
-                       const Deadline& deadline) {
+template <std::size_t components>
+int PlaneSystem::solve_components(const parallel::Threads& threads, double tolerance, int most,
+                                  const Deadline& deadline) {
   const std::size_t n = nodes.size();
   resize_with_room(corrections_, n);
   resize_with_room(search_, n);
   resize_with_room(product_, n);
   assign_with_room(partial_, parallel::chunk_count(n, grain), Sums{});
-  start(threads, tolerance);
+  start<components>(threads, tolerance);
   Sums now = total();
   int iteration = 0;
   for (; iteration < most && now.far && !deadline.passed(); ++iteration) {
@@ -62,7 +63,7 @@ int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int m
       Sums sums;
       for (std::size_t i = begin; i < end; ++i) {
         const Node& node = nodes[i];
-        Plane product;
+        Plane product{};
         for (std::size_t k = 0; k < components; ++k) product[k] = node.diagonal * search_[i][k];
         for (Index l = node.begin; l < node.end; ++l) {
           const Link& link = at(links, l);
@@ -83,7 +84,7 @@ int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int m
       Sums sums;
       for (std::size_t i = begin; i < end; ++i) {
         Node& node = nodes[i];
-        Plane change;
+        Plane change{};
         for (std::size_t k = 0; k < components; ++k) {
           corrections_[i][k] += stride[k] * search_[i][k];
           node.residual[k] -= stride[k] * product_[i][k];
@@ -107,6 +108,16 @@ int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int m
     now = next;
   }
   return iteration;
+}
+
+int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int most,
+                       const Deadline& deadline) {
+  return solve_components<4>(threads, tolerance, most, deadline);
+}
+
+int PlaneSystem::solve_offsets(const parallel::Threads& threads, double tolerance, int most,
+                               const Deadline& deadline) {
+  return solve_components<1>(threads, tolerance, most, deadline);
 }
 
 }  // namespace palpate

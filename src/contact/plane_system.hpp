@@ -46,6 +46,8 @@ class PlaneSystem {
   /// node's length, after `most` iterations, or at the deadline. Returns the iterations done. Parallel;
   /// without a deadline the same bits for every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
+  /// The same where all normals of the residuals are zero, and so those of the corrections.
+  int solve_offsets(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 
  private:
@@ -54,6 +56,10 @@ class PlaneSystem {
     bool far = false;  ///< a node is beyond the tolerance
   };
   [[nodiscard]] Sums total() const;
+  template <std::size_t components>
+  int solve_components(const parallel::Threads& threads, double tolerance, int most,
+                       const Deadline& deadline);
+  template <std::size_t components>
   void start(const parallel::Threads& threads, double tolerance);
   [[nodiscard]] bool beyond(const Node& node, const Plane& change, double tolerance) const;
 

@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "geometry/vector.hpp"
-#include "simd/triangle_normals.hpp"
 
 namespace palpate {
 namespace {
@@ -143,17 +142,21 @@ void SurfaceNormals::group_corners(const Bodies& bodies) {
   }
   for (std::size_t p = 0; p + 1 < groups_of_point_.begin.size(); ++p)
     groups_of_point_.begin[p + 1] += groups_of_point_.begin[p];
+  areas_.resize(triangles.size());
   group_areas_.resize(static_cast<std::size_t>(group));
   group_normals_.resize(static_cast<std::size_t>(group));
 }
 
 void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodies,
                             std::span<const Vec3> positions, std::span<const std::uint8_t> wanted) {
+  const std::span<const Triangle> triangles = bodies.triangles();
+  parallel::for_each(threads, areas_.size(), 1024, [&](std::size_t t) {
+    if (at(wanted, bodies.body_of(triangles[t])) != 0) areas_[t] = area_vector(positions, triangles[t]);
+  });
   parallel::for_each(threads, group_areas_.size(), 512, [&](std::size_t g) {
     if (at(wanted, body_of_group_[g]) == 0) return;
     Vec3 area;
-    for (const Index t : triangles_of_group_[static_cast<Index>(g)])
-      area += area_vector(positions, at(bodies.triangles(), t));
+    for (const Index t : triangles_of_group_[static_cast<Index>(g)]) area += at(areas_, t);
     group_areas_[g] = area;
     group_normals_[g] = normalized(area);
   });
@@ -197,33 +200,30 @@ Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positi
 
 void SurfaceNormals::at_points(const Bodies& bodies, std::span<const Vec3> positions,
                                std::span<const TrianglePoint> points, std::span<Vec3> normals) const {
-  const auto put = [](const Vec3& v, simd::TrianglePoints::Rows& rows, std::size_t lane) {
-    rows.x[lane] = v.x;
-    rows.y[lane] = v.y;
-    rows.z[lane] = v.z;
-  };
   simd::TrianglePoints rows;
   for (std::size_t begin = 0; begin < points.size(); begin += simd::TrianglePoints::most) {
     const std::size_t n = std::min(points.size() - begin, simd::TrianglePoints::most);
     const std::span<const TrianglePoint> some = points.subspan(begin, n);
     for (std::size_t lane = 0; lane < n; ++lane) {
-      const Index triangle = some[lane].triangle;
-      put(some[lane].x, rows.point, lane);
-      for (std::size_t i = 0; i < 3; ++i) {
-        put(at(positions, at(bodies.triangles(), triangle)[i]), rows.corner[i], lane);
-        put(at(group_normals_, at(corner_groups_, triangle)[i]), rows.corner_normal[i], lane);
-      }
+      rows.point.put(some[lane].x, lane);
+      put_corners(bodies, positions, some[lane].triangle, rows, lane);
     }
     simd::interpolate_normals(rows, n);
     for (std::size_t lane = 0; lane < n; ++lane) {
       const auto& [triangle, x] = some[lane];
-      Vec3& normal = normals[begin + lane];
-      normal = {rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]};
-      const std::array<double, 3> weights{rows.weight[0][lane], rows.weight[1][lane], rows.weight[2][lane]};
-      const bool near_crease = at(creases_, triangle) != 0 && from_crease(triangle, weights) < band;
-      if (near_crease || normal == Vec3{}) normal = at_point(bodies, positions, triangle, x);
+      normals[begin + lane] = is_interpolated(triangle, rows, lane)
+                                  ? Vec3{rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]}
+                                  : at_point(bodies, positions, triangle, x);
     }
   }
+}
+
+bool SurfaceNormals::is_interpolated(Index triangle, const simd::TrianglePoints& points,
+                                     std::size_t lane) const {
+  if (at(creases_, triangle) != 0 &&
+      from_crease(triangle, {points.weight[0][lane], points.weight[1][lane], points.weight[2][lane]}) < band)
+    return false;
+  return points.normal.x[lane] != 0.0 || points.normal.y[lane] != 0.0 || points.normal.z[lane] != 0.0;
 }
 
 }  // namespace palpate

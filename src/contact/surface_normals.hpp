@@ -7,7 +7,9 @@
 
 #include <palpate/mesh.hpp>
 
+#include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/triangle_normals.hpp"
 
 namespace palpate {
 
@@ -41,6 +43,18 @@ class SurfaceNormals {
   void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
                  std::span<Vec3> normals) const;
 
+  /// Puts the corners of a triangle, and their normals, into a lane.
+  void put_corners(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                   simd::TrianglePoints& points, std::size_t lane) const {
+    for (std::size_t i = 0; i < 3; ++i) {
+      points.corner[i].put(at(positions, at(bodies.triangles(), triangle)[i]), lane);
+      points.corner_normal[i].put(at(group_normals_, at(corner_groups_, triangle)[i]), lane);
+    }
+  }
+  /// Whether the normal that was interpolated in a lane is that of the surface: near creases it is not.
+  [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
+                                     std::size_t lane) const;
+
   /// The surface triangle that is the face opposite corner `opposite` of a tet; the face is at the surface.
   [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
     Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
@@ -64,6 +78,7 @@ class SurfaceNormals {
   Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
   Rows triangles_of_group_;
   std::vector<Index> body_of_group_;
+  std::vector<Vec3> areas_;          ///< (n_triangles) area vectors, twice the area long
   std::vector<Vec3> group_areas_;    ///< (n_groups) sum of area vectors
   std::vector<Vec3> group_normals_;  ///< (n_groups) unit, or zero
 };

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/vector.hpp"
+#include "simd/crossing_parameters.hpp"
 
 namespace palpate {
 namespace {
@@ -36,13 +37,11 @@ Filtered orient3d_filtered(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
   const double permanent = std::abs(u.z) * (std::abs(vxwy) + std::abs(vywx)) +
                            std::abs(v.z) * (std::abs(wxuy) + std::abs(wyux)) +
                            std::abs(w.z) * (std::abs(uxvy) + std::abs(uyvx));
-  constexpr double half_ulp = std::numeric_limits<double>::epsilon() / 2.0;
-  constexpr double relative = (7.0 + 56.0 * half_ulp) * half_ulp;  // Shewchuk's o3derrboundA
+  using Bound = simd::OrientationBound;
   // A product that underflows is wrong by less than the smallest normal number, then multiplied by a z
   // difference.
-  constexpr double tiny = std::numeric_limits<double>::min();
-  const double underflow = tiny * (4.0 + std::abs(u.z) + std::abs(v.z) + std::abs(w.z));
-  return {value, relative * permanent + underflow};
+  const double underflow = Bound::tiny * (4.0 + std::abs(u.z) + std::abs(v.z) + std::abs(w.z));
+  return {value, Bound::relative * permanent + underflow};
 }
 
 /// Mantissa and exponent of a finite double: mantissa * 2^exponent.
@@ -150,7 +149,7 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const 
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
   const Filtered fa = orient3d_filtered(t0, t1, t2, a);
   const Filtered fb = orient3d_filtered(t0, t1, t2, b);
-  constexpr double accuracy = 1e-9;
+  constexpr double accuracy = simd::parameter_accuracy;
   if (fa.error < accuracy * std::abs(fa.value) && fb.error < accuracy * std::abs(fb.value)) {
     return std::clamp(fa.value / (fa.value - fb.value), 0.0, 1.0);
   }

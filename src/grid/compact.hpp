@@ -59,6 +59,8 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
+  /// The same for points whose cells are known; those with a negative coordinate take no part.
+  Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
   /// The same for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// In place of building for a frame that needs no grid: only counts movers. L and C stay; the next build

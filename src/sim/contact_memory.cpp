@@ -37,13 +37,12 @@ void ContactMemory::update(const Contacts& contacts) {
     const std::pair key(contacts.point[c], contacts.body[c]);
     while (l < last_.size() && key_of(last_[l]) < key) remember_lost(last_[l++]);
     place_[c] = all_.size();
-    RememberedContact remembered;
-    if (l < last_.size() && key_of(last_[l]) == key) remembered = last_[l++];
+    const bool is_known = l < last_.size() && key_of(last_[l]) == key;
+    RememberedContact& remembered = is_known ? all_.emplace_back(last_[l++]) : all_.emplace_back();
     remembered.point = key.first;
     remembered.body = key.second;
     remembered.foreseen = false;
     ++remembered.seen;
-    all_.push_back(remembered);
   }
   while (l < last_.size()) remember_lost(last_[l++]);
 }

@@ -7,72 +7,64 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
+// And ours, which is compiled with each target, after that.
+#include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Doubles = hn::CappedTag<double, 8>;
-using Double = hn::Vec<Doubles>;
-constexpr Doubles doubles;
-
-/// Sums in the order of geometry/vector.hpp, so that all bits are those of the same work one by one.
-struct Vector {
-  Double x;
-  Double y;
-  Double z;
-};
-HWY_INLINE Vector load(const TrianglePoints::Rows& rows, std::size_t lane) {
-  return {hn::Load(doubles, rows.x.data() + lane), hn::Load(doubles, rows.y.data() + lane),
-          hn::Load(doubles, rows.z.data() + lane)};
-}
-HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE Double dot(const Vector& a, const Vector& b) {
-  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vector scaled(Double s, const Vector& a) {
-  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
-}
-HWY_INLINE Vector sum(const Vector& a, const Vector& b) {
-  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+/// The normals at `point`, which may not be in memory; to where they are found, too.
+HWY_INLINE Vector interpolate(const Vector& point, TrianglePoints& points, std::size_t lane) {
+  const Double zero = hn::Zero(doubles);
+  const Vector corner[3] = {load(points.corner[0], lane), load(points.corner[1], lane),
+                            load(points.corner[2], lane)};
+  const Vector area = cross(difference(corner[1], corner[0]), difference(corner[2], corner[0]));
+  const Vector to[3] = {difference(corner[0], point), difference(corner[1], point),
+                        difference(corner[2], point)};
+  Double weight[3] = {dot(cross(to[1], to[2]), area), dot(cross(to[2], to[0]), area),
+                      dot(cross(to[0], to[1]), area)};
+  Double total = zero;
+  for (Double& w : weight) {
+    w = hn::IfThenElseZero(hn::Gt(w, zero), w);
+    total = hn::Add(total, w);
+  }
+  const auto has_area = hn::Gt(total, zero);
+  Vector mean{zero, zero, zero};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Double w = hn::IfThenElse(has_area, hn::Div(weight[i], total), hn::Set(doubles, 1.0 / 3.0));
+    store(w, points.weight[i], lane);
+    mean = sum(mean, scaled(w, load(points.corner_normal[i], lane)));
+  }
+  const Double length = hn::Sqrt(dot(mean, mean));
+  const auto is_length =
+      hn::And(hn::Gt(length, zero), hn::Le(length, hn::Set(doubles, std::numeric_limits<double>::max())));
+  const Vector normal = scaled(hn::Div(hn::Set(doubles, 1.0), length), mean);
+  const Vector unit{hn::IfThenElseZero(is_length, normal.x), hn::IfThenElseZero(is_length, normal.y),
+                    hn::IfThenElseZero(is_length, normal.z)};
+  store(unit, points.normal, lane);
+  return unit;
 }
 
 void interpolate_normals(TrianglePoints& points, std::size_t size) {
-  const Double zero = hn::Zero(doubles);
+  for (std::size_t lane = 0; lane < size; lane += hn::Lanes(doubles))
+    interpolate(load(points.point, lane), points, lane);
+}
+
+void find_planes(CrossingEdges& edges, double lost, std::size_t size) {
+  const Double one = hn::Set(doubles, 1.0);
   for (std::size_t lane = 0; lane < size; lane += hn::Lanes(doubles)) {
-    const Vector point = load(points.point, lane);
-    const Vector corner[3] = {load(points.corner[0], lane), load(points.corner[1], lane),
-                              load(points.corner[2], lane)};
-    const Vector area = cross(difference(corner[1], corner[0]), difference(corner[2], corner[0]));
-    const Vector to[3] = {difference(corner[0], point), difference(corner[1], point),
-                          difference(corner[2], point)};
-    Double weight[3] = {dot(cross(to[1], to[2]), area), dot(cross(to[2], to[0]), area),
-                        dot(cross(to[0], to[1]), area)};
-    Double total = zero;
-    for (Double& w : weight) {
-      w = hn::IfThenElseZero(hn::Gt(w, zero), w);
-      total = hn::Add(total, w);
-    }
-    const auto has_area = hn::Gt(total, zero);
-    Vector mean{zero, zero, zero};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Double w = hn::IfThenElse(has_area, hn::Div(weight[i], total), hn::Set(doubles, 1.0 / 3.0));
-      hn::Store(w, doubles, points.weight[i].data() + lane);
-      mean = sum(mean, scaled(w, load(points.corner_normal[i], lane)));
-    }
-    const Double length = hn::Sqrt(dot(mean, mean));
-    const auto is_length =
-        hn::And(hn::Gt(length, zero), hn::Le(length, hn::Set(doubles, std::numeric_limits<double>::max())));
-    const Vector normal = scaled(hn::Div(hn::Set(doubles, 1.0), length), mean);
-    hn::Store(hn::IfThenElseZero(is_length, normal.x), doubles, points.normal.x.data() + lane);
-    hn::Store(hn::IfThenElseZero(is_length, normal.y), doubles, points.normal.y.data() + lane);
-    hn::Store(hn::IfThenElseZero(is_length, normal.z), doubles, points.normal.z.data() + lane);
+    const Vector from = load(edges.from, lane);
+    const Vector edge = difference(load(edges.to, lane), from);
+    const Double t = load(edges.parameter, lane);
+    const Vector n = interpolate(sum(from, scaled(t, edge)), edges.crossing, lane);
+    const Double nearest = hn::IfThenElse(hn::Lt(t, one), t, one);
+    const Double weight = hn::Sub(hn::Div(one, hn::Mul(t, t)), hn::Set(doubles, lost));
+    store(nearest, edges.nearest, lane);
+    store(hn::Mul(nearest, hn::Sqrt(dot(edge, edge))), edges.distance, lane);
+    store(weight, edges.weight, lane);
+    store(hn::Mul(hn::Mul(weight, t), dot(edge, n)), edges.depth, lane);
+    store(scaled(weight, n), edges.weighted, lane);
   }
 }
 
@@ -83,9 +75,14 @@ HWY_AFTER_NAMESPACE();
 namespace palpate::simd {
 
 HWY_EXPORT(interpolate_normals);
+HWY_EXPORT(find_planes);
 
 void interpolate_normals(TrianglePoints& points, std::size_t size) {
   HWY_DYNAMIC_DISPATCH(interpolate_normals)(points, size);
+}
+
+void find_planes(CrossingEdges& edges, double lost, std::size_t size) {
+  HWY_DYNAMIC_DISPATCH(find_planes)(edges, lost, size);
 }
 
 }  // namespace palpate::simd

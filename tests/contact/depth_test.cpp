@@ -235,13 +235,13 @@ Contacts with_rough_depths(const Bodies& bodies, DepthCounts& counts) {
   const parallel::Threads threads(1);
   ContactList list;
   list.assign(threads, bodies, positions, found);
-  parallel::ChunkedList<BorderEdge> scratch;
-  std::vector<BorderEdge> border_edges;
-  find_border_edges(threads, bodies, positions, list, scratch, border_edges);
+  BorderEdges border_edges(bodies);
+  border_edges.find(threads, bodies, positions, list);
   const Lattice lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0);
   BruteForce edges;
   CrossingQuery crossings;
-  crossings.find(threads, bodies, positions, list.contacts(), border_edges, lattice, edges, CellSlots(0, 0));
+  crossings.find(threads, bodies, positions, list.contacts(), border_edges.edges(), lattice, edges,
+                 CellSlots(0, 0));
   counts = DepthEstimate(bodies).compute(threads, bodies, positions, list, border_edges, crossings,
                                          Deadline(Deadline::Clock::now()));
   return list.contacts();

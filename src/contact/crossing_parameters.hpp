@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+
+#include <palpate/detection.hpp>
+
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// A border edge and a surface triangle that it meets.
+struct EdgeInTriangle {
+  Index border_edge;
+  Index triangle;
+};
+
+/// Where the edges cross: as many `crossings`, in the same order, with crossing_parameter() of each.
+/// O(crossings), parallel.
+void find_parameters(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+                     const Contacts& contacts, std::span<const BorderEdge> border_edges,
+                     std::span<const EdgeInTriangle> found, std::span<Crossing> crossings);
+
+}  // namespace palpate

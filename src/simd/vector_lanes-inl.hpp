@@ -1,0 +1,64 @@
+// Vectors of double, one a lane, with sums in the order of geometry/vector.hpp: all bits are those of the
+// same work one by one. Included once for each target.
+#if defined(PALPATE_SIMD_VECTOR_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PALPATE_SIMD_VECTOR_LANES_INL
+#undef PALPATE_SIMD_VECTOR_LANES_INL
+#else
+#define PALPATE_SIMD_VECTOR_LANES_INL
+#endif
+
+#include <cstddef>
+#include <hwy/highway.h>
+
+#include "simd/vector_rows.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Doubles = hn::CappedTag<double, 8>;
+using Double = hn::Vec<Doubles>;
+constexpr Doubles doubles;
+
+struct Vector {
+  Double x;
+  Double y;
+  Double z;
+};
+HWY_INLINE Double load(const LaneRow& row, std::size_t lane) {
+  return hn::Load(doubles, row.data() + lane);
+}
+HWY_INLINE Vector load(const VectorRows& rows, std::size_t lane) {
+  return {load(rows.x, lane), load(rows.y, lane), load(rows.z, lane)};
+}
+HWY_INLINE void store(Double v, LaneRow& row, std::size_t lane) {
+  hn::Store(v, doubles, row.data() + lane);
+}
+HWY_INLINE void store(const Vector& v, VectorRows& rows, std::size_t lane) {
+  store(v.x, rows.x, lane);
+  store(v.y, rows.y, lane);
+  store(v.z, rows.z, lane);
+}
+HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+HWY_INLINE Double dot(const Vector& a, const Vector& b) {
+  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+}
+HWY_INLINE Vector scaled(Double s, const Vector& a) {
+  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+}
+HWY_INLINE Vector sum(const Vector& a, const Vector& b) {
+  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+
+}  // namespace
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
