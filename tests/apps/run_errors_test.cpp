@@ -67,6 +67,25 @@ TEST_F(RunErrors, ScenesThatAreWrong) {
   EXPECT_FALSE(exists("results")) << "a refused scene leaves nothing";
 }
 
+TEST_F(RunErrors, MessagesNameWhatTheUserWrote) {
+  write("budget.json", falling_box(R"(, "contact": {"budget": {"tests": 1}})"));
+  expect_error(2, {"run", "budget.json", "--structure", "hash"},
+               {"--structure: found 'hash'", "contact.budget"});
+  expect_error(2, {"run", "budget.json", "--cells-per-primitive", "4"},
+               {"--cells-per-primitive: found '4'", "contact.budget"});
+  write("many.json",
+        R"({"bodies": [{"box": {"cells": [1024, 1024, 1024], "size": [1, 1, 1]}, "material": {}}]})");
+  expect_error(2, {"run", "many.json"},
+               {"error: box: cells: found 5368709120 tets, expected at most 536870911"});
+  write("flat.json",
+        R"({"bodies": [{"box": {"cells": [1, 1, 1], "size": [1e-110, 1e-110, 1e-110]}, "material": {}}]})");
+  const Finished flat = palpate({"run", "flat.json"});
+  EXPECT_EQ(flat.exit_code, 2);
+  EXPECT_EQ(flat.err.find("body body"), std::string::npos) << flat.err;
+  EXPECT_NE(flat.err.find("error: body 0"), std::string::npos) << flat.err;
+  EXPECT_EQ(flat.err.find("0.000000"), std::string::npos) << flat.err;
+}
+
 TEST_F(RunErrors, AControlCharacterDoesNotBreakTheLine) {
   expect_error(2, {"run", "two\nlines\x1b[31m.json"}, {"two?lines?[31m.json"});
 }
