@@ -132,6 +132,10 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   last_step_ = step;
 }
 
+bool has_checkpoints(const fs::path& results) {
+  return !checkpoints_in(results / folder_name).empty();
+}
+
 FoundCheckpoint find_checkpoint(const fs::path& results) {
   const std::vector<fs::path> files = checkpoints_in(results / folder_name);
   if (files.empty()) {

@@ -74,6 +74,9 @@ struct FoundCheckpoint {
   std::vector<std::string> damaged;  ///< later ones that are cut off or changed: what is wrong with each
 };
 
+/// Whether there are checkpoints in a folder of results, whole or not.
+bool has_checkpoints(const std::filesystem::path& results);
+
 /// The last whole checkpoint in a folder of results. Throws BadInput, in one line, where there is none.
 FoundCheckpoint find_checkpoint(const std::filesystem::path& results);
 

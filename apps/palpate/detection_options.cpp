@@ -1,6 +1,7 @@
 #include "detection_options.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,6 +35,16 @@ void DetectionOptions::apply(DetectionSettings& settings) const {
   settings.sort = sort.value_or(settings.sort);
   settings.cell_size = cell_size.value_or(settings.cell_size);
   settings.cells_per_primitive = cells_per_primitive.value_or(settings.cells_per_primitive);
+  if (!settings.budget) return;  // what the scene had fits
+  if (settings.structure != Structure::compact) {
+    throw BadInput("--structure", "",
+                   fmt::format("'{}'", structure_names[static_cast<std::size_t>(settings.structure)]),
+                   "'compact': the scene has a budget (contact.budget)");
+  }
+  if (settings.cells_per_primitive) {
+    throw BadInput("--cells-per-primitive", "", fmt::format("'{}'", *settings.cells_per_primitive),
+                   "'exact': the scene has a budget (contact.budget)");
+  }
 }
 
 void add_detection_options(CLI::App& app, DetectionOptions& options) {

@@ -16,7 +16,7 @@ struct DetectionOptions {
   /// Outer: given at all; inner: none for exact.
   std::optional<std::optional<int>> cells_per_primitive;
 
-  void apply(DetectionSettings& settings) const;
+  void apply(DetectionSettings& settings) const;  ///< throws BadInput where a flag rules out its budget
 };
 
 /// Adds `--structure`, `--order`, `--sort`, `--cell-size` and `--cells-per-primitive`.

@@ -6,14 +6,15 @@
 namespace palpate::app {
 namespace {
 
-constexpr std::array<int, 2> signals{SIGINT, SIGTERM};
+constexpr std::array<int, 3> signals{SIGINT, SIGTERM, SIGHUP};
 
 volatile std::sig_atomic_t interrupt_requested = 0;
 
 /// Only what is safe in a signal handler.
 extern "C" void request_interrupt(int) {
   interrupt_requested = 1;
-  for (const int signal : signals) ::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
+  ::signal(SIGHUP, SIG_IGN);  // a lost terminal is told twice, by the system and by the shell
 }
 
 bool is_ignored(int signal) {

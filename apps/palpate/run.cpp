@@ -15,6 +15,7 @@
 #include "checkpoint.hpp"
 #include "detection_options.hpp"
 #include "exit_codes.hpp"
+#include "folder_lock.hpp"
 #include "io/atomic_file.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
@@ -40,8 +41,8 @@ constexpr const char* examples = R"(Examples:
   palpate run --resume results/scene                go on where that run ended
 
 Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv (a row for each step), run.json and picture.png; what
-an earlier run left there is replaced. Ctrl-C ends after the current step, keeps what is done and writes a checkpoint;
---resume goes on from the last one.)";
+an earlier run left there is replaced, but for checkpoints of a run that was killed (see --replace). Ctrl-C ends after
+the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
 struct RunOptions {
   fs::path scene;
@@ -50,6 +51,7 @@ struct RunOptions {
   std::optional<std::int64_t> steps;
   bool until_rest = false;
   std::optional<fs::path> out;
+  bool replace = false;
   std::optional<int> every;
   bool no_picture = false;
   bool json = false;
@@ -112,11 +114,16 @@ struct Begin {
   SceneInput input;
   fs::path folder;
   std::optional<FoundCheckpoint> checkpoint;
+  bool replace = false;  ///< also what a killed run left
 };
 
 Begin begin_anew(const RunOptions& options) {
   if (options.scene.empty()) throw BadInput("run: SCENE is required (see --help)");
-  Begin begin{.plan = {}, .input = read_scene_input(options.scene), .folder = {}, .checkpoint = {}};
+  Begin begin{.plan = {},
+              .input = read_scene_input(options.scene),
+              .folder = {},
+              .checkpoint = {},
+              .replace = options.replace};
   Scene& scene = begin.input.scene;
   options.detection.apply(scene.settings.detection);
   scene.output.every = options.every.value_or(scene.output.every);
@@ -138,6 +145,11 @@ Begin begin_again(const RunOptions& options) {
     say_note(fmt::format("{}; going on from {}", damage, found.path.filename().string()));
   RunPlan plan = found.checkpoint.plan;
   plan.most_steps = options.steps.value_or(plan.most_steps);
+  const std::int64_t done = found.checkpoint.outcome.steps;
+  if (plan.most_steps < done) {
+    throw BadInput("--steps", "", fmt::format("{}", plan.most_steps),
+                   fmt::format("{} or more: {} is of that step", done, found.path.string()));
+  }
   plan.until_rest = plan.until_rest || options.until_rest;
   plan.no_picture = plan.no_picture || options.no_picture;
   plan.checkpoint_every = options.checkpoint_every.value_or(plan.checkpoint_every);
@@ -158,24 +170,39 @@ void take_up(const Begin& begin, Simulation& simulation) {
   }
 }
 
-/// Where the results of a run are written.
+/// A run that ends, or is interrupted, leaves run.json: checkpoints without it are all that is left of one
+/// that was killed or failed, and nobody may have meant to lose them.
+void check_replaceable(const Begin& begin) {
+  const fs::path& folder = begin.folder;
+  std::error_code ignored;
+  if (begin.replace || !has_checkpoints(folder) || fs::exists(folder / "run.json", ignored)) return;
+  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
+                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
+}
+
+MetricsFile open_metrics(const Begin& begin) {
+  const fs::path path = begin.folder / "metrics.csv";
+  if (begin.checkpoint) return {path, begin.checkpoint->checkpoint.metrics_bytes};
+  check_replaceable(begin);
+  return {path, begin.input.scene.units};
+}
+
+/// Where the results of a run are written. Rows come first: a run that cannot go on with them changes
+/// nothing.
 struct Outputs {
   explicit Outputs(const Begin& begin)
-      : frames(begin.folder, begin.input.scene.output.every,
+      : lock(begin.folder),
+        metrics(open_metrics(begin)),
+        frames(begin.folder, begin.input.scene.output.every,
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
         checkpoints(begin.folder, begin.plan,
                     begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
     remove_old_results(begin.folder, begin.input.scene);
-    const fs::path path = begin.folder / "metrics.csv";
-    if (begin.checkpoint) {
-      metrics.emplace(path, begin.checkpoint->checkpoint.metrics_bytes);
-    } else {
-      metrics.emplace(path, begin.input.scene.units);
-    }
   }
+  FolderLock lock;
+  MetricsFile metrics;
   FrameWriter frames;
   CheckpointWriter checkpoints;
-  std::optional<MetricsFile> metrics;
 };
 
 RunOutcome step_through(const Begin& begin, Simulation& simulation, Outputs& outputs, bool quiet) {
@@ -185,7 +212,7 @@ RunOutcome step_through(const Begin& begin, Simulation& simulation, Outputs& out
   Progress progress(simulation.metrics().step, begin.plan.most_steps, quiet);
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt,
-                    {outputs.frames, *outputs.metrics, outputs.checkpoints, progress},
+                    {outputs.frames, outputs.metrics, outputs.checkpoints, progress},
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
@@ -267,6 +294,8 @@ void add_flags(CLI::App& app, RunOptions& options) {
             [&options](const std::string& flag, const std::string& text) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
+  app.add_flag("--replace", options.replace,
+               "start anew where a run that was killed left checkpoints, and lose them");
   app.add_flag("--no-picture", options.no_picture, "take no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {
@@ -280,8 +309,8 @@ void add_flags(CLI::App& app, RunOptions& options) {
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // What a run has begun with it keeps.
-  for (const char* other : {"SCENE", "--out", "--every", "--structure", "--order", "--sort", "--cell-size",
-                            "--cells-per-primitive"})
+  for (const char* other : {"SCENE", "--out", "--replace", "--every", "--structure", "--order", "--sort",
+                            "--cell-size", "--cells-per-primitive"})
     resume->excludes(app.get_option(other));
 }
 

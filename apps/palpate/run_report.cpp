@@ -108,15 +108,10 @@ void add_build_and_machine(Json& json, const RunReport& report) {
 /// What a budget left undone; null without one.
 Json budget_json(const RunReport& report) {
   if (!report.simulation.settings().detection.budget) return {};
-  Json late = Json::array();
-  const auto bodies = report.simulation.detector().late_bodies();
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b] != 0) late.push_back(report.simulation.bodies().bodies()[b].name);
-  }
   return {{"late_steps", report.outcome.late_steps},
           {"least_completeness", report.outcome.least_completeness},
           {"steps_without_foresight", report.outcome.steps_without_foresight},
-          {"late_bodies", late}};
+          {"late_bodies", late_body_names(report)}};
 }
 
 Json relaxed_json(const std::optional<RelaxReport>& report) {
@@ -188,7 +183,16 @@ Json cell_size_json(const CellSizeChoice& choice) {
 
 }  // namespace
 
-Json report_json(const RunReport& report) {
+std::vector<std::string> late_body_names(const RunReport& report) {
+  std::vector<std::string> names;
+  const auto late = report.simulation.detector().late_bodies();
+  for (std::size_t b = 0; b < late.size(); ++b) {
+    if (late[b] != 0) names.push_back(report.simulation.bodies().bodies()[b].name);
+  }
+  return names;
+}
+
+nlohmann::ordered_json report_json(const RunReport& report) {
   Json json;
   add_build_and_machine(json, report);
   json["scene_file"] = utf8_text(report.scene_file.string());

@@ -33,6 +33,9 @@ struct RunReport {
   double wall_seconds = 0.0;
 };
 
+/// The bodies that a budget did not suffice for in the last step.
+std::vector<std::string> late_body_names(const RunReport& report);
+
 /// The content of run.json.
 nlohmann::ordered_json report_json(const RunReport& report);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "body_report.hpp"
 #include "geometry/vector.hpp"
@@ -15,6 +16,27 @@ std::string ending(const RunReport& report) {
 
 std::string tally_line(const char* name, const Tally& tally) {
   return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
+}
+
+/// Of a run whose budget left work: how much, and where. Empty where all was found.
+std::string budget_lines(const RunReport& report) {
+  const RunOutcome& outcome = report.outcome;
+  std::string text;
+  if (outcome.late_steps > 0) {
+    text +=
+        fmt::format("budget        too small in {}: contacts may be missing; {} % of the work done at least",
+                    counted(static_cast<std::size_t>(outcome.late_steps), "step"),
+                    short_text(100.0 * outcome.least_completeness));
+    const auto late = late_body_names(report);
+    if (!late.empty()) text += fmt::format("; at the end in {}", fmt::join(late, ", "));
+    text += '\n';
+  }
+  if (outcome.steps_without_foresight > 0) {
+    text +=
+        fmt::format("budget        no time to look ahead in {}: bodies that meet are noticed a step later\n",
+                    counted(static_cast<std::size_t>(outcome.steps_without_foresight), "step"));
+  }
+  return text;
 }
 
 std::string phases_text(const PhaseTimes& times) {
@@ -79,6 +101,7 @@ std::string report_text(const RunReport& report) {
         counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.shortest_edge),
         units.length);
   }
+  text += budget_lines(report);
   text += fmt::format("wall time     {} s on {}\n", short_text(report.wall_seconds),
                       counted(static_cast<std::size_t>(report.threads), "thread"));
   text += fmt::format("state hash    {}\n", report.simulation.state_hash());

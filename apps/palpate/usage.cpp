@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <exception>
+#include <fcntl.h>
 #include <new>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <unistd.h>
 #include <vector>
 
 #include "exit_codes.hpp"
@@ -30,6 +32,16 @@ std::vector<std::string> subcommand_names(CLI::App& app) {
 
 std::string nearest_of(const std::string& word, const std::vector<std::string>& known) {
   return expected_name(word, std::vector<std::string_view>(known.begin(), known.end()));
+}
+
+/// A standard stream that the caller closed (">&-") goes nowhere: the first file that is opened would get its
+/// number, and what is printed.
+void open_closed_streams() {
+  int opened = 0;
+  do {
+    opened = ::open("/dev/null", O_RDWR);  // takes the lowest number that is free
+  } while (opened >= 0 && opened <= STDERR_FILENO);
+  if (opened >= 0) ::close(opened);
 }
 
 /// The parsed subcommand that is deepest, or the command itself.
@@ -90,6 +102,7 @@ bool parse_or_explain(CLI::App& command, int argc, const char* const* argv) {
 }
 
 int as_exit_code(const std::function<int()>& work) {
+  open_closed_streams();
   try {
     return work();
   } catch (const BadInput& error) {

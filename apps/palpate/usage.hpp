@@ -14,7 +14,8 @@ void check_subcommands(CLI::App& app, std::span<const char* const> words);
 /// in one line for wrong usage.
 bool parse_or_explain(CLI::App& command, int argc, const char* const* argv);
 
-/// Calls `work` and turns every exception into one line on stderr. Returns the exit code.
+/// Calls `work` and turns every exception into one line on stderr. Returns the exit code. Standard streams
+/// that are closed lead to /dev/null from then on.
 int as_exit_code(const std::function<int()>& work);
 
 }  // namespace palpate::app

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "fem/body_title.hpp"
 #include "fem/dynamics.hpp"
 #include "number_text.hpp"
 
@@ -12,7 +13,7 @@ namespace palpate::fem {
 Error Dynamics::error_at_element(Index element, const std::string& found, const std::string& expected) const {
   const Body& body = at(bodies_, at(elements_.body_of_element(), element));
   const Index tet = at(elements_.tet_of_element(), element) - body.tets.begin;
-  return {"body " + body.name, "tet " + std::to_string(tet), found, expected};
+  return {body_title(body), "tet " + std::to_string(tet), found, expected};
 }
 
 /// Names the first element at a point; the point itself where it has none.
@@ -22,7 +23,7 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   if (!elements.empty()) return error_at_element(elements.front(), found, expected);
   const Body& body = at(bodies_, body_of_point_[point]);
   const Index own = static_cast<Index>(point) - body.points.begin;
-  return {"body " + body.name, "point " + std::to_string(own), found, expected};
+  return {body_title(body), "point " + std::to_string(own), found, expected};
 }
 
 void Dynamics::check_limits(double max_speed, int inverted_steps) {

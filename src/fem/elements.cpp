@@ -7,8 +7,10 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/body_title.hpp"
 #include "fem/rotation.hpp"
 #include "fem/row_order.hpp"
+#include "number_text.hpp"
 #include "simd/element_pass.hpp"
 
 namespace palpate::fem {
@@ -86,8 +88,8 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   for (const double value : inverse_rest.values) good = good && std::isfinite(value);
   if (!good) {
     const Body& owner = at(bodies.bodies(), body);
-    throw Error("body " + owner.name, "tet " + std::to_string(tet - owner.tets.begin),
-                "a volume at rest of " + std::to_string(volume),
+    throw Error(body_title(owner), "tet " + std::to_string(tet - owner.tets.begin),
+                "a volume at rest of " + number_text(volume),
                 "a volume that is positive and has a finite inverse shape in double precision");
   }
   corners_.push_back(corners);

@@ -13,6 +13,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "number_text.hpp"
 
 namespace palpate {
 namespace {
@@ -160,20 +161,20 @@ Vec3 ball_point(const BallKey& key, const std::array<Vec3, 12>& corners, double 
 TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size) {
   double tets = 5.0;
   for (const int n : cells) {
-    require(n >= 1, "make_box", "cells", std::to_string(n), "1 or more");
+    require(n >= 1, "box", "cells", std::to_string(n), "1 or more");
     tets *= n;
   }
   for (const double s : {size.x, size.y, size.z}) {
-    require(is_positive(s), "make_box", "size", std::to_string(s), "a number > 0");
+    require(is_positive(s), "box", "size", number_text(s), "a number > 0");
   }
-  require(4.0 * tets <= max_index, "make_box", "cells", std::to_string(tets) + " tets", "fewer");
+  require(4.0 * tets <= max_index, "box", "cells", number_text(tets) + " tets", "at most 536870911 tets");
   return {box_points(cells, size), box_tets(cells)};
 }
 
 TetMesh make_ball(double radius, int resolution) {
-  require(is_positive(radius), "make_ball", "radius", std::to_string(radius), "a number > 0");
-  require(resolution >= 1, "make_ball", "resolution", std::to_string(resolution), "1 or more");
-  require(80.0 * std::pow(resolution, 3) <= max_index, "make_ball", "resolution", std::to_string(resolution),
+  require(is_positive(radius), "ball", "radius", number_text(radius), "a number > 0");
+  require(resolution >= 1, "ball", "resolution", std::to_string(resolution), "1 or more");
+  require(80.0 * std::pow(resolution, 3) <= max_index, "ball", "resolution", std::to_string(resolution),
           "less");
 
   const auto corners = icosahedron_corners();

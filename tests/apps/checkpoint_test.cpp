@@ -138,6 +138,31 @@ TEST_F(CheckpointedRun, AChangedMeshIsRefused) {
   expect_done(palpate({"run", "--resume", "out", "--steps", "12", "--quiet"}));
 }
 
+TEST_F(CheckpointedRun, OfAKilledRunAreNotLostUnasked) {
+  expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
+  fs::remove(folder_ / "out/run.json");  // a run that is killed has none
+  const std::string rows = read("out/metrics.csv");
+  expect_error(2, run_into("out", "30"), {"out: found checkpoints", "--resume out", "--replace"});
+  EXPECT_EQ(checkpoints("out").size(), 2U);
+  EXPECT_EQ(read("out/metrics.csv"), rows);
+  expect_done(palpate(run_into("out", "3", {"--replace"})));
+  EXPECT_TRUE(checkpoints("out").empty());
+}
+
+TEST_F(CheckpointedRun, ARefusedResumeChangesNothing) {
+  expect_done(palpate(run_into("out", "22", {"--checkpoint-every", "10"})));
+  const std::string report = read("out/run.json");
+  const std::string frames = read("out/frames.pvd");
+  const auto files = names_in(folder_ / "out/frames");
+  fs::resize_file(folder_ / "out/metrics.csv", 300);
+  expect_error(1, {"run", "--resume", "out", "--steps", "40", "--quiet"}, {"out/metrics.csv", "300 bytes"});
+  expect_error(2, {"run", "--resume", "out", "--steps", "3"},
+               {"--steps", "found 3", "22 or more", name_of(22)});
+  EXPECT_EQ(read("out/run.json"), report);
+  EXPECT_EQ(read("out/frames.pvd"), frames);
+  EXPECT_EQ(names_in(folder_ / "out/frames"), files);
+}
+
 TEST_F(CheckpointedRun, ANewRunRemovesThemAll) {
   expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
   expect_done(palpate(run_into("out", "3")));

@@ -41,10 +41,12 @@ class Interrupt : public CommandTest {
 };
 
 TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  ::signal(SIGHUP, SIG_DFL);  // else it is handed down where the tests run under nohup
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Process run(endless_, folder_.path());
     wait_for_rows(2);
     run.send(signal);
+    if (signal == SIGHUP) run.send(signal);  // as the system and the shell do
     const Finished done = run.wait();
     EXPECT_EQ(done.exit_code, 1);
     EXPECT_NE(done.err.find("palpate: error: interrupted after step "), std::string::npos) << done.err;
@@ -85,6 +87,16 @@ TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
     run.send(SIGTERM);
   }
   EXPECT_EQ(run.wait().signal, SIGTERM);
+}
+
+TEST_F(Interrupt, AnIgnoredHangUpStaysIgnored) {
+  ::signal(SIGHUP, SIG_IGN);  // as nohup does
+  Process run(endless_, folder_.path());
+  ::signal(SIGHUP, SIG_DFL);
+  wait_for_rows(2);
+  run.send(SIGHUP);
+  wait_for_rows(lines_of(read("out/metrics.csv")).size() + 10);
+  EXPECT_TRUE(run.running());
 }
 
 TEST_F(Interrupt, KilledRunsKeepWholeRows) {

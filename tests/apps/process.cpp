@@ -51,6 +51,10 @@ Process::Process(std::vector<std::string> arguments, const std::filesystem::path
   arguments.insert(arguments.begin(), "palpate");
   pid_ = ::fork();
   if (pid_ != 0) return;
+  if (device == closed_streams) {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::close(stream);
+    become(arguments, folder);
+  }
   redirect("/dev/null", STDIN_FILENO);
   redirect(device.empty() ? out_ : device, STDOUT_FILENO);
   redirect(err_, STDERR_FILENO);

@@ -16,11 +16,15 @@ struct Finished {
   std::string err;
 };
 
+/// Closes all standard streams of a Process, as a shell's "<&- >&- 2>&-".
+inline constexpr const char* closed_streams = "closed";
+
 /// The palpate command, started in a folder, its output going to files beside that folder's name.
 class Process {
  public:
   /// \param folder  becomes its current folder
-  /// \param device  takes stdout in place of a file ("/dev/full"); its text is then not kept
+  /// \param device  takes stdout in place of a file ("/dev/full"); its text is then not kept; or
+  /// closed_streams
   Process(std::vector<std::string> arguments, const std::filesystem::path& folder,
           const std::filesystem::path& device = {});
   /// Kills it if it still runs.

@@ -1,3 +1,6 @@
+#include <chrono>
+#include <thread>
+
 #include "apps/workplace.hpp"
 
 namespace palpate::test {
@@ -64,6 +67,25 @@ TEST_F(RunErrors, ScenesThatAreWrong) {
   EXPECT_FALSE(exists("results")) << "a refused scene leaves nothing";
 }
 
+TEST_F(RunErrors, MessagesNameWhatTheUserWrote) {
+  write("budget.json", falling_box(R"(, "contact": {"budget": {"tests": 1}})"));
+  expect_error(2, {"run", "budget.json", "--structure", "hash"},
+               {"--structure: found 'hash'", "contact.budget"});
+  expect_error(2, {"run", "budget.json", "--cells-per-primitive", "4"},
+               {"--cells-per-primitive: found '4'", "contact.budget"});
+  write("many.json",
+        R"({"bodies": [{"box": {"cells": [1024, 1024, 1024], "size": [1, 1, 1]}, "material": {}}]})");
+  expect_error(2, {"run", "many.json"},
+               {"error: box: cells: found 5368709120 tets, expected at most 536870911"});
+  write("flat.json",
+        R"({"bodies": [{"box": {"cells": [1, 1, 1], "size": [1e-110, 1e-110, 1e-110]}, "material": {}}]})");
+  const Finished flat = palpate({"run", "flat.json"});
+  EXPECT_EQ(flat.exit_code, 2);
+  EXPECT_EQ(flat.err.find("body body"), std::string::npos) << flat.err;
+  EXPECT_NE(flat.err.find("error: body 0"), std::string::npos) << flat.err;
+  EXPECT_EQ(flat.err.find("0.000000"), std::string::npos) << flat.err;
+}
+
 TEST_F(RunErrors, AControlCharacterDoesNotBreakTheLine) {
   expect_error(2, {"run", "two\nlines\x1b[31m.json"}, {"two?lines?[31m.json"});
 }
@@ -76,6 +98,57 @@ TEST_F(RunErrors, FoldersThatCannotBeWritten) {
   std::filesystem::create_directories(folder_ / "out/metrics.csv");
   expect_error(1, {"run", "scene.json", "--out", "out"}, {"out/metrics.csv", "Is a directory"});
   EXPECT_EQ(read("file"), "not a folder");
+}
+
+TEST_F(RunErrors, ClosedStreamsLeadNowhere) {
+  write("scene.json", falling_box());
+  Process run({"run", "scene.json", "--out", "out", "--no-picture"}, folder_.path(), closed_streams);
+  EXPECT_EQ(run.wait().exit_code, 0);
+  const auto rows = lines_of(read("out/metrics.csv"));
+  ASSERT_EQ(rows.size(), 12U);
+  for (const std::string& row : rows) EXPECT_EQ(fields_of(row).size(), fields_of(rows[0]).size()) << row;
+}
+
+TEST_F(RunErrors, OnlyOneRunWritesIntoAFolder) {
+  write("scene.json", falling_box());
+  const std::vector<std::string> into_out{"run", "scene.json", "--out", "out", "--checkpoint-every",
+                                          "1",   "--steps"};
+  const auto of_steps = [&](const std::string& steps) {
+    auto arguments = into_out;
+    arguments.push_back(steps);
+    return arguments;
+  };
+  Process first(of_steps("100000000"), folder_.path());
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!exists("out/checkpoints") || names_in(folder_ / "out/checkpoints").size() < 2) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  expect_error(1, of_steps("3"), {"out: found another run"});
+  expect_error(1, {"run", "--resume", "out", "--quiet"}, {"out: found another run"});
+  EXPECT_TRUE(first.running());
+  first.send(SIGKILL);
+  first.wait();
+  EXPECT_TRUE(exists("out/.lock")) << "of no use: the lock ended with the process";
+  auto again = of_steps("3");
+  again.push_back("--replace");
+  output_of(again);
+  EXPECT_FALSE(exists("out/.lock"));
+}
+
+TEST_F(RunErrors, TheSummarySaysWhatABudgetLeftOut) {
+  write("small.json", falling_box(R"(, "contact": {"budget": {"tests": 1}})"));
+  const std::string small = output_of({"run", "small.json", "--no-picture", "--out", "small"});
+  const auto late = Json::parse(read("small/run.json"))["budget"]["late_steps"].get<int>();
+  ASSERT_GT(late, 1);
+  EXPECT_NE(
+      small.find("budget        too small in " + std::to_string(late) + " steps: contacts may be missing; "),
+      std::string::npos)
+      << small;
+  EXPECT_NE(small.find("; at the end in plate, box\n"), std::string::npos) << small;
+  write("large.json", falling_box(R"(, "contact": {"budget": {"tests": 1000000}})"));
+  const std::string large = output_of({"run", "large.json", "--no-picture", "--out", "large"});
+  EXPECT_EQ(large.find("budget"), std::string::npos) << large;
 }
 
 TEST_F(RunErrors, APictureThatCannotBeTakenLosesNothingElse) {

@@ -74,18 +74,15 @@ TEST(MakeBox, CutsACellInFiveWithAThirdInTheMiddle) {
 }
 
 TEST(MakeBox, RefusesWhatIsNoBox) {
-  EXPECT_EQ(message_of([] {
-              make_box({1, 0, 1}, {1, 1, 1});
-            }),
-            "make_box: cells: found 0, expected 1 or more");
+  EXPECT_EQ(message_of([] { make_box({1, 0, 1}, {1, 1, 1}); }), "box: cells: found 0, expected 1 or more");
   EXPECT_EQ(message_of([] {
               make_box({1, 1, 1}, {1, -1, 1});
             }),
-            "make_box: size: found -1.000000, expected a number > 0");
+            "box: size: found -1, expected a number > 0");
   EXPECT_EQ(message_of([] {
               make_box({1, 1, 1}, {1, 1, std::numeric_limits<double>::infinity()});
             }),
-            "make_box: size: found inf, expected a number > 0");
+            "box: size: found inf, expected a number > 0");
   EXPECT_NE(message_of([] { make_box({1000000, 1000000, 1000000}, {1, 1, 1}); }), "no error");
 }
 
@@ -144,10 +141,9 @@ TEST(MakeBall, KeepsItsShapeQualityUnderRefinement) {
 }
 
 TEST(MakeBall, RefusesWhatIsNoBall) {
-  EXPECT_EQ(message_of([] { make_ball(0.0, 3); }),
-            "make_ball: radius: found 0.000000, expected a number > 0");
-  EXPECT_EQ(message_of([] { make_ball(1.0, 0); }), "make_ball: resolution: found 0, expected 1 or more");
-  EXPECT_EQ(message_of([] { make_ball(1.0, 1000); }), "make_ball: resolution: found 1000, expected less");
+  EXPECT_EQ(message_of([] { make_ball(0.0, 3); }), "ball: radius: found 0, expected a number > 0");
+  EXPECT_EQ(message_of([] { make_ball(1.0, 0); }), "ball: resolution: found 0, expected 1 or more");
+  EXPECT_EQ(message_of([] { make_ball(1.0, 1000); }), "ball: resolution: found 1000, expected less");
 }
 
 TEST(StackingScene, IsThePapers) {

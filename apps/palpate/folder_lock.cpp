@@ -1,0 +1,53 @@
+#include "folder_lock.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "io/atomic_file.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Whether the path still leads to the open file: the run that held it before may have removed it meanwhile.
+bool leads_to(const std::filesystem::path& path, int descriptor) {
+  struct stat there {};
+  struct stat open {};
+  return ::stat(path.c_str(), &there) == 0 && ::fstat(descriptor, &open) == 0 &&
+         there.st_dev == open.st_dev && there.st_ino == open.st_ino;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".lock") {
+  io::create_folder(folder);
+  while (true) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) {
+      throw Error(path_.string(), "opening", "'" + std::system_category().message(errno) + "'",
+                  "a folder that can be written to");
+    }
+    const bool held_elsewhere = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (held_elsewhere) {
+      ::close(std::exchange(descriptor_, -1));  // no destructor does it
+      throw Error(folder.string(), "", "another run that writes into this folder",
+                  "a folder of its own (--out DIR), or the end of that run");
+    }
+    if (leads_to(path_, descriptor_)) return;
+    ::close(std::exchange(descriptor_, -1));
+  }
+}
+
+FolderLock::~FolderLock() {
+  // First the name, then the lock: who opens the file in between sees that no path leads to it any more.
+  if (leads_to(path_, descriptor_)) ::unlink(path_.c_str());
+  ::close(descriptor_);
+}
+
+}  // namespace palpate::app
