@@ -20,13 +20,15 @@ struct FramesSoFar {
 class FrameWriter {
  public:
   /// \param so_far  of the run that goes on; others that are there are removed
-  /// Throws Error where the folder cannot be written, or a frame so far is gone; so does add().
+  /// Throws Error where the folder cannot be written; so does add().
   FrameWriter(const std::filesystem::path& folder, int every, const FramesSoFar& so_far = {});
 
   /// Writes the state if its step is due, or if `always`; never the same step twice.
   void add(const Simulation& simulation, bool always = false);
 
   [[nodiscard]] std::size_t count() const { return series_.frame_count(); }
+  /// Numbers of frames so far that are gone.
+  [[nodiscard]] const std::vector<std::size_t>& missing() const { return series_.missing_frames(); }
   [[nodiscard]] FramesSoFar so_far() const { return {series_.times(), last_step_}; }
   [[nodiscard]] const std::filesystem::path& collection() const { return series_.collection_path(); }
 

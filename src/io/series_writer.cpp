@@ -41,12 +41,14 @@ std::string to_text(double value) {
   return {text.data(), end};
 }
 
-std::string collection_text(const std::vector<double>& times) {
+/// \param missing  frames to leave out, ascending
+std::string collection_text(const std::vector<double>& times, const std::vector<std::size_t>& missing) {
   std::string text =
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n"
       "  <Collection>\n";
   for (std::size_t frame = 0; frame < times.size(); ++frame) {
+    if (std::ranges::binary_search(missing, frame)) continue;
     text += "    <DataSet timestep=\"" + to_text(times[frame]) + "\" part=\"0\" file=\"" +
             std::string(frames_folder) + "/" + frame_name(frame) + "\"/>\n";
   }
@@ -75,11 +77,10 @@ SeriesWriter::SeriesWriter(fs::path folder, std::string name, std::vector<double
   create_folder(folder_ / frames_folder);
   for (std::size_t frame = 0; frame < times_.size(); ++frame) {
     std::error_code ignored;
-    if (!fs::is_regular_file(frame_path(frame), ignored))
-      throw Error(frame_path(frame).string(), "", "no such file", "the frame that the run wrote before");
+    if (!fs::is_regular_file(frame_path(frame), ignored)) missing_.push_back(frame);
   }
   // First the list, then the frames: at no moment does the collection name a file that is not there.
-  write_atomically(collection_path_, collection_text(times_));
+  write_atomically(collection_path_, collection_text(times_, missing_));
   remove_frames(folder_ / frames_folder, times_.size());
 }
 
@@ -101,7 +102,7 @@ void SeriesWriter::add(double time, VtuData data) {
 void SeriesWriter::list_frame(double time) {
   times_.push_back(time);
   try {
-    write_atomically(collection_path_, collection_text(times_));
+    write_atomically(collection_path_, collection_text(times_, missing_));
   } catch (...) {
     times_.pop_back();
     throw;

@@ -20,9 +20,9 @@ class SeriesWriter {
   /// Creates the folders, an empty collection, and removes the frames (frame_*.vtu, six digits or more) that
   /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
   ///
-  /// \param times  of the frames that are there already, of a run that goes on: they stay, and their files
-  /// are not
-  ///               looked at but for being there. Throws Error naming one that is not.
+  /// \param times  of the frames that a run that goes on has written: they stay, and their files are not
+  /// looked
+  ///               at but for being there. One that is gone is left out of the collection: missing_frames().
   SeriesWriter(std::filesystem::path folder, std::string name, std::vector<double> times = {});
 
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
@@ -32,8 +32,12 @@ class SeriesWriter {
   void add(double time, VtuData data);
 
   [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }
-  [[nodiscard]] std::size_t frame_count() const { return times_.size(); }
-  [[nodiscard]] const std::vector<double>& times() const { return times_; }  ///< of the frames
+  /// In the collection.
+  [[nodiscard]] std::size_t frame_count() const { return times_.size() - missing_.size(); }
+  /// Of all frames that were written, also of those that are gone.
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }
+  /// Numbers of frames that were gone when the run went on, ascending.
+  [[nodiscard]] const std::vector<std::size_t>& missing_frames() const { return missing_; }
   /// FOLDER/frames/frame_NNNNNN.vtu.
   [[nodiscard]] std::filesystem::path frame_path(std::size_t frame) const;
 
@@ -43,6 +47,7 @@ class SeriesWriter {
   std::filesystem::path folder_;
   std::filesystem::path collection_path_;
   std::vector<double> times_;
+  std::vector<std::size_t> missing_;
 };
 
 }  // namespace palpate::io

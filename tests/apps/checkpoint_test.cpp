@@ -122,8 +122,26 @@ TEST_F(CheckpointedRun, WhatIsNotThereAnyMoreIsTold) {
   put(folder_ / "out/metrics.csv", "step\n");
   expect_error(1, {"run", "--resume", "out", "--quiet"}, {"out/metrics.csv", "5 bytes"});
   put(folder_ / "out/metrics.csv", rows);
-  fs::remove(folder_ / "out/frames/frame_000002.vtu");
-  expect_error(1, {"run", "--resume", "out", "--quiet"}, {"frame_000002.vtu", "no such file"});
+}
+
+TEST_F(CheckpointedRun, FramesThatAreGoneAreLeftOut) {
+  expect_done(palpate(run_into("out", "24", {"--checkpoint-every", "10"})));
+  const auto frames_listed = [&] {
+    const std::string text = read("out/frames.pvd");
+    std::size_t count = 0;
+    for (std::size_t place = text.find("<DataSet"); place != std::string::npos;
+         place = text.find("<DataSet", place + 1))
+      ++count;
+    return count;
+  };
+  const std::size_t before = frames_listed();
+  ASSERT_GT(before, 3U);
+  for (const char* name : {"frame_000001.vtu", "frame_000002.vtu"}) fs::remove(folder_ / "out/frames" / name);
+  const Finished outcome = palpate({"run", "--resume", "out", "--steps", "24"});
+  expect_done(outcome);
+  EXPECT_NE(outcome.err.find("2 frames"), std::string::npos) << outcome.err;
+  EXPECT_EQ(frames_listed(), before - 2);
+  EXPECT_EQ(read("out/frames.pvd").find("frame_000002"), std::string::npos);
 }
 
 TEST_F(CheckpointedRun, AChangedMeshIsRefused) {
