@@ -138,7 +138,8 @@ PeersEffort full_effort() {
 
 Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
                         std::vector<Absentee>& absent,
-                        const std::function<void(const std::string& line)>& tell) {
+                        const std::function<void(const std::string& line)>& tell,
+                        const std::function<bool()>& interrupted) {
   Section section = empty_section(task);
   std::map<std::string, measure::Series> lines;
   std::uint64_t hash = fnv1a({});
@@ -146,6 +147,7 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
   KnownModes known;
   std::size_t told = 0;
   for (const Heat& heat : effort.heats) {
+    if (interrupted()) throw measure::Interrupted{};
     Stopwatch watch;
     const measure::QueryScene scene = scene_of(heat);
     const Course course{scene, scene.immovable(), task};

@@ -17,6 +17,7 @@ class BenchPaper : public CommandTest {
   }
   [[nodiscard]] Json item(const std::string& id) const {
     const Json report = json_of({"bench", "paper", "--scenes", ".", "--out", "out", "--only", id, "--json"});
+    EXPECT_EQ(report["complete"], true);
     EXPECT_EQ(report["sections"].size(), 1U);
     EXPECT_EQ(report["sections"][0]["id"], id);
     return report["sections"][0];
@@ -119,6 +120,11 @@ TEST_F(BenchScaling, AStepHasAllItsPhases) {
 TEST_F(BenchScaling, RefusesWhatIsNotThere) {
   expect_error(2, {"bench", "scaling", "--only", "speed"}, {"--only: found 'speed'", "growth"});
   expect_error(2, {"bench", "scaling", "--most-tets", "many"}, {"--most-tets: found 'many'"});
+  std::filesystem::create_directory(folder_ / "out");
+  write("out/report.json", "kept");
+  expect_error(2, {"bench", "scaling", "--most-tets", "9999", "--out", "out"},
+               {"--most-tets: found '9999', expected at least 10000"});
+  EXPECT_EQ(read("out/report.json"), "kept");
 }
 
 TEST_F(BenchPaper, RefusesWhatIsNotThere) {
