@@ -105,7 +105,8 @@ Section empty_section(Task task) {
               "that in a smaller scene is not tried again). With "
               "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
               "processor, which a busy machine adds less to; with what a peer needs to take over the "
-              "positions. Who has our exact test as its "
+              "positions. Palpate has coherence between frames on, the default; without it see the table of "
+              "docs/benchmarks.md, \"What we set out to reach\". Who has our exact test as its "
               "callback must find the same pairs, or the benchmark fails.",
       .table = {{"scene", "movers, %", "who", "threads", "mode", "least, ms", "median, ms", "most, ms",
                  "times ours", "answers", "frames"},
