@@ -13,6 +13,7 @@
 #include <palpate/relax.hpp>
 
 #include "exit_codes.hpp"
+#include "interrupt.hpp"
 #include "io/atomic_file.hpp"
 #include "measure/paper.hpp"
 #include "measure/report.hpp"
@@ -40,7 +41,8 @@ constexpr const char* examples = R"(Examples:
   palpate bench speed --only query             what we set out to reach, measured; to results/bench-speed
 
 All but 'speed' write report.json. All ways measure the same positions in turns, and a way that finds other contacts is an
-error. './dev bench --quick' does the first three and makes one report.html with pictures.)";
+error. './dev bench --quick' does the first three and makes one report.html with pictures. Ctrl-C ends 'paper' and
+'scaling' after the item that is being measured and 'peers' after the scene; report.json has the items before.)";
 
 struct ReportOptions {
   fs::path out;
@@ -90,7 +92,8 @@ int report(std::string_view kind, const ReportOptions& options, std::vector<meas
   if (options.only) std::erase_if(items, [&](const measure::Item& item) { return item.id != *options.only; });
   Json report = measure::report_of(kind, options.full ? "full" : "quick");
   const fs::path file = options.out / "report.json";
-  measure::measure_items(report, items, file, say_progress);
+  const InterruptFlag interrupt;
+  measure::measure_items(report, items, file, say_progress, [&] { return interrupt.requested(); });
   print_out(options.json ? format_json(report) + "\n" : fmt::format("report        {}\n", file.string()));
   return exit_done;
 }
@@ -111,6 +114,11 @@ int paper(const PaperOptions& options) {
 
 int scaling(const ScalingOptions& options) {
   const measure::ScalingEffort effort = options.full ? measure::full_scaling() : measure::quick_scaling();
+  // The smallest size is the same for all items.
+  if (options.most_tets < effort.tets.front()) {
+    throw BadInput("--most-tets", "", fmt::format("'{}'", options.most_tets),
+                   fmt::format("at least {}, for one size", effort.tets.front()));
+  }
   return report("scaling", options,
                 {{"growth", [&] { return measure::growth(effort, options.most_tets); }},
                  {"threads", [&] { return measure::thread_scaling(effort, options.most_tets); }},

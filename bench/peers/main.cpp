@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "exit_codes.hpp"
+#include "interrupt.hpp"
 #include "io/atomic_file.hpp"
 #include "measure/report.hpp"
 #include "messages.hpp"
@@ -71,16 +72,19 @@ int measure_peers(const Options& options) {
                         "at least 10000, for one scene");
   const PythonPeers python{options.python, PALPATE_PYTHON_PEERS};
   std::vector<Absentee> absent;
+  const app::InterruptFlag interrupt;
+  const auto interrupted = [&] { return interrupt.requested(); };
   std::vector<measure::Item> items;
   for (const Task task : {Task::points_in_tets, Task::edges_on_triangles}) {
     if (options.only && *options.only != static_cast<std::size_t>(task)) continue;
-    items.push_back({task_names[static_cast<std::size_t>(task)],
-                     [&, task] { return contest_section(task, effort, python, absent, app::say_progress); }});
+    items.push_back({task_names[static_cast<std::size_t>(task)], [&, task] {
+                       return contest_section(task, effort, python, absent, app::say_progress, interrupted);
+                     }});
   }
   items.push_back({"peers", [&] { return peers_section(absent); }});
   nlohmann::ordered_json report = measure::report_of("peers", options.full ? "full" : "quick");
   const fs::path file = options.out / "report.json";
-  measure::measure_items(report, items, file, app::say_progress);
+  measure::measure_items(report, items, file, app::say_progress, interrupted);
   app::print_out(options.json ? format_json(report) + "\n"
                               : fmt::format("report        {}\n", file.string()));
   return app::exit_done;

@@ -40,6 +40,8 @@ class Child {
     child_ = ::fork();
     if (child_ < 0) throw std::runtime_error("no process");
     if (child_ == 0) {
+      // Ctrl-C reaches the whole group; a child ends with its input.
+      static_cast<void>(std::signal(SIGINT, SIG_IGN));
       ::dup2(to_child[0], 0);
       ::dup2(from_child[1], 1);
       std::vector<std::string> words{python.python.string(), python.program.string()};

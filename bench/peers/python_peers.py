@@ -9,6 +9,7 @@ of them, what turns its answer into pairs is not.
 
 import importlib
 import importlib.metadata
+import os
 import pathlib
 import shutil
 import sys
@@ -120,17 +121,22 @@ def serve(peer, mode, threads, folder):
     # Packages that print must not get between our lines.
     answers, sys.stdout = sys.stdout, sys.stderr
     finder = None
-    for line in sys.stdin:
-        if line.strip() == "start":
-            finder = PEERS[peer](mode, int(threads), {"tets": table("tets", 4), "triangles": table("triangles", 3),
-                                                         "ranges": table("ranges", 6)})
-            print("ready", file=answers, flush=True)
-        else:
-            spent, pairs = finder.find(table("positions", 3, numpy.float64), table("edges", 3))
-            pairs.tofile(folder / "pairs")
-            print(f"found {spent[0]} {spent[1]}", file=answers, flush=True)
-    # Also where the program that made it was killed.
-    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        for line in sys.stdin:
+            if line.strip() == "start":
+                finder = PEERS[peer](mode, int(threads), {"tets": table("tets", 4), "triangles": table("triangles", 3),
+                                                             "ranges": table("ranges", 6)})
+                print("ready", file=answers, flush=True)
+            else:
+                spent, pairs = finder.find(table("positions", 3, numpy.float64), table("edges", 3))
+                pairs.tofile(folder / "pairs")
+                print(f"found {spent[0]} {spent[1]}", file=answers, flush=True)
+    except BrokenPipeError:
+        # Nobody listens any more; what Python writes once more at its end must not fail either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), answers.fileno())
+    finally:
+        # Also where the program that made it was killed.
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":

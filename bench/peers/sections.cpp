@@ -105,7 +105,8 @@ Section empty_section(Task task) {
               "that in a smaller scene is not tried again). With "
               "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
               "processor, which a busy machine adds less to; with what a peer needs to take over the "
-              "positions. Who has our exact test as its "
+              "positions. Palpate has coherence between frames on, the default; without it see the table of "
+              "docs/benchmarks.md, \"What we set out to reach\". Who has our exact test as its "
               "callback must find the same pairs, or the benchmark fails.",
       .table = {{"scene", "movers, %", "who", "threads", "mode", "least, ms", "median, ms", "most, ms",
                  "times ours", "answers", "frames"},
@@ -138,7 +139,8 @@ PeersEffort full_effort() {
 
 Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
                         std::vector<Absentee>& absent,
-                        const std::function<void(const std::string& line)>& tell) {
+                        const std::function<void(const std::string& line)>& tell,
+                        const std::function<bool()>& interrupted) {
   Section section = empty_section(task);
   std::map<std::string, measure::Series> lines;
   std::uint64_t hash = fnv1a({});
@@ -146,6 +148,7 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
   KnownModes known;
   std::size_t told = 0;
   for (const Heat& heat : effort.heats) {
+    if (interrupted()) throw measure::Interrupted{};
     Stopwatch watch;
     const measure::QueryScene scene = scene_of(heat);
     const Course course{scene, scene.immovable(), task};

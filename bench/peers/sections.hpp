@@ -28,10 +28,12 @@ struct PeersEffort {
 PeersEffort quick_effort();
 PeersEffort full_effort();
 
-/// Runs a task in all heats, and tells of each; who is absent is added to the list.
+/// Runs a task in all heats, and tells of each; who is absent is added to the list. `interrupted` is asked
+/// before each heat: where it says yes, throws measure::Interrupted.
 measure::Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
                                  std::vector<Absentee>& absent,
-                                 const std::function<void(const std::string& line)>& tell);
+                                 const std::function<void(const std::string& line)>& tell,
+                                 const std::function<bool()>& interrupted);
 
 /// Who takes part, with what, and who does not, and why.
 measure::Section peers_section(const std::vector<Absentee>& absent);

@@ -6,13 +6,14 @@ libraries) tells how fast the machine was: all ratios are divided by its median 
 samples, widened by how far the ratios of that other work spread. A thing counts as slower or faster where the bounds exclude 1, and by more
 than 3 %.
 
-Exit codes: 0 nothing is slower and all results are the same, 1 something is slower or other results were found, 2 bad usage.
+Exit codes: 0 nothing is slower and all results are the same, 1 something is slower or other results were found, 2 bad usage,
+no report, one that was not measured to its end, or nothing that is in both.
 """
 
-import json
-import pathlib
 import statistics
 import sys
+
+from reports import read
 
 # What differs by less is nothing to act upon, however quiet the machine.
 SMALLEST = 0.03
@@ -32,7 +33,8 @@ def quartiles(values):
 
 def machine_ratio(old, new):
     """(median, lower quartile, upper quartile) of the ratios of work that is not ours, and how much there is of it."""
-    ratios = [new[key]["median"] / old[key]["median"] for key in sorted(old.keys() & new.keys()) if old[key]["reference"]]
+    ratios = [new[key]["median"] / old[key]["median"] for key in sorted(old.keys() & new.keys())
+              if old[key]["reference"] and old[key]["median"] > 0]
     if not ratios:
         return 1.0, 1.0, 1.0, 0
     return statistics.median(ratios), *quartiles(ratios), len(ratios)
@@ -43,7 +45,7 @@ def compared(old_report, new_report):
     old, new = measures_of(old_report), measures_of(new_report)
     middle, low_machine, high_machine, _ = machine_ratio(old, new)
     for key in new:
-        if key not in old or new[key]["reference"]:
+        if key not in old or new[key]["reference"] or not old[key]["lower_quartile"] > 0:
             continue
         before, after = old[key], new[key]
         ratio = after["median"] / before["median"] / middle
@@ -59,14 +61,9 @@ def other_results(old_report, new_report):
             if old.get(section["id"]) and section.get("result_hash") and old[section["id"]] != section["result_hash"]]
 
 
-def read(name):
-    try:
-        report = json.loads(pathlib.Path(name).read_text())
-        report["sections"], report["machine"]
-        return report
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        print(f"compare.py: {name}: found no report ({error}), expected one of './dev bench'", file=sys.stderr)
-        raise SystemExit(2) from None
+def missing_sections(old_report, new_report):
+    there = {section["id"] for section in new_report["sections"]}
+    return [section["id"] for section in old_report["sections"] if section["id"] not in there]
 
 
 def main(arguments):
@@ -83,9 +80,10 @@ def main(arguments):
     print(f"before: {old['machine']['commit']}, {old['date']}\nnow:    {new['machine']['commit']}, {new['date']}")
     print(f"the machine: {count} times of work that is not ours took {middle:.3f} times as long (half of them {low:.3f} to {high:.3f})"
           if count else "the machine: no work in both reports tells how fast it was")
+    missing = missing_sections(old, new)
+    if missing:
+        print("not measured now: " + ", ".join(missing))
     rows = list(compared(old, new))
-    if not rows:
-        print("nothing is measured in both")
     for section, name, ratio, bound_low, bound_high, verdict in sorted(rows, key=lambda row: -row[2]):
         print(f"{ratio:6.3f}  [{bound_low:6.3f}, {bound_high:6.3f}]  {verdict:6}  {section}: {name}")
     slower = sum(row[5] == "slower" for row in rows)
@@ -94,6 +92,9 @@ def main(arguments):
     changed = other_results(old, new) if old["effort"] == new["effort"] else []
     if changed:
         print("other results than before: " + ", ".join(changed))
+    if not rows and not changed:
+        print(f"compare.py: {arguments[1]}: found nothing that {arguments[0]} has measured too, expected the same items", file=sys.stderr)
+        return 2
     return 1 if slower or changed else 0
 
 

@@ -96,7 +96,9 @@ def peer_rows(section, scene_part, threads):
 
 def figures(file, report):
     sections = {section["id"]: section for section in report["sections"]}
-    lines = ["One thread, 2 % of the points in another cell than in the frame before; medians, each peer in its fastest mode:", "",
+    lines = ["One thread, 2 % of the points in another cell than in the frame before; medians, each peer in its fastest mode. Palpate "
+             "has coherence between frames on, the default; without it see the table of [docs/benchmarks.md](docs/benchmarks.md), "
+             "“What we set out to reach”:", "",
              "| scene | task | Palpate, ms | fastest peer, ms | times |", "|---|---|---:|---:|---:|"]
     for key, task in (("peers-points", "points in tets"), ("peers-edges", "border edges against triangles")):
         for scene in dict.fromkeys(row[0] for row in sections[key]["table"]["rows"]):

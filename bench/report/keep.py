@@ -4,11 +4,12 @@
 One a day for each machine and effort: a later one takes the place of an earlier one.
 """
 
-import json
 import pathlib
 import re
 import shutil
 import sys
+
+from reports import read
 
 
 def name_of(report):
@@ -21,7 +22,7 @@ if __name__ == "__main__":
     if len(sys.argv) != 3:
         raise SystemExit(__doc__)
     source = pathlib.Path(sys.argv[1])
-    target = pathlib.Path(sys.argv[2]) / name_of(json.loads(source.read_text()))
+    target = pathlib.Path(sys.argv[2]) / name_of(read(source))
     beside = target.with_name(target.name + ".new")
     shutil.copyfile(source, beside)
     beside.rename(target)

@@ -98,6 +98,7 @@ void check(const Options& options) {
 Json head() {
   Json head = measure::report_of("speed", "");
   head.erase("effort");
+  head.erase("complete");
   head.erase("sections");
   head["references"] = machine_references();
   return head;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <numeric>
+#include <utility>
 
 #include "measure/paper.hpp"
 #include "measure/replay.hpp"
@@ -69,6 +70,11 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Wa
   }
 }
 
+void conclude(Section& section, Finding finding) {
+  section.verdict = finding.verdict;
+  section.why = std::move(finding.why);
+}
+
 }  // namespace
 
 Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) {
@@ -128,12 +134,11 @@ Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
   const std::size_t n = effort.threads.size();
   add_scaling(section, "Index sort", ways, times, 0, n);
   add_scaling(section, "Cuckoo hashing", ways, times, n, n);
-  const double ratio = times[n].median_update() / times[0].median_update();
-  section.verdict = ratio > 1.0 ? Verdict::agrees : Verdict::differs;
-  section.why = fmt::format(
-      "cuckoo hashing takes {:.1f} times as long as index sort to insert on one thread; "
-      "speed-ups are those of {} threads, the paper's those of eight",
-      ratio, effort.threads.back());
+  const auto speed_up = [&](std::size_t one) {
+    return times[one].median_total() / times[one + n - 1].median_total();
+  };
+  conclude(section, eye_finding(times[n].median_update() / times[0].median_update(), speed_up(0), speed_up(n),
+                                effort.threads.back()));
   return section;
 }
 
@@ -183,8 +188,7 @@ Section cell_sizes(const std::vector<PaperScene>& scenes, const PaperEffort& eff
           "Whole detection on one thread with cells of these edge lengths, in mean edge lengths; "
           "`auto` is what the library takes unless told.",
       .table = {{"scene", "cells", "in mean edges", "whole, ms"}, {}}};
-  std::string best_texts;
-  bool mean_best = true;
+  std::vector<CellSizeFigures> figures;
   for (const PaperScene& scene : scenes) {
     const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 4, 1);
     const Spread edges = mesh_statistics(recording.bodies, recording.bodies.points_rest()).edge_length;
@@ -195,6 +199,7 @@ Section cell_sizes(const std::vector<PaperScene>& scenes, const PaperEffort& eff
       settings.cell_size = size;
       ways.push_back({name, settings, 1});
     };
+    constexpr std::size_t mean_edge = 2;
     for (const double factor : {0.5, 0.71, 1.0, 1.41, 2.0, 2.83})
       add(fmt::format("{} mean edges", factor), factor * edges.mean);
     add("maximal edge", CellSizeRule::max_edge);
@@ -212,17 +217,14 @@ Section cell_sizes(const std::vector<PaperScene>& scenes, const PaperEffort& eff
       Series& series = chart.series[ways[w].name == "auto" ? 1 : 0];
       series.x.push_back(size);
       series.y.push_back(ms * times[w].median_total());
-      if (times[w].median_total() < times[best].median_total()) best = w;
+      if (ways[w].name != "auto" && times[w].median_total() < times[best].median_total()) best = w;
     }
-    const double mean_share = times[2].median_total() / times[best].median_total();
-    mean_best = mean_best && mean_share < 1.1;
-    best_texts +=
-        fmt::format("{}: best {}, the mean edge takes {:.2f} of its time, auto {:.2f}; ", scene.name,
-                    ways[best].name, mean_share, times.back().median_total() / times[best].median_total());
+    const double least = times[best].median_total();
+    figures.push_back({scene.name, ways[best].name, times[mean_edge].median_total() / least,
+                       times.back().median_total() / least});
     section.charts.push_back(std::move(chart));
   }
-  section.verdict = mean_best ? Verdict::agrees : Verdict::differs;
-  section.why = best_texts.substr(0, best_texts.size() - 2);
+  conclude(section, cell_size_finding(figures));
   return section;
 }
 
@@ -238,7 +240,7 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
           {"scene", "structure", "bytes a point", "whole, ms", "cuckoo: full, %", "cuckoo: second tries"},
           {}}};
   std::size_t tries = 0;
-  bool compact_least = true;
+  std::vector<StructureFigures> figures;
   for (const PaperScene& scene : scenes) {
     const Recording recording = record(scene.model, scene.settings, effort.organ_steps / 2, 1);
     std::vector<Way> ways;
@@ -260,12 +262,11 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
            cuckoo ? nlohmann::ordered_json(100.0 * cuckoo->occupancy()) : nullptr,
            cuckoo ? nlohmann::ordered_json(cuckoo->retries() + cuckoo->growths) : nullptr});
     }
-    compact_least = compact_least && times[1].structure_bytes < times[0].structure_bytes;
+    const auto bytes = [&](std::size_t w) { return static_cast<double>(times[w].structure_bytes) / points; };
+    const std::optional<CuckooCounts>& cuckoo = times[3].last_counts.cuckoo_points;
+    figures.push_back({bytes(0), bytes(1), bytes(2), bytes(3), cuckoo ? cuckoo->occupancy() : 0.0});
   }
-  section.verdict = compact_least && tries == 0 ? Verdict::agrees : Verdict::differs;
-  section.why =
-      fmt::format("compact grids take {} memory than uniform ones, and cuckoo tables needed {} second tries",
-                  compact_least ? "less" : "not always less", tries);
+  conclude(section, structures_finding(figures, tries));
   return section;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <stdexcept>
 
 #include "io/atomic_file.hpp"
 #include "io/machine.hpp"
@@ -36,17 +37,28 @@ Json report_of(std::string_view kind, std::string_view effort) {
             {"build_type", machine.build_type},
             {"commit", machine.commit}}},
           {"effort", effort},
+          {"complete", false},
           {"load", 0.0},
           {"sections", Json::array()}};
 }
 
 void measure_items(Json& report, const std::vector<Item>& items, const std::filesystem::path& file,
-                   const std::function<void(const std::string& line)>& tell) {
+                   const std::function<void(const std::string& line)>& tell,
+                   const std::function<bool()>& interrupted) {
   io::create_folder(file.parent_path());
   Stopwatch watch;
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const Section section = items[i].measure();
+    Section section;
+    try {
+      if (interrupted()) throw Interrupted{};
+      section = items[i].measure();
+    } catch (const Interrupted&) {
+      throw std::runtime_error(
+          "interrupted; " + (i == 0 ? "nothing was written"
+                                    : fmt::format("{} has {} of {} items", file.string(), i, items.size())));
+    }
     report["sections"].push_back(to_json(section));
+    report["complete"] = i + 1 == items.size();
     const std::string verdict = section.paper.empty()
                                     ? "done"
                                     : std::string(verdict_names[static_cast<std::size_t>(section.verdict)]);

@@ -4,10 +4,9 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <functional>
+#include <malloc.h>
 #include <numeric>
-#include <unistd.h>
 #include <utility>
 
 #include <palpate/detection.hpp>
@@ -115,31 +114,48 @@ double growth_exponent(std::span<const double> x, std::span<const double> y) {
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-std::size_t resident_bytes() {
-  std::ifstream file("/proc/self/statm");
-  std::size_t all = 0;
-  std::size_t resident = 0;
-  file >> all >> resident;
-  return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+std::size_t allocated_bytes() {
+#ifdef __GLIBC__
+  const struct mallinfo2 info = ::mallinfo2();
+  return info.uordblks + info.hblkhd;
+#else
+  return 0;
+#endif
+}
+
+void PhaseGrowth::add(double size, const Measure& measure) {
+  tets.push_back(size);
+  milliseconds.push_back(measure.median);
+  lower.push_back(measure.lower_quartile);
+  upper.push_back(measure.upper_quartile);
 }
 
 void describe_growth(Section& section, const std::string& what, const std::vector<PhaseGrowth>& list) {
   Chart time{.title = what + " against size", .x_label = "tets", .y_label = "ms", .logarithmic = true};
   Chart each{.title = what + " for each tet", .x_label = "tets", .y_label = "ns a tet", .logarithmic = true};
   std::string text;
+  std::string noisy;
   for (const PhaseGrowth& phase : list) {
     time.series.push_back({phase.name, phase.tets, phase.milliseconds});
     Series& line = each.series.emplace_back(phase.name, phase.tets, std::vector<double>{});
     for (std::size_t i = 0; i < phase.tets.size(); ++i)
       line.y.push_back(1e6 * phase.milliseconds[i] / phase.tets[i]);
-    if (phase.tets.size() > 1) {
+    bool apart = true;
+    for (std::size_t i = 1; i < phase.tets.size(); ++i) apart = apart && phase.upper[i - 1] < phase.lower[i];
+    if (phase.tets.size() > 1 && !apart) {
+      noisy += (noisy.empty() ? "" : ", ") + phase.name;
+    } else if (phase.tets.size() > 1) {
       text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", phase.name,
                           growth_exponent(phase.tets, phase.milliseconds));
     }
   }
   section.charts = {std::move(time), std::move(each)};
-  section.why = text.empty() ? "one size tells nothing of growth"
-                             : "Time grows as the number of tets to the power of (1 is linear): " + text;
+  if (!text.empty()) text = "Time grows as the number of tets to the power of (1 is linear): " + text;
+  if (!noisy.empty()) {
+    text += fmt::format("{}no exponent where quartiles of neighbouring sizes overlap: {}",
+                        text.empty() ? "" : "; ", noisy);
+  }
+  section.why = text.empty() ? "one size tells nothing of growth" : text;
 }
 
 Section growth(const ScalingEffort& effort, double most_tets) {
@@ -148,8 +164,8 @@ Section growth(const ScalingEffort& effort, double most_tets) {
       .title = "Detection against size",
       .ours =
           "The stack of membranes with more and more cells, 2 % movers, one thread; medians. The "
-          "structures' bytes are those of the grids of points and border edges; resident bytes are what "
-          "the process gained with the meshes and with the detector.",
+          "structures' bytes are those of the grids of points and border edges; bytes of meshes and detector "
+          "are what they have asked the allocator for and keep.",
       .table = {{"tets", "points", "contacts", "border edges", "frames"}, {}}};
   for (const auto& [name, phase] : phases) section.table.columns.push_back(fmt::format("{}, ms", name));
   for (const char* name :
@@ -157,18 +173,18 @@ Section growth(const ScalingEffort& effort, double most_tets) {
     section.table.columns.emplace_back(name);
   std::vector<PhaseGrowth> grown;
   grown.reserve(phases.size() + 1);
-  for (const auto& [name, phase] : phases) grown.push_back({name, {}, {}});
-  grown.push_back({"whole", {}, {}});
+  for (const auto& [name, phase] : phases) grown.push_back({.name = name});
+  grown.push_back({.name = "whole"});
   for (const double wanted : effort.tets) {
     if (wanted > most_tets) continue;
-    const std::size_t before = resident_bytes();
+    const std::size_t before = allocated_bytes();
     const QueryScene scene = stacking_scene(stacking_cells(wanted));
-    const std::size_t with_meshes = resident_bytes();
+    const std::size_t with_meshes = allocated_bytes();
     std::vector<Runner> runners;
     runners.emplace_back(scene, 1);
     run_frames(scene, runners, effort.seconds);
     const Runner& runner = runners.front();
-    const std::size_t with_detector = resident_bytes();
+    const std::size_t with_detector = allocated_bytes();
     const auto tets = static_cast<double>(scene.bodies.tets().size());
     const auto points = static_cast<double>(scene.places.size());
     std::vector<nlohmann::ordered_json> row{scene.bodies.tets().size(), scene.places.size(),
@@ -179,15 +195,14 @@ Section growth(const ScalingEffort& effort, double most_tets) {
       const Measure measure =
           measure_of(fmt::format("{}, {}", scene.name, grown[p].name),
                      whole ? milliseconds_of(runner) : milliseconds_of(runner, phases[p].second));
-      grown[p].tets.push_back(tets);
-      grown[p].milliseconds.push_back(measure.median);
+      grown[p].add(tets, measure);
       row.emplace_back(measure.median);
       section.measures.push_back(measure);
     }
     row.emplace_back(1e6 * grown.back().milliseconds.back() / tets);
     row.emplace_back(static_cast<double>(runner.detector.structure_bytes()) / points);
     const auto gained = [&](std::size_t from, std::size_t to) {
-      return to > from ? static_cast<double>(to - from) / tets : 0.0;
+      return to > from ? nlohmann::ordered_json(static_cast<double>(to - from) / tets) : nullptr;
     };
     row.emplace_back(gained(before, with_meshes));
     row.emplace_back(gained(with_meshes, with_detector));

@@ -31,16 +31,22 @@ Section step_growth(const ScalingEffort& effort, double most_tets);
 /// numbers positive.
 double growth_exponent(std::span<const double> x, std::span<const double> y);
 
-/// Memory of this process that is in use now, bytes; 0 where the system does not say.
-std::size_t resident_bytes();
+/// Memory that this process has asked the allocator for and not given back, bytes (glibc; 0 where it is
+/// another one that counts). Pages that are resident tell less: what was freed before is used again.
+std::size_t allocated_bytes();
 
 /// A phase of what is measured, over the sizes.
 struct PhaseGrowth {
   std::string name;
-  std::vector<double> tets;
-  std::vector<double> milliseconds;  ///< medians
+  std::vector<double> tets{};
+  std::vector<double> milliseconds{};  ///< medians
+  std::vector<double> lower{};         ///< quartiles of the same, as many
+  std::vector<double> upper{};
+  /// Appends a size.
+  void add(double size, const Measure& measure);
 };
-/// Charts of time and of time a tet, and a text on how each phase grows, into the section.
+/// Charts of time and of time a tet, and a text on how each phase grows, into the section: an exponent only
+/// where the quartiles of neighbouring sizes lie apart.
 void describe_growth(Section& section, const std::string& what, const std::vector<PhaseGrowth>& phases);
 
 }  // namespace palpate::measure

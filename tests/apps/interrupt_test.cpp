@@ -40,6 +40,26 @@ class Interrupt : public CommandTest {
                                           "100000000", "--threads",  "1",       "--out",     "out"};
 };
 
+TEST_F(Interrupt, ABenchmarkKeepsTheItemsThatAreDone) {
+  for (const char* name : {"stacking", "eye", "skull"}) write(std::string(name) + ".json", falling_box());
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Process bench({"bench", "paper", "--scenes", ".", "--out", "out"}, folder_.path());
+    wait_until([&] { return exists("out/report.json"); });
+    bench.send(signal);
+    const Finished done = bench.wait();
+    EXPECT_EQ(done.exit_code, 1);
+    const Json report = Json::parse(read("out/report.json"));
+    EXPECT_EQ(report["complete"], false);
+    EXPECT_GE(report["sections"].size(), 1U);
+    EXPECT_LT(report["sections"].size(), 8U);
+    const std::string line = "palpate: error: interrupted; out/report.json has " +
+                             std::to_string(report["sections"].size()) + " of 8 items";
+    EXPECT_EQ(lines_of(done.err).back(), line);
+    EXPECT_EQ(done.out, "");
+    std::filesystem::remove_all(folder_ / "out");
+  }
+}
+
 TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
   ::signal(SIGHUP, SIG_DFL);  // else it is handed down where the tests run under nohup
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

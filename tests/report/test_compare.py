@@ -80,18 +80,55 @@ class Compare(unittest.TestCase):
         self.assertIn("other results than before: a", done.stdout)
 
     def test_another_effort_or_machine_is_told(self):
-        done = self.compare(report(section("a", [])), report(section("a", [], result_hash="01"), effort="full"))
+        one = [measure("x", 1.0)]
+        done = self.compare(report(section("a", one)), report(section("a", one, result_hash="01"), effort="full"))
         self.assertEqual(done.returncode, 0)
         self.assertIn("effort quick before, full now", done.stdout)
-        self.assertIn("nothing is measured in both", done.stdout)
+
+    def test_nothing_to_compare_is_2(self):
+        for new in [report(), report(section("b", [measure("x", 1.0)])), report(section("a", [measure("y", 1.0)]))]:
+            with self.subTest(new=new["sections"]):
+                done = self.compare(report(section("a", [measure("x", 1.0)])), new)
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+                self.assertIn("found nothing that", done.stderr)
+
+    def test_sections_that_are_missing_are_told(self):
+        one = [measure("x", 1.0)]
+        done = self.compare(report(section("a", one), section("b", []), section("c", one)), report(section("a", one)))
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("not measured now: b, c\n", done.stdout)
+
+    def test_times_of_zero_are_skipped(self):
+        one = report(section("a", [measure("x", 1.0), measure("none", 0.0), measure("peer", 2.0, reference=True),
+                                   measure("no peer", 0.0, reference=True)]))
+        done = self.compare(one, one)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("1 times of work that is not ours", done.stdout)
+        self.assertIn("1 compared", done.stdout)
 
     def test_what_is_no_report_is_2(self):
         good = report()
-        for bad in ["{", "[]", "{}", '{"sections": []}']:
+        no_facts = report() | {"machine": {"cpu": "Abacus"}}
+        no_times = report(section("a", [{"name": "x", "reference": False}]))
+        for bad in ["{", "[]", "{}", '{"sections": []}', '{"sections":[{}],"machine":{}}', no_facts, no_times, report({}), report(date=7)]:
             with self.subTest(bad=bad):
                 done = self.compare(bad, good)
-                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
                 self.assertIn("old.json", done.stderr)
+
+    def test_what_was_not_measured_to_its_end_is_2(self):
+        whole = self.write("whole.json", report(section("a", [measure("x", 1.0)]), complete=True))
+        part = self.write("part.json", report(section("a", [measure("x", 1.0)]), complete=False))
+        for script, arguments in [("compare.py", [whole, part]), ("compare.py", [part, whole]), ("merge.py", [self.folder / "all.json", whole, part]),
+                                  ("keep.py", [part, self.folder])]:
+            with self.subTest(script=script, arguments=arguments):
+                done = self.call(script, *arguments)
+                self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+                self.assertIn("part.json: found a report that was not measured to its end", done.stderr)
+        self.assertEqual({file.name for file in self.folder.iterdir()}, {"whole.json", "part.json"})
+        self.assertEqual(self.call("compare.py", whole, whole).returncode, 0)
+
+    def test_what_is_no_file_is_2(self):
         self.assertEqual(self.call("compare.py", "nowhere.json", "nowhere.json").returncode, 2)
 
     def test_reports_are_put_together_only_if_they_are_of_one_build(self):
