@@ -239,11 +239,12 @@ int run(const RunOptions& options) {
 
   const fs::path& folder = begin.folder;
   Outputs outputs(begin);
-  if (const auto& missing = outputs.frames.missing(); !missing.empty())
+  if (const auto& missing = outputs.frames.missing(); !missing.empty()) {
     say_note(
         fmt::format("{}: {} frame{} from before not there any more (the first is number {}), left out of it",
                     outputs.frames.collection().string(), missing.size(),
                     missing.size() == 1 ? " is" : "s are", missing.front()));
+  }
   RunOutcome outcome = step_through(begin, simulation, outputs, options.quiet);
   const double wall_seconds = watch.lap();
   const auto report_with = [&](const std::vector<fs::path>& pictures) {
