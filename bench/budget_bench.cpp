@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
@@ -157,14 +158,7 @@ double number(const char* text) {
   return value;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 7) {
-    std::fprintf(stderr,
-                 "usage: palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...\n");
-    return 2;
-  }
+void measure(int argc, char** argv) {
   const std::string scene = argv[2];
   const int steps = static_cast<int>(number(argv[3]));
   const int many = static_cast<int>(number(argv[4]));
@@ -194,6 +188,22 @@ int main(int argc, char** argv) {
                                {"put_aside", series.put_aside}});
     std::fprintf(stderr, "budget of %s ms done\n", argv[i]);
     io::write_atomically(argv[1], json.dump() + "\n");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 7) {
+    std::fprintf(stderr,
+                 "usage: palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...\n");
+    return 2;
+  }
+  try {
+    measure(argc, argv);
+  } catch (const std::exception& error) {  // a budget that is too small may end a run
+    std::fprintf(stderr, "palpate_bench_budget: %s\n", error.what());
+    return 1;
   }
   return 0;
 }
