@@ -101,8 +101,7 @@ Section empty_section(Task task) {
                                  : "Palpate: finding the crossings, the border edges being known to all. ") +
               "All get the same positions, of the stack of membranes with more and more cells and of a pile "
               "of balls and boxes, in turns; of each peer the fastest of its modes in a trial counts (one "
-              "that took four times as long as "
-              "that in a smaller scene is not tried again). With "
+              "that took four times as long as that in a smaller scene is not tried again). With "
               "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
               "processor, which a busy machine adds less to; with what a peer needs to take over the "
               "positions. Palpate has coherence between frames on, the default; without it see the table of "

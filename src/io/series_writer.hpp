@@ -20,9 +20,8 @@ class SeriesWriter {
   /// Creates the folders, an empty collection, and removes the frames (frame_*.vtu, six digits or more) that
   /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
   ///
-  /// \param times  of the frames that a run that goes on has written: they stay, and their files are not
-  /// looked
-  ///               at but for being there. One that is gone is left out of the collection: missing_frames().
+  /// \param times  of the frames that a run that goes on has written: they stay. One whose file is gone is
+  ///               left out of the collection: missing_frames().
   SeriesWriter(std::filesystem::path folder, std::string name, std::vector<double> times = {});
 
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
