@@ -194,6 +194,14 @@ Part query_part(const SpeedEffort& effort) {
       {"stacking 10000", 1e4, stacking(10)},        {"stacking 102400", 102400, stacking(32)},
       {"stacking 1000000", 1e6, stacking(100)},     {"pile", 82240, measure::pile_scene},
       {"self-collision", 1e4, measure::self_scene}, {"stacking 9985600", 9985600, stacking(316)}};
+  scenes.push_back({"tubes", 42000, measure::tubes_scene});
+  if (!effort.raptors.empty()) {
+    scenes.push_back(
+        {"raptors", 8418 + 19409, [folder = effort.raptors] {
+           return measure::raptors_scene(io::read_mesh(folder / "raptorTetra_8418.vtu").mesh,
+                                         io::read_mesh(folder / "raptorTetra_19409.vtu").mesh);
+         }});
+  }
   // Organs: unstructured meshes, where little touches at the start.
   for (const auto& [name, tets] : {std::pair("eye", 10160.0), std::pair("skull", 24071.0)}) {
     const std::filesystem::path file = effort.scenes / (std::string(name) + ".json");

@@ -32,8 +32,9 @@ constexpr const char* examples = R"(Examples:
 
 Each part writes DIR/PART.json. A ratio is how many times as long the other side takes, unless its bound is '≤';
 'must' and 'aim' are what we set out to reach. All find the same or reach the same error: else the benchmark ends
-with 1. Without --skull (hq_skull.mesh, hq_lower.mesh, hq_upper.mesh, hq_soft.mesh) the rows of the skull are left
-out. './dev bench speed' finds scenes and skull itself; './dev bench instructions' compares with the counts kept.)";
+with 1. Without --skull (hq_skull.mesh, hq_lower.mesh, hq_upper.mesh, hq_soft.mesh) and --raptors
+(raptorTetra_8418.vtu, raptorTetra_19409.vtu) the rows of these are left out. './dev bench speed' finds scenes, skull
+and raptors itself; './dev bench instructions' compares with the counts kept.)";
 
 constexpr std::array<std::string_view, 6> part_names{"query",    "handling", "movers",
                                                      "dynamics", "step",     "instructions"};
@@ -66,6 +67,8 @@ void add_options(CLI::App& app, Options& options) {
                  [&](const std::string&, const std::string& text) { options.scenes = text; });
   app::add_value(app, "--skull", "DIR", "folder with the meshes of a skull; default: without it",
                  [&](const std::string&, const std::string& text) { options.skull = text; });
+  app::add_value(app, "--raptors", "DIR", "folder with the meshes of two raptors; default: without them",
+                 [&](const std::string&, const std::string& text) { options.raptors = text; });
   app::add_json(app, options.json, "print tables and counts as JSON");
 }
 
@@ -75,11 +78,13 @@ bool wants(const Options& options, std::string_view part) {
 
 /// Refuses what would else be found missing after half an hour.
 void check(const Options& options) {
-  const fs::path skull = options.skull / "hq_skull.mesh";
-  if (!options.skull.empty() && !fs::exists(skull)) {
-    throw app::BadInput("--skull", "", fmt::format("no '{}'", skull.string()),
-                        "a folder with the meshes of a skull");
-  }
+  const auto check_folder = [](const char* flag, const fs::path& folder, const char* file, const char* of) {
+    if (folder.empty() || fs::exists(folder / file)) return;
+    throw app::BadInput(flag, "", fmt::format("no '{}'", (folder / file).string()),
+                        fmt::format("a folder with the meshes of {}", of));
+  };
+  check_folder("--skull", options.skull, "hq_skull.mesh", "a skull");
+  check_folder("--raptors", options.raptors, "raptorTetra_19409.vtu", "two raptors");
   const fs::path scene = options.scenes / "stacking.json";
   if (wants(options, "step") && !fs::exists(scene)) {
     throw app::BadInput("--scenes", "", fmt::format("no '{}'", scene.string()),

@@ -28,6 +28,8 @@ inline constexpr Goal goals[] = {
     {"detection", "contacts with coherence, stacking 10000", 50, 80},
     {"detection", "contacts with coherence, stacking 1000000", 28, 50},
     {"detection", "contacts, pile", 18, 30},
+    {"detection", "contacts, tubes", 18, 30},
+    {"detection", "contacts, raptors", 18, 30},
     {"detection", "contacts, eye", 18, 30},
     {"detection", "contacts, skull", 18, 30},
     {"detection", "contacts, self-collision", 20, 30},

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "anatomy/shapes.hpp"
+#include "anatomy/stuffing.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
 #include "scene/generators.hpp"
@@ -92,6 +94,48 @@ QueryScene pile_scene() {
     for (Vec3& p : mesh.points) p = rotated(turn, p) + centre;
     scene.bodies.add((ball ? "ball " : "box ") + std::to_string(b), std::move(mesh));
   }
+  start(scene);
+  return scene;
+}
+
+QueryScene tubes_scene() {
+  constexpr int layers = 4;
+  constexpr int abreast = 4;
+  constexpr int parts = 16;
+  constexpr double radius = 1.0;
+  constexpr double apart = 1.85;  // of neighbours: less than the diameter
+  constexpr double length = 8.0;
+  QueryScene scene;
+  scene.name = "tubes";
+  for (int b = 0; b < layers * abreast; ++b) {
+    const std::div_t layer = std::div(b, abreast);
+    const bool along_x = layer.quot % 2 == 0;
+    const double side = apart * (layer.rem - 0.5 * (abreast - 1));
+    std::vector<anatomy::TubeStation> stations;
+    for (int i = 0; i <= parts; ++i) {
+      const double way = length * (static_cast<double>(i) / parts - 0.5);
+      const double bend = 0.3 * std::sin(way + layer.quot);
+      const Vec3 centre{along_x ? way : side + bend, along_x ? side + bend : way, apart * layer.quot};
+      stations.push_back({centre, {0.0, 0.0, 1.0}, radius, radius});
+    }
+    constexpr double reach = 0.5 * length + 2.0 * radius;
+    const double z = apart * layer.quot;
+    scene.bodies.add("tube " + std::to_string(b),
+                     anatomy::stuff(anatomy::tube(std::move(stations)),
+                                    {.lower = {-reach, -reach, z - 1.5 * radius},
+                                     .upper = {reach, reach, z + 1.5 * radius},
+                                     .cell = 0.4 + 0.04 * (b % 5)}));
+  }
+  start(scene);
+  return scene;
+}
+
+QueryScene raptors_scene(TetMesh left, TetMesh right) {
+  QueryScene scene;
+  scene.name = "raptors";
+  scene.bodies.add("left", std::move(left));
+  for (Vec3& p : right.points) p = p + Vec3{3.0, 0.0, 0.5};
+  scene.bodies.add("right", std::move(right));
   start(scene);
   return scene;
 }

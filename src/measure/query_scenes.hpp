@@ -35,6 +35,11 @@ Model stacking_model(int cells);
 int stacking_cells(double tets);
 /// Unstructured: a pile of balls and boxes of different resolution, turned, pressed into each other.
 QueryScene pile_scene();
+/// Unstructured: layers of bent tubes of different resolution, one across the other, pressed into each other.
+QueryScene tubes_scene();
+/// Unstructured: two raptors (16 units long and in the same place), of which the right one is moved so that
+/// they overlap.
+QueryScene raptors_scene(TetMesh left, TetMesh right);
 /// Bodies at their places: a scene that ships.
 QueryScene shipped_scene(std::string name, Bodies bodies);
 /// One body that collides with itself: a stack of membranes that are one body.

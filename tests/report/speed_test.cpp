@@ -30,7 +30,8 @@ Json query_cases() {
   for (const auto& [name, tets] :
        {std::pair("stacking 10000", 1e4), std::pair("stacking 102400", 102400.0),
         std::pair("stacking 1000000", 1e6), std::pair("pile", 82240.0), std::pair("eye", 10160.0),
-        std::pair("skull", 24071.0), std::pair("self-collision", 1e4)})
+        std::pair("skull", 24071.0), std::pair("self-collision", 1e4), std::pair("tubes", 42000.0),
+        std::pair("raptors", 27827.0)})
     cases.push_back(query_case(name, tets, tets * 1e-5));
   cases.push_back({{"name", "stacking 9985600"},
                    {"tets", 1e7},
