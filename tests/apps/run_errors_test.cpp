@@ -76,7 +76,7 @@ TEST_F(RunErrors, MessagesNameWhatTheUserWrote) {
   write("many.json",
         R"({"bodies": [{"box": {"cells": [1024, 1024, 1024], "size": [1, 1, 1]}, "material": {}}]})");
   expect_error(2, {"run", "many.json"},
-               {"error: box: cells: found 5368709120 tets, expected at most 536870911"});
+               {"many.json: bodies[0].box.cells: found 5368709120 tets, expected at most 536870911"});
   write("flat.json",
         R"({"bodies": [{"box": {"cells": [1, 1, 1], "size": [1e-110, 1e-110, 1e-110]}, "material": {}}]})");
   const Finished flat = palpate({"run", "flat.json"});
