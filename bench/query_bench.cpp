@@ -196,11 +196,10 @@ Part query_part(const SpeedEffort& effort) {
       {"self-collision", 1e4, measure::self_scene}, {"stacking 9985600", 9985600, stacking(316)}};
   scenes.push_back({"tubes", 42000, measure::tubes_scene});
   if (!effort.raptors.empty()) {
-    scenes.push_back(
-        {"raptors", 8418 + 19409, [folder = effort.raptors] {
-           return measure::raptors_scene(io::read_mesh(folder / "raptorTetra_8418.vtu").mesh,
-                                         io::read_mesh(folder / "raptorTetra_19409.vtu").mesh);
-         }});
+    scenes.push_back({"raptors", 8418 + 19409, [folder = effort.raptors] {
+                        return measure::raptors_scene(io::read_mesh(folder / "raptorTetra_8418.vtu").mesh,
+                                                      io::read_mesh(folder / "raptorTetra_19409.vtu").mesh);
+                      }});
   }
   // Organs: unstructured meshes, where little touches at the start.
   for (const auto& [name, tets] : {std::pair("eye", 10160.0), std::pair("skull", 24071.0)}) {

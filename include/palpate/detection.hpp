@@ -88,7 +88,9 @@ struct DepthCounts {
   std::size_t raised_depths = 0;
   std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
   std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
-  /// With a budget in milliseconds: contacts for whose depth it left no time but for a first guess.
+  /// With a budget in milliseconds: contacts for whose depth it left no time. They are as deep below the
+  /// plane that they had in an earlier detection, which goes with the tissue, as they are now; those that had
+  /// none have a first guess.
   std::size_t rough_depths = 0;
 };
 
@@ -189,8 +191,9 @@ class Detector {
   /// (n_bodies) 1 where the budget did not suffice for all tets of a body, or for all its triangles: contacts
   /// of points in it may be missing, and depths in it be less exact. Empty without a budget.
   [[nodiscard]] std::span<const std::uint8_t> late_bodies() const;
-  /// Seconds that a detection takes, as far as is known; 0 without a budget.
-  [[nodiscard]] double expected_seconds() const;
+  /// Seconds that a detection takes lately if it finds all contacts but few of their depths anew
+  /// (DepthCounts::rough_depths); 0 without a budget.
+  [[nodiscard]] double least_seconds() const;
   /// How the cell size was chosen, at the first detect().
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.

@@ -54,10 +54,13 @@ class Allowance {
   void add_finds(std::size_t finds) { finds_.fetch_add(finds, std::memory_order_relaxed); }
   /// Whether a chunk may begin, when this share of the budget may be spent.
   [[nodiscard]] bool time_left(double share) const {
-    const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
     const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
-    return spent + kept_back_ + seconds_per_find_ * finds <
-           share * seconds_.value_or(std::numeric_limits<double>::infinity());
+    return kept_back_ + seconds_per_find_ * finds < seconds_left(share);
+  }
+  /// Of a share of the budget, whatever is kept back.
+  [[nodiscard]] double seconds_left(double share) const {
+    const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
+    return share * seconds_.value_or(std::numeric_limits<double>::infinity()) - spent;
   }
 
   [[nodiscard]] std::uint64_t tests() const { return tests_; }

@@ -18,6 +18,7 @@ struct BorderEdges::Part {
   const Bodies& bodies;
   std::span<const Vec3> positions;
   const ContactList& list;
+  std::span<const std::uint8_t> without;
 };
 
 /// The edges of one contact; border edges to `edge`, which goes on. What an edge is decides no branch, since
@@ -28,6 +29,7 @@ void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
   const Index body = contacts.body[c];
   const bool own = at(what.bodies.body_of_point(), point) == body;
   BorderEdge* border = edge;
+  const std::ptrdiff_t border_step = what.without.empty() || what.without[c] == 0 ? 1 : 0;
   Index* link = links_.data() + ranges_[c].begin;
   for (const Index other : neighbors_[point]) {
     Index neighbor = what.list.find(other, body);
@@ -35,7 +37,7 @@ void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
         !same_layer(what.bodies, what.positions, point, contacts.tet[c], other, at(contacts.tet, neighbor)))
       neighbor = -1;
     *border = {static_cast<Index>(c), other};
-    border += neighbor < 0 ? 1 : 0;
+    border += neighbor < 0 ? border_step : 0;
     *link = neighbor;
     link += neighbor < 0 ? 0 : 1;
   }
@@ -44,7 +46,8 @@ void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
 }
 
 void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
-                       std::span<const Vec3> positions, const ContactList& list) {
+                       std::span<const Vec3> positions, const ContactList& list,
+                       std::span<const std::uint8_t> without) {
   const std::vector<Index>& points = list.contacts().point;
   resize_with_room(ranges_, points.size());
   Index room = 0;
@@ -53,7 +56,7 @@ void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
     room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // written ahead of
   }
   resize_with_room(links_, static_cast<std::size_t>(room));
-  const Part what{bodies, positions, list};
+  const Part what{bodies, positions, list, without};
   lists_.fill(threads, points.size(), 256,
               [&](std::size_t begin, std::size_t end, std::vector<BorderEdge>& found) {
                 const Index last = end < points.size() ? ranges_[end].begin : room;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,9 @@ class BorderEdges {
   explicit BorderEdges(const Bodies& bodies);
 
   /// O(contacts x edges at a point), parallel.
+  /// \param without  (n_contacts) not zero: a contact whose border edges are left out. Empty: there are none
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const ContactList& list);
+            const ContactList& list, std::span<const std::uint8_t> without = {});
 
   /// In order of (contact, edge).
   [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }

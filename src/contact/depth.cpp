@@ -29,9 +29,9 @@ constexpr double full_agreement = 0.9;
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactList& list,
                                    const BorderEdges& border_edges, const CrossingQuery& crossings,
-                                   const Deadline& deadline) {
-  const Frame frame{threads,      bodies,    positions, list, border_edges.edges(),
-                    border_edges, crossings, deadline};
+                                   const RememberedPlanes& planes, const Deadline& deadline) {
+  const Frame frame{threads,      bodies,    positions, list,    border_edges.edges(),
+                    border_edges, crossings, planes,    deadline};
   lay_out(frame);
   assemble(frame);
   propagate(frame);
@@ -162,7 +162,13 @@ void DepthEstimate::finish(const Frame& frame) {
 void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search) {
   Contacts& contacts = frame.list.contacts();
   Note& note = notes_[c];
+  if (note.remembered) {
+    note.rough = true;
+    return;
+  }
   const Vec3& p = at(frame.positions, contacts.point[c]);
+  if (rough && note.level < 0) return know_nothing(frame, c);
+  rough = rough || frame.planes.source(c) == RememberedPlanes::neighbors;
   const Index without = own_point(frame, c);
   const auto nearest = [&] {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -223,6 +229,19 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (found.distance <= enough || !std::isfinite(found.distance)) return;
   contacts.depth[c] = found.distance;
   if (note.from_surface == from_planes) note.from_surface = raised;
+}
+
+/// Not even a first guess: it pushes by no depth, away from the middle of its tet.
+void DepthEstimate::know_nothing(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
+  Vec3 middle;
+  for (const Index corner : tet) middle += 0.25 * at(frame.positions, corner);
+  const Vec3 direction = normalized(at(frame.positions, contacts.point[c]) - middle);
+  contacts.depth[c] = 0.0;
+  contacts.direction[c] = direction == Vec3{} ? Vec3{0.0, 0.0, 1.0} : direction;
+  contacts.certainty[c] = 0.0;
+  notes_[c].rough = true;
 }
 
 /// The point of a contact of a body with itself, which is not to take its own surface for the way out.

@@ -13,6 +13,7 @@
 #include "contact/edge_exit.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_system.hpp"
+#include "contact/remembered_planes.hpp"
 #include "contact/surface_normals.hpp"
 #include "geometry/vector.hpp"
 
@@ -37,11 +38,15 @@ class DepthEstimate {
   /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
   /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
   /// x tets nearer than the surface), parallel, without a deadline the same bits for every thread count.
-  /// After the deadline means are not balanced any more, and nobody looks whether a depth is less than the
-  /// distance to the surface.
+  /// After the deadline contacts go by what they remember, means are not balanced any more, nobody looks
+  /// whether a depth is less than the distance to the surface, and where nothing is known a depth is zero.
+  /// Contacts have border edges where `planes` finds their way out anew. Those that it
+  /// remembers have depth and direction from there, and the others see them as a plane that is known.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactList& contacts, const BorderEdges& border_edges, const CrossingQuery& crossings,
-                      const Deadline& deadline = {});
+                      const RememberedPlanes& planes = {}, const Deadline& deadline = {});
+  /// Whether there was no time for the depth of a contact: it is remembered, or a first guess.
+  [[nodiscard]] bool is_rough(std::size_t contact) const { return notes_[contact].rough; }
 
  private:
   /// One frame's input.
@@ -53,6 +58,7 @@ class DepthEstimate {
     std::span<const BorderEdge> border_edges;
     const BorderEdges& links;
     const CrossingQuery& crossings;
+    const RememberedPlanes& planes;
     const Deadline& deadline;
   };
   /// What is known of a contact besides its plane.
@@ -65,8 +71,9 @@ class DepthEstimate {
     double nearest_crossing = 0.0;  ///< distance
     double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
-    bool fixed = false;             ///< its plane is that of its crossings alone
+    bool fixed = false;             ///< its plane is that of its crossings alone, or an earlier one
     std::uint8_t from_surface = 0;  ///< a Source
+    bool remembered = false;        ///< its plane is an earlier one
     bool rough = false;             ///< there was no time to refine it
   };
   /// A surface triangle beside a contact.
@@ -105,10 +112,12 @@ class DepthEstimate {
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
+  [[nodiscard]] static bool goes_by_memory(const Frame& frame, std::size_t c, bool late);
   void find_normals(const Frame& frame, Scratch& scratch) const;
   void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit);
   void add_links(const Frame& frame, std::size_t c);
+  void take(const WayOut& way, Contacts& contacts, std::size_t c);
   [[nodiscard]] static double reach(const Note& note);
   void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
@@ -122,12 +131,13 @@ class DepthEstimate {
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
   void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
+  void know_nothing(const Frame& frame, std::size_t c);
   Index regions_not_reached();
 
   SurfaceNormals normals_;
   double surely_enough_;  ///< squared length of an edge that is not too short, whichever it is
   PlaneSystem system_;
-  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by border edges
+  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by contacts that find their way out
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Note> notes_;               ///< (n_contacts)
   std::vector<Plane> planes_;             ///< (n_contacts) of the first guess

@@ -43,7 +43,8 @@ void DepthEstimate::lay_out(const Frame& frame) {
   assign_with_room(border_begin_, n + 1, Index{0});
   penetrated_.assign(frame.bodies.bodies().size(), 0);
   for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
-  for (const Index body : contacts.body) at(penetrated_, body) = 1;
+  for (std::size_t c = 0; c < n; ++c)
+    if (frame.planes.source(c) == RememberedPlanes::anew) at(penetrated_, contacts.body[c]) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
   assign_with_room(notes_, n, Note{});
   assign_with_room(system_.nodes, n, PlaneSystem::Node{});
@@ -67,13 +68,16 @@ void DepthEstimate::assemble(const Frame& frame) {
 
 void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
                                       Scratch& scratch) {
+  const bool late = frame.deadline.passed();
+  for (std::size_t c = begin; c < end; ++c) notes_[c].remembered = goes_by_memory(frame, c, late);
   list_crossings(frame, begin, end, scratch);
   resize_with_room(scratch.exits, scratch.crossed.size());
   find_exits(frame.bodies, frame.positions, normals_, scratch.crossed, scratch.exits);
   const EdgeExit* next_exit = scratch.exits.data();
   for (std::size_t c = begin; c < end; ++c) {
-    add_border(frame, c, next_exit);
+    if (!notes_[c].remembered) add_border(frame, c, next_exit);
     add_links(frame, c);
+    if (notes_[c].remembered) take(*frame.planes.way_out(c), frame.list.contacts(), c);
   }
   const std::size_t room_for_points = scratch.points.capacity();
   const std::size_t room_for_beside = scratch.beside.capacity();
@@ -103,6 +107,7 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
   scratch.crossed.clear();
   make_room(scratch.crossed, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
   for (std::size_t c = begin; c < end; ++c) {
+    if (notes_[c].remembered) continue;
     for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
       const Index first = at(frame.crossings.begin(), e);
       if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
@@ -192,6 +197,7 @@ void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::si
   simd::find_faces_within_reach(points, end - begin);
   for (std::size_t c = begin; c < end; ++c) {
     if (points.meets[c - begin] == 0.0 || notes_[c].fixed) continue;  // fixed: on the surface
+    if (frame.planes.source(c) != RememberedPlanes::anew) continue;
     list_surface(frame, c, points.reach[c - begin], scratch);
   }
 }
@@ -238,6 +244,21 @@ void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
   contacts.depth[c] /= note.border_weight;
   contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
   note.level = 0;
+}
+
+/// Too late for its border edges, a contact goes by what it remembers too, if anything.
+bool DepthEstimate::goes_by_memory(const Frame& frame, std::size_t c, bool late) {
+  return frame.planes.source(c) == RememberedPlanes::remembered ||
+         (late && frame.planes.way_out(c) != nullptr);
+}
+
+/// An earlier plane is as good as a crossing at the point itself.
+void DepthEstimate::take(const WayOut& way, Contacts& contacts, std::size_t c) {
+  contacts.depth[c] = way.depth;
+  contacts.direction[c] = way.direction;
+  contacts.certainty[c] = way.certainty;
+  notes_[c].fixed = true;
+  notes_[c].level = 0;
 }
 
 /// The neighbours in contact with the same body.

@@ -18,14 +18,21 @@ constexpr double points_share = 0.75;
 /// Of the time, what is planned with: forecasts are not always right.
 constexpr double planned_share = 0.8;
 /// Of the time, when depths have to be good enough.
-constexpr double refining_share = 0.95;
-/// What a contact would have taken, at least, in a detection that had no time to refine it.
+constexpr double refining_share = 0.9;
+/// What contacts would have taken in a detection that had no time to refine them.
 constexpr double unrefined_factor = 1.25;
-/// What follows from the contacts costs about as much for none as for so many.
+/// What follows from the contacts costs about as much for none as for so many, until more is known.
 constexpr double contacts_for_none = 256.0;
+/// What a contact costs that does not find its way out anew, of one that does.
+constexpr double spared_share = 0.3;
 
-double for_each(double seconds, std::size_t contacts) {
-  return seconds / (static_cast<double>(contacts) + contacts_for_none);
+/// Share of the contacts that find their way out anew, whatever that takes: what others go by must not be
+/// ever older, and in a region that nobody knew there must be some that know.
+constexpr double least_anew = 1.0 / 32.0;
+
+/// Of contacts, in contacts that find their way out anew.
+double work_of(std::size_t contacts, std::size_t spared) {
+  return static_cast<double>(contacts) - (1.0 - spared_share) * static_cast<double>(spared);
 }
 
 void check(const DetectionSettings& settings) {
@@ -59,7 +66,7 @@ void check(const DetectionSettings& settings) {
 }  // namespace
 
 DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies)
-    : budget_(settings.budget.value_or(Budget{})), late_bodies_(bodies, 0) {
+    : budget_(settings.budget.value_or(Budget{})), after_(contacts_for_none), late_bodies_(bodies, 0) {
   check(settings);
 }
 
@@ -75,7 +82,7 @@ void DetectionBudget::begin(double share) {
     const double seconds = share * 1e-3 * budget_.milliseconds.value_or(no_limit);
     allowance_ = Allowance::of_seconds(after_.known() ? planned_share * seconds : no_limit);
     if (after_.known()) refining_ = Deadline::after_seconds(refining_share * seconds);
-    allowance_->keep_back(after_.high() * contacts_for_none, after_.high());
+    allowance_->keep_back(after_.fixed(), after_.each() * spared_share);
   }
 }
 
@@ -90,12 +97,20 @@ void DetectionBudget::end_points(double seconds) {
   points_seconds_ = seconds;
 }
 
-void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets,
+std::size_t DetectionBudget::contacts_anew(std::size_t contacts) const {
+  if (!allowance_ || !allowance_->timed() || !after_.known()) return contacts;
+  const double affordable =
+      (allowance_->seconds_left(1.0) - after_.of(work_of(contacts, contacts))) / after_.each();
+  const double anew = std::max(least_anew * static_cast<double>(contacts), affordable / (1.0 - spared_share));
+  return anew < static_cast<double>(contacts) ? static_cast<std::size_t>(anew) : contacts;
+}
+
+void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  const double each = for_each(after, contacts);
   // What was cut off must not look cheap, or the next detection finds even more that it has no time for.
-  after_.add(counts.rough_depths == 0 ? each : std::max(each, unrefined_factor * after_.high()));
+  after_.add(work_of(counts.contacts, spared),
+             counts.rough_depths <= spared ? after : unrefined_factor * after);
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;
@@ -106,7 +121,7 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t contacts, Clu
   }
   if (all > 0)
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
-  whole_.add(times.grid + times.contacts + times.border_edges + times.crossings + times.depth);
+  least_.add(times.grid + points_seconds_ + after_.of(work_of(counts.contacts, counts.contacts)));
 }
 
 }  // namespace palpate

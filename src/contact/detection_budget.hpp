@@ -9,6 +9,7 @@
 
 #include "contact/allowance.hpp"
 #include "contact/cluster_queue.hpp"
+#include "contact/cost_line.hpp"
 #include "contact/deadline.hpp"
 #include "contact/recent_cost.hpp"
 #include "stopwatch.hpp"
@@ -30,6 +31,8 @@ class DetectionBudget {
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
   /// When the points in tets are known, and before their edges are looked at.
   void end_points(double seconds);
+  /// How many of so many contacts there is time to find the way out of anew. All, but for a budget in time.
+  [[nodiscard]] std::size_t contacts_anew(std::size_t contacts) const;
   /// What the crossings may spend; none: they are not limited. In time they never are: a contact whose edges
   /// have no crossings costs more in the estimate of depths than they would, so that contacts would be left
   /// with ever fewer.
@@ -37,20 +40,21 @@ class DetectionBudget {
   /// Until when depths are refined; never, but for a budget in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
   /// At the end, with what the phases took; without a limit, queues are empty or null.
-  void end(const DetectionTimes& times, std::size_t contacts, ClusterQueue* tets, ClusterQueue* triangles,
+  /// \param spared  contacts that did not find their way out anew
+  void end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
 
   /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
-  /// Seconds that a detection takes lately.
-  [[nodiscard]] const RecentCost& whole() const { return whole_; }
+  /// Seconds that a detection of all contacts takes lately where it finds the way out of few of them anew.
+  [[nodiscard]] const RecentCost& least() const { return least_; }
 
  private:
   Budget budget_;
   std::optional<Allowance> allowance_;
   Deadline refining_;
-  RecentCost after_;  ///< s for each contact, once the pairs are known
-  RecentCost whole_;  ///< s
+  CostLine after_;    ///< of contacts that find their way out anew, once the pairs are known
+  RecentCost least_;  ///< s
   double points_seconds_ = 0.0;
   std::vector<std::uint8_t> late_bodies_;
 };

@@ -16,6 +16,7 @@
 #include "contact/depth.hpp"
 #include "contact/detection_budget.hpp"
 #include "contact/points_in_tets.hpp"
+#include "contact/remembered_planes.hpp"
 #include "grid/brute.hpp"
 #include "grid/cell_size.hpp"
 #include "grid/cell_slots.hpp"
@@ -149,6 +150,9 @@ struct Detector::State {
   /// What this detection may spend; none: it is not limited.
   [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
   void begin_budget(double share);
+  /// With a budget in time.
+  [[nodiscard]] bool remembers_planes() const { return budget && settings.budget->milliseconds; }
+  void choose_planes(std::span<const Vec3> positions);
   void limit_crossings();
   void end_budget();
   void recall_budget(const DetectorMemory& memory);
@@ -180,6 +184,7 @@ struct Detector::State {
   std::vector<std::uint8_t> tet_notes;          ///< of the budget, before the last detection
   std::vector<std::uint8_t> triangle_notes;
   double share = 1.0;
+  RememberedPlanes planes;  ///< of the budget
   QueryTally points_tally;
   ContactList contacts;
   BorderEdges border_edges;
@@ -302,6 +307,15 @@ void Detector::State::begin_budget(double new_share) {
   budget->begin(share);
 }
 
+/// Contacts that there is no time for take the way out that they had.
+void Detector::State::choose_planes(std::span<const Vec3> positions) {
+  planes.choose_none();
+  if (!remembers_planes()) return;
+  const std::size_t anew =
+      limit() == nullptr ? contacts.contacts().size() : budget->contacts_anew(contacts.contacts().size());
+  planes.choose(threads, bodies, positions, contacts.contacts(), anew);
+}
+
 void Detector::State::limit_crossings() {
   if (!budget) return;
   crossings_limit = limit() == nullptr ? nullptr : budget->begin_crossings();
@@ -345,7 +359,7 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
 
 void Detector::State::end_budget() {
   if (!budget) return;
-  budget->end(times, counts.contacts, limit() == nullptr ? nullptr : &cluster_query->queue(),
+  budget->end(times, planes.spared(), limit() == nullptr ? nullptr : &cluster_query->queue(),
               crossings_limit == nullptr ? nullptr : &crossings.clustered().queue(), counts);
 }
 
@@ -362,9 +376,10 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   const CellSlots slots(s.settings.cells_per_primitive.value_or(0), s.step);
 
   s.find_points_in_tets(positions, slots);
+  s.choose_planes(positions);
   s.times.contacts = watch.lap();
 
-  s.border_edges.find(s.threads, s.bodies, positions, s.contacts);
+  s.border_edges.find(s.threads, s.bodies, positions, s.contacts, s.planes.sources());
   s.times.border_edges = watch.lap();
 
   s.limit_crossings();
@@ -377,8 +392,12 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
   s.times.crossings = watch.lap();
 
   static_cast<DepthCounts&>(s.counts) =
-      s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings,
+      s.depth.compute(s.threads, s.bodies, positions, s.contacts, s.border_edges, s.crossings, s.planes,
                       s.budget ? s.budget->refining() : Deadline{});
+  if (s.remembers_planes()) {
+    s.planes.remember(s.threads, s.bodies, positions, s.contacts.contacts(),
+                      [&](std::size_t c) { return s.depth.is_rough(c); });
+  }
   s.times.depth = watch.lap();
 
   s.counts.contacts = s.contacts.contacts().size();
@@ -426,8 +445,8 @@ std::span<const std::uint8_t> Detector::late_bodies() const {
   return state_->budget ? std::span<const std::uint8_t>(state_->budget->late_bodies())
                         : std::span<const std::uint8_t>{};
 }
-double Detector::expected_seconds() const {
-  return state_->budget ? state_->budget->whole().high() : 0.0;
+double Detector::least_seconds() const {
+  return state_->budget ? state_->budget->least().high() : 0.0;
 }
 const CellSizeChoice& Detector::cell_size_choice() const {
   return state_->cell_size;

@@ -120,11 +120,10 @@ QueryScene tubes_scene() {
     }
     constexpr double reach = 0.5 * length + 2.0 * radius;
     const double z = apart * layer.quot;
-    scene.bodies.add("tube " + std::to_string(b),
-                     anatomy::stuff(anatomy::tube(std::move(stations)),
-                                    {.lower = {-reach, -reach, z - 1.5 * radius},
-                                     .upper = {reach, reach, z + 1.5 * radius},
-                                     .cell = 0.4 + 0.04 * (b % 5)}));
+    scene.bodies.add("tube " + std::to_string(b), anatomy::stuff(anatomy::tube(std::move(stations)),
+                                                                 {.lower = {-reach, -reach, z - 1.5 * radius},
+                                                                  .upper = {reach, reach, z + 1.5 * radius},
+                                                                  .cell = 0.4 + 0.04 * (b % 5)}));
   }
   start(scene);
   return scene;

@@ -37,15 +37,15 @@ TetMesh generated(const Scene& scene, const std::string& path, Generate&& genera
 
 TetMesh source_mesh(const Scene& scene, std::size_t body, const MeshReader& read_mesh) {
   const std::string path = "bodies[" + std::to_string(body) + "]";
-  return std::visit(
-      Overloaded{[&](const MeshFile& file) { return read_mesh(scene.folder / file.path); },
-                 [&](const BoxGenerator& box) {
-                   return generated(scene, path, [&] { return make_box(box.cells, box.size); });
-                 },
-                 [&](const BallGenerator& ball) {
-                   return generated(scene, path, [&] { return make_ball(ball.radius, ball.resolution); });
-                 }},
-      scene.bodies[body].source);
+  return std::visit(Overloaded{[&](const MeshFile& file) { return read_mesh(scene.folder / file.path); },
+                               [&](const BoxGenerator& box) {
+                                 return generated(scene, path, [&] { return make_box(box.cells, box.size); });
+                               },
+                               [&](const BallGenerator& ball) {
+                                 return generated(scene, path,
+                                                  [&] { return make_ball(ball.radius, ball.resolution); });
+                               }},
+                    scene.bodies[body].source);
 }
 
 Turn turn_of(const Rotation& rotation) {

@@ -25,6 +25,9 @@
 namespace palpate {
 namespace {
 
+/// Of what a budget in time has left, for a detection that may not be the last of its step.
+constexpr double share_ahead = 0.5;
+
 void check(bool right, const char* key, double found, const char* expected) {
   if (!right || !std::isfinite(found)) throw Error("simulation settings", key, number_text(found), expected);
 }
@@ -108,11 +111,11 @@ struct Simulation::State {
     ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
                 response);
     if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
-    detect(dynamics.positions());
+    detect(dynamics.positions(), true);
     measure();
   }
 
-  void detect(std::span<const Vec3> positions);
+  void detect(std::span<const Vec3> positions, bool last);
   [[nodiscard]] double budget_left() const;
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
@@ -163,11 +166,14 @@ bool Simulation::State::can_look_ahead() const {
   const auto& budget = settings.detection.budget;
   if (!budget || !budget->milliseconds) return true;
   return metrics.detection.completeness == 1.0 &&
-         2.0 * detector.expected_seconds() < budget_left() * 1e-3 * *budget->milliseconds;
+         detector.least_seconds() < share_ahead * budget_left() * 1e-3 * *budget->milliseconds;
 }
 
-void Simulation::State::detect(std::span<const Vec3> positions) {
-  detector.detect(positions, budget_left());
+/// \param last  none will follow in this step, so that it may spend all of a budget in time
+void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
+  const auto& budget = settings.detection.budget;
+  const double share = last || !budget || !budget->milliseconds ? 1.0 : share_ahead;
+  detector.detect(positions, share * budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
 }
@@ -239,19 +245,20 @@ bool Simulation::State::solve() {
 void Simulation::State::find_way() {
   bool agrees = false;
   bool meets = true;
+  metrics.looks_ahead = can_look_ahead();
   while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
     Stopwatch watch;
-    metrics.looks_ahead = can_look_ahead();
+    const bool looks_ahead = can_look_ahead();
     do {
       agrees = solve();
       while (metrics.solves < settings.solver.max_solves && dynamics.follow_turns()) agrees = solve();
-    } while (!metrics.looks_ahead && !agrees && metrics.solves < settings.solver.max_solves);
+    } while (!looks_ahead && !agrees && metrics.solves < settings.solver.max_solves);
     const std::span<const Vec3> positions_end = dynamics.end_positions();
     metrics.solver_seconds += watch.lap();
-    detect(positions_end);
+    detect(positions_end, !looks_ahead);
     ++metrics.detections;
     watch.lap();
-    if (!metrics.looks_ahead) return;
+    if (!looks_ahead) return;
     meets = metrics.solves < settings.solver.max_solves &&
             response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.mean_velocities(),
                              couplings);

@@ -242,7 +242,7 @@ Contacts with_rough_depths(const Bodies& bodies, DepthCounts& counts) {
   CrossingQuery crossings;
   crossings.find(threads, bodies, positions, list.contacts(), border_edges.edges(), lattice, edges,
                  CellSlots(0, 0));
-  counts = DepthEstimate(bodies).compute(threads, bodies, positions, list, border_edges, crossings,
+  counts = DepthEstimate(bodies).compute(threads, bodies, positions, list, border_edges, crossings, {},
                                          Deadline(Deadline::Clock::now()));
   return list.contacts();
 }

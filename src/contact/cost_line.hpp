@@ -1,0 +1,92 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace palpate {
+
+/// What work has cost lately, as a line: so much in any case and so much for each unit of it, fitted to the
+/// last 32 times and raised until it is seldom too low (as high as all but the two highest, but at most half
+/// more than in the middle, so that times in which the system put the thread aside do not count).
+///
+/// A single cost for each unit would not do: after a time of little work each unit looks dear, so that even
+/// less of it is thought to fit.
+class CostLine {
+ public:
+  /// \param usual  units that as much as what there is in any case is taken for while all work is about as
+  /// large
+  explicit CostLine(double usual) : usual_(usual) {}
+
+  void add(double work, double seconds) {
+    last_[next_++ % last_.size()] = {work, seconds};
+    fit();
+  }
+  [[nodiscard]] bool known() const { return next_ > 0; }
+  [[nodiscard]] double fixed() const { return fixed_; }  ///< s
+  [[nodiscard]] double each() const { return each_; }    ///< s
+  [[nodiscard]] double of(double work) const { return fixed_ + each_ * work; }
+
+ private:
+  struct Sample {
+    double work = 0.0;
+    double seconds = 0.0;
+  };
+  static constexpr std::size_t most = 32;
+
+  /// The n-th highest of what samples cost beside an expectation, and the middle one.
+  template <class Expected>
+  [[nodiscard]] std::array<double, 2> shares(std::size_t count, Expected&& expected) const {
+    std::array<double, most> share{};
+    for (std::size_t i = 0; i < count; ++i) share[i] = last_[i].seconds / expected(last_[i].work);
+    std::sort(share.begin(), share.begin() + static_cast<std::ptrdiff_t>(count));
+    const std::size_t disregarded = std::min<std::size_t>(2, (count - 1) / 2);
+    return {share[count - 1 - disregarded], share[count / 2]};
+  }
+
+  void fit() {
+    constexpr double most_of_middle = 1.5;
+    // Work that differs by less does not tell what it costs in any case.
+    constexpr double alike = 0.05;
+    const std::size_t count = std::min(next_, most);
+    const auto n = static_cast<double>(count);
+    const auto plain = [&](double work) { return work + usual_; };
+    const double middle = shares(count, plain)[1];
+    const double middle_seconds = shares(count, [](double) { return 1.0; })[1];
+    double mean_work = 0.0;
+    double mean_seconds = 0.0;
+    const auto seconds = [&](const Sample& sample) {
+      return std::min(sample.seconds,
+                      most_of_middle * std::max(middle * plain(sample.work), middle_seconds));
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      mean_work += last_[i].work / n;
+      mean_seconds += seconds(last_[i]) / n;
+    }
+    // Of the line through their middle: towards `usual` by as much as they are alike.
+    const double expected = mean_seconds / plain(mean_work);
+    double square = alike * alike * plain(mean_work) * plain(mean_work);
+    double product = square * expected;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double work = last_[i].work - mean_work;
+      square += work * work / n;
+      product += work * (seconds(last_[i]) - mean_seconds) / n;
+    }
+    constexpr double least_each = 0.25;
+    const double slope =
+        std::clamp(product / square, least_each * expected, mean_seconds / std::max(mean_work, 1.0));
+    const double base = mean_seconds - slope * mean_work;
+    const auto [high, in_middle] = shares(count, [&](double work) { return base + slope * work; });
+    const double raised = std::max(1.0, std::min(high, most_of_middle * in_middle));
+    fixed_ = raised * std::max(0.0, base);
+    each_ = raised * slope;
+  }
+
+  double usual_;
+  std::array<Sample, most> last_{};
+  std::size_t next_ = 0;
+  double fixed_ = 0.0;
+  double each_ = 0.0;
+};
+
+}  // namespace palpate

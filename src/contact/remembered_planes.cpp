@@ -1,0 +1,133 @@
+#include "contact/remembered_planes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 256;
+/// Of an edge of the tet: a point that has left its place by more may be beside another part of the surface.
+constexpr double furthest = 0.5;
+
+/// The edges from the first corner of a tet.
+std::array<Vec3, 3> edges_of(const Tet& tet, std::span<const Vec3> positions) {
+  const Vec3& origin = at(positions, tet[0]);
+  return {at(positions, tet[1]) - origin, at(positions, tet[2]) - origin, at(positions, tet[3]) - origin};
+}
+
+}  // namespace
+
+void RememberedPlanes::choose_none() {
+  sources_.clear();
+  spared_ = 0;
+}
+
+/// Both lists are in the same order.
+void RememberedPlanes::look_up(const Contacts& contacts) {
+  resize_with_room(entry_of_, contacts.size());
+  std::size_t e = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const auto wanted = std::pair(contacts.point[c], contacts.body[c]);
+    const auto name = [&] { return std::pair(entries_[e].point, entries_[e].body); };
+    while (e < entries_.size() && name() < wanted) ++e;
+    entry_of_[c] = e < entries_.size() && name() == wanted ? static_cast<Index>(e) : none;
+  }
+}
+
+/// Where its plane is now, seen from the point; false: it does not tell any more.
+bool RememberedPlanes::follow(const Entry& entry, const Bodies& bodies, std::span<const Vec3> positions,
+                              WayOut& way) {
+  const Tet& tet = at(bodies.tets(), entry.tet);
+  Vec3 place;
+  for (std::size_t i = 0; i < 4; ++i) place += entry.weights[i] * at(positions, tet[i]);
+  const auto [a, b, c] = edges_of(tet, positions);
+  const Vec3 moved = at(positions, entry.point) - place;
+  if (!(squared_length(moved) <= furthest * furthest * squared_length(a))) return false;
+  const Vec3 direction = entry.along_edges.x * a + entry.along_edges.y * b + entry.along_edges.z * c;
+  if (!is_finite(direction) || direction == Vec3{}) return false;
+  way.direction = normalized(direction);
+  way.depth = std::max(0.0, entry.depth - dot(way.direction, moved));
+  way.certainty = entry.certainty;
+  return std::isfinite(way.depth);
+}
+
+/// Of the contacts that know of no plane `most` find it anew, at equal distances in their order, so that each
+/// region has some. Returns how many do.
+std::size_t RememberedPlanes::choose_unknown(std::size_t most, std::size_t unknown) {
+  if (most >= unknown) {
+    std::ranges::replace(sources_, std::uint8_t{neighbors}, std::uint8_t{anew});
+    return unknown;
+  }
+  std::size_t passed = 0;
+  for (std::uint8_t& source : sources_) {
+    if (source != neighbors) continue;
+    passed += most;
+    if (passed < unknown) continue;
+    passed -= unknown;
+    source = anew;
+  }
+  return most;
+}
+
+/// The oldest of those that remember a plane find it anew.
+void RememberedPlanes::choose_oldest(std::size_t most) {
+  std::array<std::size_t, oldest + 1> count{};
+  const auto age_of = [&](std::size_t c) -> std::size_t { return at(entries_, entry_of_[c]).age; };
+  for (std::size_t c = 0; c < sources_.size(); ++c)
+    if (sources_[c] == remembered) ++count[age_of(c)];
+  std::size_t age = count.size();
+  while (age > 0 && count[age - 1] <= most) most -= count[--age];
+  // All of `age` and more, and some of those that are younger by one.
+  for (std::size_t c = 0; c < sources_.size(); ++c) {
+    if (sources_[c] != remembered || age_of(c) + 1 < age) continue;
+    if (age_of(c) < age && most == 0) continue;
+    if (age_of(c) < age) --most;
+    sources_[c] = anew;
+  }
+}
+
+void RememberedPlanes::choose(const parallel::Threads& threads, const Bodies& bodies,
+                              std::span<const Vec3> positions, const Contacts& contacts, std::size_t most) {
+  choose_none();
+  if (most >= contacts.size() || entries_.empty()) return;
+  look_up(contacts);
+  resize_with_room(ways_, contacts.size());
+  resize_with_room(sources_, contacts.size());
+  parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
+    const Index entry = entry_of_[c];
+    const bool knows = entry != none && follow(at(entries_, entry), bodies, positions, ways_[c]);
+    if (!knows) ways_[c] = {};
+    sources_[c] = knows ? remembered : neighbors;
+  });
+  const auto unknown = static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{neighbors}));
+  choose_oldest(most - choose_unknown(most, unknown));
+  spared_ = sources_.size() - static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{anew}));
+}
+
+RememberedPlanes::Entry RememberedPlanes::older(std::size_t contact) const {
+  Entry entry = at(entries_, entry_of_[contact]);
+  if (entry.age < oldest) ++entry.age;
+  return entry;
+}
+
+RememberedPlanes::Entry RememberedPlanes::newest(const Bodies& bodies, std::span<const Vec3> positions,
+                                                 const Contacts& contacts, std::size_t c, bool rough) {
+  const auto [a, b, d] = edges_of(at(bodies.tets(), contacts.tet[c]), positions);
+  const Vec3& n = contacts.direction[c];
+  const double share = 1.0 / dot(a, cross(b, d));  // of a flat tet infinite: it will not be followed
+  return {
+      .point = contacts.point[c],
+      .body = contacts.body[c],
+      .tet = contacts.tet[c],
+      .age = rough ? oldest : std::uint8_t{0},
+      .weights = contacts.weights[c],
+      .depth = contacts.depth[c],
+      .along_edges = {share * dot(n, cross(b, d)), share * dot(n, cross(d, a)), share * dot(n, cross(a, b))},
+      .certainty = contacts.certainty[c]};
+}
+
+}  // namespace palpate
