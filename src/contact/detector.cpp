@@ -490,6 +490,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.step = memory.detections - 1;
   s.recall_budget(memory);
   s.skips_coherence = true;
+  s.planes = {};  // of another time
   detect(positions, memory.share);
   s.skips_coherence = false;
   s.recall_coherence(memory);
