@@ -34,6 +34,15 @@ struct Series {
   std::vector<double> completeness;
   std::vector<std::int64_t> put_aside;
   std::vector<double> contacts;
+  std::vector<double> rough;  ///< share of the contacts whose depth was not found anew
+
+  void add(double time, std::int64_t aside, const DetectionCounts& counts) {
+    milliseconds.push_back(time);
+    put_aside.push_back(aside);
+    completeness.push_back(counts.completeness);
+    contacts.push_back(static_cast<double>(counts.contacts));
+    rough.push_back(static_cast<double>(counts.rough_depths) / std::max(1.0, contacts.back()));
+  }
 };
 
 struct Run {
@@ -57,10 +66,7 @@ Run run(const std::string& scene, int steps, const std::optional<Budget>& budget
     if (disturbances) disturbances->apply(simulation);
     const std::int64_t before = bench::preemptions();
     const StepMetrics& m = simulation.step();
-    result.steps.milliseconds.push_back(total(m.detection_seconds));
-    result.steps.put_aside.push_back(bench::preemptions() - before);
-    result.steps.completeness.push_back(m.detection.completeness);
-    result.steps.contacts.push_back(static_cast<double>(m.detection.contacts));
+    result.steps.add(total(m.detection_seconds), bench::preemptions() - before, m.detection);
     result.without_foresight += m.looks_ahead ? 0 : 1;
     result.end.assign(simulation.positions().begin(), simulation.positions().end());
     if (keep_frames) result.frames.push_back(result.end);
@@ -89,10 +95,7 @@ Series detect(const std::string& scene, const std::vector<std::vector<Vec3>>& fr
     for (std::size_t p = 0; p < positions.size(); p += 2) positions[p] += shift;
     const std::int64_t before = bench::preemptions();
     detector.detect(positions);
-    series.put_aside.push_back(bench::preemptions() - before);
-    series.milliseconds.push_back(total(detector.times()));
-    series.completeness.push_back(detector.counts().completeness);
-    series.contacts.push_back(static_cast<double>(detector.counts().contacts));
+    series.add(total(detector.times()), bench::preemptions() - before, detector.counts());
   }
   return series;
 }
@@ -149,6 +152,7 @@ Json kept(const Series& series, double budget) {
           {"share_within_undisturbed", share(within_undisturbed, undisturbed.size())},
           {"completeness", spread(series.completeness)},
           {"least_completeness", *std::ranges::min_element(series.completeness)},
+          {"rough_depths", spread(series.rough)},
           {"contacts", spread(series.contacts)}};
 }
 

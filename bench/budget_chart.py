@@ -46,14 +46,14 @@ def table(result):
         of = exact[what]
         print(f"Without a budget, {of['count']} {what}: median {of['time']['median']:.3g} ms, 99.9 % "
               f"{of['time']['p999']:.3g} ms, {of['contacts']['median']:.0f} contacts.")
-    print("\n| budget | what | within budget + 10 % | median, 99.9 %, longest | clusters asked: mean, least | contacts, median |")
-    print("|---|---|---|---|---|---|")
+    print("\n| budget | what | within budget + 10 % | median, 99.9 %, longest | clusters asked: mean, least | depths not found anew, mean | contacts, median |")
+    print("|---|---|---|---|---|---|---|")
     for b in result["budgets"]:
         for name, what in (("many_steps", "steps, disturbed"), ("steps", "steps"), ("detections", "detections")):
             k = b[name]
             print(f"| {b['budget']:g} ms | {k['count']} {what} | {100 * k['share_within']:.2f} % "
                   f"| {k['time']['median']:.3g}, {k['time']['p999']:.3g}, {k['time']['max']:.3g} ms "
-                  f"| {100 * k['completeness']['mean']:.1f} %, {100 * k['least_completeness']:.0f} % "
+                  f"| {100 * k['completeness']['mean']:.1f} %, {100 * k['least_completeness']:.0f} % | {100 * k['rough_depths']['mean']:.1f} % "
                   f"| {k['contacts']['median']:.0f} |")
     print(f"\n| budget | deviation of the end of the run ({unit}): max | mean | standard |\n|---|---|---|---|")
     for b in result["budgets"]:
