@@ -191,7 +191,7 @@ class Detector {
   /// (n_bodies) 1 where the budget did not suffice for all tets of a body, or for all its triangles: contacts
   /// of points in it may be missing, and depths in it be less exact. Empty without a budget.
   [[nodiscard]] std::span<const std::uint8_t> late_bodies() const;
-  /// Seconds that a detection takes lately if it finds all contacts but few of their depths anew
+  /// Seconds of a budget that a detection needs lately to find all contacts, but few of their depths anew
   /// (DepthCounts::rough_depths); 0 without a budget.
   [[nodiscard]] double least_seconds() const;
   /// How the cell size was chosen, at the first detect().

@@ -14,9 +14,9 @@ namespace palpate {
 /// less of it is thought to fit.
 class CostLine {
  public:
-  /// \param usual  units that as much as what there is in any case is taken for while all work is about as
+  /// \param units  that as much as what there is in any case is taken for while all work is about as
   /// large
-  explicit CostLine(double usual) : usual_(usual) {}
+  explicit CostLine(double units) : units_(units) {}
 
   void add(double work, double seconds) {
     last_[next_++ % last_.size()] = {work, seconds};
@@ -26,6 +26,8 @@ class CostLine {
   [[nodiscard]] double fixed() const { return fixed_; }  ///< s
   [[nodiscard]] double each() const { return each_; }    ///< s
   [[nodiscard]] double of(double work) const { return fixed_ + each_ * work; }
+  /// Before it was raised.
+  [[nodiscard]] double usual(double work) const { return of(work) / raised_; }
 
  private:
   struct Sample {
@@ -46,24 +48,25 @@ class CostLine {
 
   void fit() {
     constexpr double most_of_middle = 1.5;
+    constexpr double most_raised = 2.0;
     // Work that differs by less does not tell what it costs in any case.
     constexpr double alike = 0.05;
     const std::size_t count = std::min(next_, most);
     const auto n = static_cast<double>(count);
-    const auto plain = [&](double work) { return work + usual_; };
+    const auto plain = [&](double work) { return work + units_; };
     const double middle = shares(count, plain)[1];
     const double middle_seconds = shares(count, [](double) { return 1.0; })[1];
     double mean_work = 0.0;
     double mean_seconds = 0.0;
     const auto seconds = [&](const Sample& sample) {
-      return std::min(sample.seconds,
-                      most_of_middle * std::max(middle * plain(sample.work), middle_seconds));
+      return std::min(sample.seconds, most_of_middle * std::max(middle * plain(sample.work), middle_seconds));
     };
     for (std::size_t i = 0; i < count; ++i) {
       mean_work += last_[i].work / n;
       mean_seconds += seconds(last_[i]) / n;
     }
-    // Of the line through their middle: towards `usual` by as much as they are alike.
+    if (!(mean_seconds > 0.0)) return;
+    // Of the line through their middle: towards `units` by as much as they are alike.
     const double expected = mean_seconds / plain(mean_work);
     double square = alike * alike * plain(mean_work) * plain(mean_work);
     double product = square * expected;
@@ -76,15 +79,17 @@ class CostLine {
     const double slope =
         std::clamp(product / square, least_each * expected, mean_seconds / std::max(mean_work, 1.0));
     const double base = mean_seconds - slope * mean_work;
-    const auto [high, in_middle] = shares(count, [&](double work) { return base + slope * work; });
-    const double raised = std::max(1.0, std::min(high, most_of_middle * in_middle));
-    fixed_ = raised * std::max(0.0, base);
-    each_ = raised * slope;
+    const auto [high, in_middle] =
+        shares(count, [&](double work) { return std::max(base + slope * work, alike * mean_seconds); });
+    raised_ = std::clamp(std::min(high, most_of_middle * in_middle), 1.0, most_raised);
+    fixed_ = raised_ * std::max(0.0, base);
+    each_ = raised_ * slope;
   }
 
-  double usual_;
+  double units_;
   std::array<Sample, most> last_{};
   std::size_t next_ = 0;
+  double raised_ = 1.0;
   double fixed_ = 0.0;
   double each_ = 0.0;
 };

@@ -65,6 +65,7 @@ void DepthEstimate::propagate(const Frame& frame) {
       const PlaneSystem::Node& node = at(system_.nodes, c);
       double sum = 0.0;
       double depth = 0.0;
+      double deepest = 0.0;
       Vec3 normal;
       for (Index l = node.begin; l < node.end; ++l) {
         const auto& [other, weight] = at(system_.links, l);
@@ -74,7 +75,9 @@ void DepthEstimate::propagate(const Frame& frame) {
         sum += weight;
         depth += weight * (dot(offset, at(contacts.direction, other)) + at(contacts.depth, other));
         normal += weight * at(contacts.direction, other);
+        deepest = std::max(deepest, at(contacts.depth, other));
       }
+      at(notes_, c).deepest = deepest;
       at(contacts.depth, c) = depth / sum;
       at(contacts.direction, c) = (1.0 / sum) * normal;
     });
@@ -132,11 +135,14 @@ void DepthEstimate::weigh_knowledge(const Frame& frame) {
     const double forgotten = forgetting * link_weight * notes_[c].edges;
     node.diagonal += forgotten;
     node.residual = {-forgotten, 0.0, 0.0, 0.0};
-    if (notes_[c].level < 0 || notes_[c].fixed || !std::isfinite(node.diagonal)) leave_out(c);
+    // What goes by its neighbours knows nothing that they could gain from.
+    const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
+    if (notes_[c].level < 0 || notes_[c].fixed || guesses || !std::isfinite(node.diagonal)) leave_out(c);
   });
   system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
-    notes_[c].knowledge = std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
+    const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
+    notes_[c].knowledge = guesses ? 0.0 : std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });
 }
 
@@ -168,7 +174,6 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   }
   const Vec3& p = at(frame.positions, contacts.point[c]);
   if (rough && note.level < 0) return know_nothing(frame, c);
-  rough = rough || frame.planes.source(c) == RememberedPlanes::neighbors;
   const Index without = own_point(frame, c);
   const auto nearest = [&] {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -179,6 +184,8 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     if (!std::isfinite(found.distance)) found.distance = 0.0;  // a body without any surface but its own
     return found;
   };
+  const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
+  if (guesses && note.level > 0) return take_guess(frame, c);
   const auto& [offset, x, y, z] = system_.corrections()[c];
   const PlaneSystem::Node& node = system_.nodes[c];
   const double share = 1.0 / std::max(note.knowledge, least_knowledge);
@@ -201,6 +208,9 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     contacts.direction[c] = nearest().outward;
     note.from_surface = cancelled;
   }
+  // Where many neighbours only guess, a plane that comes from afar says too much.
+  if (note.level > 0 && (rough || frame.planes.spared() > 0))
+    contacts.depth[c] = std::min(contacts.depth[c], 2.0 * note.deepest);
   note.rough = rough;
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
@@ -229,6 +239,17 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (found.distance <= enough || !std::isfinite(found.distance)) return;
   contacts.depth[c] = found.distance;
   if (note.from_surface == from_planes) note.from_surface = raised;
+}
+
+/// What its neighbours know: no deeper than they are, since it is not known how far their planes hold.
+void DepthEstimate::take_guess(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.list.contacts();
+  const double agreement = length(contacts.direction[c]);
+  if (!std::isfinite(contacts.depth[c]) || !(agreement >= smallest_normal)) return know_nothing(frame, c);
+  contacts.depth[c] = std::clamp(contacts.depth[c], 0.0, notes_[c].deepest) * std::min(1.0, agreement);
+  contacts.direction[c] = normalized(contacts.direction[c]);
+  contacts.certainty[c] = std::min(1.0, agreement);
+  notes_[c].rough = true;
 }
 
 /// Not even a first guess: it pushes by no depth, away from the middle of its tet.

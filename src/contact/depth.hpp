@@ -45,8 +45,14 @@ class DepthEstimate {
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactList& contacts, const BorderEdges& border_edges, const CrossingQuery& crossings,
                       const RememberedPlanes& planes = {}, const Deadline& deadline = {});
-  /// Whether there was no time for the depth of a contact: it is remembered, or a first guess.
-  [[nodiscard]] bool is_rough(std::size_t contact) const { return notes_[contact].rough; }
+  /// How a contact came to its plane.
+  [[nodiscard]] RememberedPlanes::Outcome outcome(std::size_t contact) const {
+    using Outcome = RememberedPlanes::Outcome;
+    const Note& note = notes_[contact];
+    if (note.remembered) return Outcome::remembered;
+    if (!note.rough) return Outcome::found;
+    return note.border_weight > 0.0 ? Outcome::guessed : Outcome::none;
+  }
 
  private:
   /// One frame's input.
@@ -70,6 +76,7 @@ class DepthEstimate {
     double border_weight = 0.0;     ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
     double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
+    double deepest = 0.0;           ///< of the neighbours that its first guess comes from
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
     bool fixed = false;             ///< its plane is that of its crossings alone, or an earlier one
     std::uint8_t from_surface = 0;  ///< a Source
@@ -131,6 +138,7 @@ class DepthEstimate {
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
   void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
+  void take_guess(const Frame& frame, std::size_t c);
   void know_nothing(const Frame& frame, std::size_t c);
   Index regions_not_reached();
 

@@ -73,6 +73,7 @@ DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t 
 void DetectionBudget::begin(double share) {
   allowance_.reset();
   refining_ = {};
+  points_seconds_ = 0.0;
   std::ranges::fill(late_bodies_, std::uint8_t{0});
   if (budget_.tests) {
     const double tests = points_share * share * static_cast<double>(*budget_.tests);
@@ -80,8 +81,8 @@ void DetectionBudget::begin(double share) {
   } else {
     const double no_limit = std::numeric_limits<double>::infinity();
     const double seconds = share * 1e-3 * budget_.milliseconds.value_or(no_limit);
-    allowance_ = Allowance::of_seconds(after_.known() ? planned_share * seconds : no_limit);
-    if (after_.known()) refining_ = Deadline::after_seconds(refining_share * seconds);
+    allowance_ = Allowance::of_seconds(begun_ ? planned_share * seconds : no_limit);
+    if (begun_) refining_ = Deadline::after_seconds(refining_share * seconds);
     allowance_->keep_back(after_.fixed(), after_.each() * spared_share);
   }
 }
@@ -101,7 +102,8 @@ std::size_t DetectionBudget::contacts_anew(std::size_t contacts) const {
   if (!allowance_ || !allowance_->timed() || !after_.known()) return contacts;
   const double affordable =
       (allowance_->seconds_left(1.0) - after_.of(work_of(contacts, contacts))) / after_.each();
-  const double anew = std::max(least_anew * static_cast<double>(contacts), affordable / (1.0 - spared_share));
+  const double least = std::ceil(least_anew * static_cast<double>(contacts));
+  const double anew = std::max(least, affordable / (1.0 - spared_share));
   return anew < static_cast<double>(contacts) ? static_cast<std::size_t>(anew) : contacts;
 }
 
@@ -109,8 +111,9 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
   // What was cut off must not look cheap, or the next detection finds even more that it has no time for.
-  after_.add(work_of(counts.contacts, spared),
-             counts.rough_depths <= spared ? after : unrefined_factor * after);
+  // A time without contacts does not tell what they cost.
+  if (counts.contacts > 0)
+    after_.add(work_of(counts.contacts, spared), refining_.passed() ? unrefined_factor * after : after);
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;
@@ -121,7 +124,10 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
   }
   if (all > 0)
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
-  least_.add(times.grid + points_seconds_ + after_.of(work_of(counts.contacts, counts.contacts)));
+  begun_ = true;
+  if (counts.completeness < 1.0) return;
+  least_.add((times.grid + points_seconds_ + after_.usual(work_of(counts.contacts, counts.contacts))) /
+             planned_share);
 }
 
 }  // namespace palpate

@@ -46,7 +46,8 @@ class DetectionBudget {
 
   /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
-  /// Seconds that a detection of all contacts takes lately where it finds the way out of few of them anew.
+  /// Seconds of a budget that a detection of all contacts needs lately, to find the way out of few of them
+  /// anew.
   [[nodiscard]] const RecentCost& least() const { return least_; }
 
  private:
@@ -56,6 +57,7 @@ class DetectionBudget {
   CostLine after_;    ///< of contacts that find their way out anew, once the pairs are known
   RecentCost least_;  ///< s
   double points_seconds_ = 0.0;
+  bool begun_ = false;  ///< there was a detection
   std::vector<std::uint8_t> late_bodies_;
 };
 

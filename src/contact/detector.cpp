@@ -396,7 +396,7 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
                       s.budget ? s.budget->refining() : Deadline{});
   if (s.remembers_planes()) {
     s.planes.remember(s.threads, s.bodies, positions, s.contacts.contacts(),
-                      [&](std::size_t c) { return s.depth.is_rough(c); });
+                      [&](std::size_t c) { return s.depth.outcome(c); });
   }
   s.times.depth = watch.lap();
 

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t grain = 256;
 /// Of an edge of the tet: a point that has left its place by more may be beside another part of the surface.
 constexpr double furthest = 0.5;
+/// How many times as thick or thin, along the direction, a tet may become.
+constexpr double most_strain = 4.0;
 
 /// The edges from the first corner of a tet.
 std::array<Vec3, 3> edges_of(const Tet& tet, std::span<const Vec3> positions) {
@@ -38,19 +40,24 @@ void RememberedPlanes::look_up(const Contacts& contacts) {
   }
 }
 
-/// Where its plane is now, seen from the point; false: it does not tell any more.
+/// Where its plane is now, seen from the point; false: it does not tell any more. Points of the tissue keep
+/// their product with the plane's covector, whose products with the edges are those of the direction then.
 bool RememberedPlanes::follow(const Entry& entry, const Bodies& bodies, std::span<const Vec3> positions,
                               WayOut& way) {
+  if (entry.tet < 0) return false;
   const Tet& tet = at(bodies.tets(), entry.tet);
   Vec3 place;
   for (std::size_t i = 0; i < 4; ++i) place += entry.weights[i] * at(positions, tet[i]);
   const auto [a, b, c] = edges_of(tet, positions);
   const Vec3 moved = at(positions, entry.point) - place;
   if (!(squared_length(moved) <= furthest * furthest * squared_length(a))) return false;
-  const Vec3 direction = entry.along_edges.x * a + entry.along_edges.y * b + entry.along_edges.z * c;
-  if (!is_finite(direction) || direction == Vec3{}) return false;
-  way.direction = normalized(direction);
-  way.depth = std::max(0.0, entry.depth - dot(way.direction, moved));
+  const Vec3 bc = cross(b, c);
+  const Vec3 covector = (1.0 / dot(a, bc)) * (entry.on_edges.x * bc + entry.on_edges.y * cross(c, a) +
+                                              entry.on_edges.z * cross(a, b));
+  const double thinner = length(covector);
+  if (!(thinner <= most_strain && thinner * most_strain >= 1.0)) return false;
+  way.direction = (1.0 / thinner) * covector;
+  way.depth = std::max(0.0, entry.depth / thinner - dot(way.direction, moved));
   way.certainty = entry.certainty;
   return std::isfinite(way.depth);
 }
@@ -62,7 +69,8 @@ std::size_t RememberedPlanes::choose_unknown(std::size_t most, std::size_t unkno
     std::ranges::replace(sources_, std::uint8_t{neighbors}, std::uint8_t{anew});
     return unknown;
   }
-  std::size_t passed = 0;
+  // Not always the same ones.
+  std::size_t passed = rounds_ * most % unknown;
   for (std::uint8_t& source : sources_) {
     if (source != neighbors) continue;
     passed += most;
@@ -93,7 +101,8 @@ void RememberedPlanes::choose_oldest(std::size_t most) {
 void RememberedPlanes::choose(const parallel::Threads& threads, const Bodies& bodies,
                               std::span<const Vec3> positions, const Contacts& contacts, std::size_t most) {
   choose_none();
-  if (most >= contacts.size() || entries_.empty()) return;
+  ++rounds_;
+  most = std::min(most, contacts.size());
   look_up(contacts);
   resize_with_room(ways_, contacts.size());
   resize_with_room(sources_, contacts.size());
@@ -104,7 +113,8 @@ void RememberedPlanes::choose(const parallel::Threads& threads, const Bodies& bo
     sources_[c] = knows ? remembered : neighbors;
   });
   const auto unknown = static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{neighbors}));
-  choose_oldest(most - choose_unknown(most, unknown));
+  const std::size_t for_known = std::min(most / 4, contacts.size() - unknown);
+  choose_oldest(most - choose_unknown(most - for_known, unknown));
   spared_ = sources_.size() - static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{anew}));
 }
 
@@ -115,19 +125,18 @@ RememberedPlanes::Entry RememberedPlanes::older(std::size_t contact) const {
 }
 
 RememberedPlanes::Entry RememberedPlanes::newest(const Bodies& bodies, std::span<const Vec3> positions,
-                                                 const Contacts& contacts, std::size_t c, bool rough) {
+                                                 const Contacts& contacts, std::size_t c, Outcome outcome) {
   const auto [a, b, d] = edges_of(at(bodies.tets(), contacts.tet[c]), positions);
   const Vec3& n = contacts.direction[c];
-  const double share = 1.0 / dot(a, cross(b, d));  // of a flat tet infinite: it will not be followed
-  return {
-      .point = contacts.point[c],
-      .body = contacts.body[c],
-      .tet = contacts.tet[c],
-      .age = rough ? oldest : std::uint8_t{0},
-      .weights = contacts.weights[c],
-      .depth = contacts.depth[c],
-      .along_edges = {share * dot(n, cross(b, d)), share * dot(n, cross(d, a)), share * dot(n, cross(a, b))},
-      .certainty = contacts.certainty[c]};
+  const bool has_own = outcome == Outcome::found || outcome == Outcome::guessed;
+  return {.point = contacts.point[c],
+          .body = contacts.body[c],
+          .tet = has_own ? contacts.tet[c] : -1,
+          .age = outcome == Outcome::found ? std::uint8_t{0} : oldest,
+          .weights = contacts.weights[c],
+          .depth = contacts.depth[c],
+          .on_edges = {dot(n, a), dot(n, b), dot(n, d)},
+          .certainty = contacts.certainty[c]};
 }
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
@@ -24,18 +25,23 @@ struct WayOut {
 /// What contacts knew of their way out in earlier detections, for one that has no time to find all of it
 /// anew.
 ///
-/// The plane through which a contact leaves goes with the tissue: it keeps its place in the tet that held the
-/// point when it was found, and its normal goes with the edges of that tet. Since then the point has come
-/// nearer to the plane, or gone further from it. That is exact while the body moves as a rigid one and its
-/// surface there is flat. It is not used where the point has left its place by more than half an edge of that
-/// tet. Contacts that know of no plane take what their neighbours know.
+/// The plane through which a contact leaves goes with the tissue, as the tet that held the point when it was
+/// found turns and deforms. Since then the point has come nearer to the plane, or gone further from it. That
+/// is exact while the tet and the surface deform alike and the surface there is flat. It is not used where
+/// the point has left its place by more than half an edge of that tet, or where the tet has become several
+/// times as thick or thin. Contacts that know of no plane take what their neighbours know.
 class RememberedPlanes {
  public:
+  /// What became of it: its plane was found anew; there was time for a first guess only; it is an earlier
+  /// one; or there is none of its own.
+  enum class Outcome : std::uint8_t { found, guessed, remembered, none };
+
   /// What a contact goes by in a detection.
   enum Source : std::uint8_t { anew, remembered, neighbors };
 
   /// Decides what each contact goes by, so that `most` find their way out anew: of those that know of no
-  /// plane some from everywhere, or all and the oldest of the others. O(contacts), parallel.
+  /// plane some from everywhere, or all; of the others the oldest, a quarter of `most` at least.
+  /// O(contacts), parallel.
   void choose(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               const Contacts& contacts, std::size_t most);
   /// All find it anew.
@@ -47,20 +53,21 @@ class RememberedPlanes {
   }
   /// That do not find it anew.
   [[nodiscard]] std::size_t spared() const { return spared_; }
-  /// What it remembers; null: nothing, or it was not asked since all have time.
+  /// What it remembers; null: nothing.
   [[nodiscard]] const WayOut* way_out(std::size_t contact) const {
     return sources_.empty() || ways_[contact].direction == Vec3{} ? nullptr : &ways_[contact];
   }
 
-  /// Takes over the contacts of a detection, in canonical order, once their depths are known.
-  /// `rough(contact)` tells of those that did not find their way out in the end.
-  template <class Rough>
+  /// Takes over the contacts of a detection, in canonical order, once their depths are known, and their
+  /// outcome(contact).
+  template <class Outcomes>
   void remember(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                const Contacts& contacts, Rough&& rough) {
-    next_.resize(contacts.size());
+                const Contacts& contacts, Outcomes&& outcome) {
+    resize_with_room(next_, contacts.size());
     parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
-      next_[c] =
-          rough(c) && way_out(c) != nullptr ? older(c) : newest(bodies, positions, contacts, c, rough(c));
+      const Outcome now = outcome(c);
+      const bool has_own = now == Outcome::found || now == Outcome::guessed;
+      next_[c] = !has_own && way_out(c) != nullptr ? older(c) : newest(bodies, positions, contacts, c, now);
     });
     std::swap(entries_, next_);
   }
@@ -69,11 +76,11 @@ class RememberedPlanes {
   struct Entry {
     Index point = -1;
     Index body = -1;
-    Index tet = -1;        ///< where the point was
-    std::uint8_t age = 0;  ///< detections since; `oldest` too where it is what neighbours knew
+    Index tet = -1;        ///< where the point was; -1: it knew nothing
+    std::uint8_t age = 0;  ///< detections since; `oldest` where it was a guess
     std::array<double, 4> weights{};
     double depth = 0.0;
-    Vec3 along_edges;  ///< direction as a sum of the edges from the tet's first corner
+    Vec3 on_edges;  ///< direction times each of the edges from the tet's first corner
     double certainty = 0.0;
   };
   static constexpr std::uint8_t oldest = 255;
@@ -81,7 +88,7 @@ class RememberedPlanes {
 
   [[nodiscard]] Entry older(std::size_t contact) const;
   [[nodiscard]] static Entry newest(const Bodies& bodies, std::span<const Vec3> positions,
-                                    const Contacts& contacts, std::size_t contact, bool rough);
+                                    const Contacts& contacts, std::size_t contact, Outcome outcome);
   void look_up(const Contacts& contacts);
   [[nodiscard]] static bool follow(const Entry& entry, const Bodies& bodies, std::span<const Vec3> positions,
                                    WayOut& way);
@@ -94,6 +101,7 @@ class RememberedPlanes {
   std::vector<WayOut> ways_;     ///< (n_contacts) without direction: none
   std::vector<std::uint8_t> sources_;
   std::size_t spared_ = 0;
+  std::size_t rounds_ = 0;  ///< choices so far
 };
 
 }  // namespace palpate

@@ -116,6 +116,7 @@ struct Simulation::State {
   }
 
   void detect(std::span<const Vec3> positions, bool last);
+  [[nodiscard]] bool spends_time() const;
   [[nodiscard]] double budget_left() const;
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
@@ -153,6 +154,11 @@ struct Simulation::State {
   std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
 };
 
+/// Whether there is a budget in time.
+bool Simulation::State::spends_time() const {
+  return settings.detection.budget && settings.detection.budget->milliseconds;
+}
+
 /// Share of a budget in time that the detections of this step have left; else 1.
 double Simulation::State::budget_left() const {
   const auto& budget = settings.detection.budget;
@@ -171,9 +177,7 @@ bool Simulation::State::can_look_ahead() const {
 
 /// \param last  none will follow in this step, so that it may spend all of a budget in time
 void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
-  const auto& budget = settings.detection.budget;
-  const double share = last || !budget || !budget->milliseconds ? 1.0 : share_ahead;
-  detector.detect(positions, share * budget_left());
+  detector.detect(positions, (last || !spends_time() ? 1.0 : share_ahead) * budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
 }
@@ -263,6 +267,11 @@ void Simulation::State::find_way() {
             response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.mean_velocities(),
                              couplings);
     metrics.forces_seconds += watch.lap();
+  }
+  // With half of what was left it has not seen all that the next step begins with.
+  if (metrics.detection.completeness < 1.0 && spends_time()) {
+    detect(dynamics.end_positions(), true);
+    ++metrics.detections;
   }
 }
 

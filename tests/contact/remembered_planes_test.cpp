@@ -15,6 +15,7 @@
 #include "contact/cost_line.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
+#include "contact/detection_budget.hpp"
 #include "geometry/vector.hpp"
 #include "grid/brute.hpp"
 #include "support/meshes.hpp"
@@ -50,7 +51,8 @@ std::vector<Vec3> all_moved(std::span<const Vec3> positions) {
 
 struct Remembering {
   explicit Remembering(const Bodies& b) : bodies(b), contacts(contacts_of(b, b.points_rest())) {
-    planes.remember(threads, bodies, bodies.points_rest(), contacts, [](std::size_t) { return false; });
+    planes.remember(threads, bodies, bodies.points_rest(), contacts,
+                    [](std::size_t) { return Planes::Outcome::found; });
   }
   std::size_t anew() const {
     return static_cast<std::size_t>(std::ranges::count(planes.sources(), std::uint8_t{Planes::anew}));
@@ -123,8 +125,9 @@ TEST(RememberedPlanes, TheOldestAreFoundAnew) {
     EXPECT_EQ(r.anew(), most);
     for (std::size_t c = 0; c < r.contacts.size(); ++c)
       if (r.planes.source(c) == Planes::anew) ++times[c];
-    r.planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts,
-                      [&](std::size_t c) { return r.planes.source(c) != Planes::anew; });
+    r.planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, [&](std::size_t c) {
+      return r.planes.source(c) == Planes::anew ? Planes::Outcome::found : Planes::Outcome::remembered;
+    });
   }
   ASSERT_EQ(times.size(), r.contacts.size()) << "each in its turn";
   for (const auto& [contact, count] : times) {
@@ -147,8 +150,8 @@ TEST(RememberedPlanes, ThoseThatKnowNothingComeFirstAndFromEverywhere) {
     half.direction.push_back(r.contacts.direction[c]);
     half.certainty.push_back(r.contacts.certainty[c]);
   }
-  const auto none = [](std::size_t) { return false; };
-  r.planes.remember(r.threads, bodies, bodies.points_rest(), half, none);
+  const auto found = [](std::size_t) { return Planes::Outcome::found; };
+  r.planes.remember(r.threads, bodies, bodies.points_rest(), half, found);
   const std::size_t unknown = r.contacts.size() - half.size();
 
   r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, unknown / 5);
@@ -156,11 +159,11 @@ TEST(RememberedPlanes, ThoseThatKnowNothingComeFirstAndFromEverywhere) {
   std::size_t gap = 0;
   for (std::size_t c = 1; c < r.contacts.size(); c += 2) {
     gap = r.planes.source(c) == Planes::anew ? 0 : gap + 1;
-    EXPECT_LE(gap, 5U) << "a region without one that knows";
-    EXPECT_NE(r.planes.source(c - 1), Planes::anew) << "while others know nothing";
+    EXPECT_LE(gap, 7U) << "a region without one that knows";
   }
-  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, unknown + 3);
-  EXPECT_EQ(r.anew(), unknown + 3);
+  const std::size_t enough = unknown + unknown / 2;
+  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, enough);
+  EXPECT_EQ(r.anew(), enough);
   for (std::size_t c = 1; c < r.contacts.size(); c += 2) EXPECT_EQ(r.planes.source(c), Planes::anew);
 }
 
@@ -184,7 +187,7 @@ Contacts with_planes(const Remembering& r, std::span<const Vec3> positions) {
       depth.compute(r.threads, r.bodies, positions, list, border_edges, crossings, r.planes);
   EXPECT_EQ(counts.rough_depths, r.planes.spared());
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    EXPECT_EQ(depth.is_rough(c), r.planes.source(c) != Planes::anew);
+    EXPECT_EQ(depth.outcome(c) == Planes::Outcome::found, r.planes.source(c) == Planes::anew);
   return list.contacts();
 }
 
@@ -213,16 +216,99 @@ TEST(RememberedPlanes, ContactsThatKnowNothingGoByTheirNeighbors) {
   // Nothing fits any more, as after a jump: a quarter is found anew.
   Contacts elsewhere = r.contacts;
   for (std::size_t c = 0; c < elsewhere.size(); ++c) elsewhere.weights[c] = {5, -2, -1, -1};
-  const auto none = [](std::size_t) { return false; };
-  r.planes.remember(r.threads, bodies, bodies.points_rest(), elsewhere, none);
+  const auto found = [](std::size_t) { return Planes::Outcome::found; };
+  r.planes.remember(r.threads, bodies, bodies.points_rest(), elsewhere, found);
   r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, r.contacts.size() / 4);
   const Contacts contacts = with_planes(r, bodies.points_rest());
   double deepest = 0.0;
+  double depths = 0.0;
+  double exact_depths = 0.0;
   for (std::size_t c = 0; c < exact.size(); ++c) deepest = std::max(deepest, exact.depth[c]);
   for (std::size_t c = 0; c < exact.size(); ++c) {
     EXPECT_GT(dot(contacts.direction[c], exact.direction[c]), 0.7) << "contact " << c;
-    EXPECT_LE(contacts.depth[c], 2.0 * deepest);
+    EXPECT_LE(contacts.depth[c], 1.2 * deepest);
+    depths += contacts.depth[c];
+    exact_depths += exact.depth[c];
   }
+  EXPECT_NEAR(depths, exact_depths, 0.5 * exact_depths);
+}
+
+TEST(RememberedPlanes, ThePlaneDeformsWithTheTissue) {
+  // A bar of twelve points stands 0.2 deep in a plate whose top is at z = 0 and stays there.
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
+  bodies.add("bar", test::box_mesh({1, 1, 2}, {0.2, 0.3, -0.2}, {0.7, 0.8, 1.0}));
+  Remembering r(bodies);
+  ASSERT_EQ(r.contacts.size(), 4U);
+  const Range plate = bodies.bodies()[0].points;
+  const auto expect = [&](double shear, double height, double depth) {
+    std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+    for (Vec3& p : positions) {
+      const bool of_plate = &p - positions.data() < plate.end;
+      p = of_plate ? Vec3{p.x + shear * p.z, p.y, height * p.z} : Vec3{p.x, p.y, p.z < 0.0 ? -depth : p.z};
+    }
+    r.planes.choose(r.threads, bodies, positions, r.contacts, 0);
+    for (std::size_t c = 0; c < r.contacts.size(); ++c) {
+      ASSERT_NE(r.planes.way_out(c), nullptr);
+      EXPECT_NEAR(r.planes.way_out(c)->depth, depth, 1e-12);
+      EXPECT_NEAR(r.planes.way_out(c)->direction.z, 1.0, 1e-12);
+    }
+  };
+  expect(0.0, 1.0, 0.2);
+  expect(0.3, 1.0, 0.2);  // friction drags the top along: the face stays where it is
+  expect(1.0, 1.0, 0.15);
+  expect(0.0, 0.5, 0.1);  // squeezed
+  expect(-0.4, 1.7, 0.25);
+}
+
+TEST(RememberedPlanes, WhatNobodyKnewIsNotRemembered) {
+  const Bodies bodies = three_balls();
+  Remembering r(bodies);
+  const auto outcome = [](std::size_t c) {
+    return c % 3 == 0   ? Planes::Outcome::none
+           : c % 3 == 1 ? Planes::Outcome::guessed
+                        : Planes::Outcome::found;
+  };
+  RememberedPlanes planes;  // of a first detection
+  planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, outcome);
+  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, 0);
+  for (std::size_t c = 0; c < r.contacts.size(); ++c)
+    EXPECT_EQ(planes.source(c), c % 3 == 0 ? Planes::neighbors : Planes::remembered);
+  // Of the others, guesses come first.
+  const std::size_t guesses = (r.contacts.size() + 1) / 3;
+  const std::size_t unknown = (r.contacts.size() + 2) / 3;
+  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, unknown + guesses);
+  for (std::size_t c = 0; c < r.contacts.size(); ++c)
+    EXPECT_EQ(planes.source(c), c % 3 == 2 ? Planes::remembered : Planes::anew) << c;
+  // What was not found anew does not forget the plane that it had.
+  planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts,
+                  [](std::size_t) { return Planes::Outcome::none; });
+  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, 0);
+  for (std::size_t c = 0; c < r.contacts.size(); ++c)
+    EXPECT_EQ(planes.source(c), c % 3 == 0 ? Planes::neighbors : Planes::remembered);
+}
+
+TEST(RememberedPlanes, WithoutAnyMemoryAllGoByAFew) {
+  const Bodies bodies = three_balls();
+  Remembering r(bodies);
+  r.planes = {};
+  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, r.contacts.size() / 8);
+  EXPECT_EQ(r.anew(), r.contacts.size() / 8);
+  with_planes(r, bodies.points_rest());
+}
+
+TEST(DetectionBudget, SomeAreAlwaysFoundAnew) {
+  DetectionSettings settings;
+  settings.budget = Budget{.milliseconds = 1e-9};
+  DetectionBudget budget(settings, 1);
+  DetectionCounts counts;
+  counts.contacts = 1000;
+  budget.begin(1.0);
+  EXPECT_EQ(budget.contacts_anew(1000), 1000U) << "the first detection is not limited";
+  budget.end({.depth = 1e-3}, 0, nullptr, nullptr, counts);
+  budget.begin(1.0);
+  for (const std::size_t contacts : {1U, 10U, 31U, 32U}) EXPECT_EQ(budget.contacts_anew(contacts), 1U);
+  EXPECT_EQ(budget.contacts_anew(1000), 32U);
 }
 
 TEST(CostLine, FindsTheLineThatWorkLiesOn) {
@@ -241,6 +327,30 @@ TEST(CostLine, ATimeOfLittleWorkDoesNotMakeItDear) {
   CostLine line(256.0);
   for (int i = 0; i < 40; ++i) line.add(i < 30 ? 3000.0 : 100.0, i < 30 ? 9e-4 : 3.2e-4);
   EXPECT_NEAR(line.of(3000.0), 9e-4, 1e-4);
+}
+
+TEST(CostLine, NoTimesMakeItNonsense) {
+  // Work that comes and goes, and times that follow no line.
+  std::uint64_t state = 1;
+  const auto random = [&] {
+    state = state * 6364136223846793005U + 1442695040888963407U;
+    return static_cast<double>(state >> 40) / (1 << 24);
+  };
+  for (int round = 0; round < 2000; ++round) {
+    CostLine line(256.0);
+    double most = 0.0;
+    for (int i = 0; i < 50; ++i) {
+      const double work = random() < 0.3 ? random() < 0.5 ? 0.0 : 1.0 : 4000.0 * random();
+      const double seconds = random() < 0.1 ? 0.0 : 1e-2 * random();
+      most = std::max(most, seconds);
+      line.add(work, seconds);
+      ASSERT_TRUE(std::isfinite(line.fixed()) && std::isfinite(line.each()));
+      ASSERT_GE(line.fixed(), 0.0);
+      ASSERT_GE(line.each(), 0.0);
+    }
+    // No more than twice as much as the dearest of all was for so little work.
+    EXPECT_LT(line.fixed(), 2.0 * most);
+  }
 }
 
 TEST(CostLine, AlikeWorkIsTakenForTheUsualLine) {
