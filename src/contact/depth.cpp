@@ -66,6 +66,7 @@ void DepthEstimate::propagate(const Frame& frame) {
       double sum = 0.0;
       double depth = 0.0;
       double deepest = 0.0;
+      double bound = 0.0;
       Vec3 normal;
       for (Index l = node.begin; l < node.end; ++l) {
         const auto& [other, weight] = at(system_.links, l);
@@ -76,8 +77,10 @@ void DepthEstimate::propagate(const Frame& frame) {
         depth += weight * (dot(offset, at(contacts.direction, other)) + at(contacts.depth, other));
         normal += weight * at(contacts.direction, other);
         deepest = std::max(deepest, at(contacts.depth, other));
+        bound = std::max(bound, at(contacts.depth, other) + length(offset));
       }
       at(notes_, c).deepest = deepest;
+      at(notes_, c).bound = bound;
       at(contacts.depth, c) = depth / sum;
       at(contacts.direction, c) = (1.0 / sum) * normal;
     });
@@ -209,8 +212,8 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     note.from_surface = cancelled;
   }
   // Where many neighbours only guess, a plane that comes from afar says too much.
-  if (note.level > 0 && (rough || frame.planes.spared() > 0))
-    contacts.depth[c] = std::min(contacts.depth[c], 2.0 * note.deepest);
+  if (note.level > 0 && frame.planes.spared() > 0)
+    contacts.depth[c] = std::min(contacts.depth[c], note.bound);
   note.rough = rough;
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;

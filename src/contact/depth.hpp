@@ -77,6 +77,7 @@ class DepthEstimate {
     double nearest_crossing = 0.0;  ///< distance
     double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
     double deepest = 0.0;           ///< of the neighbours that its first guess comes from
+    double bound = 0.0;             ///< no depth grows by more than the way from a neighbour
     double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
     bool fixed = false;             ///< its plane is that of its crossings alone, or an earlier one
     std::uint8_t from_surface = 0;  ///< a Source
