@@ -182,6 +182,44 @@ TEST(BudgetOf, NoTimeIsSaidToo) {
   EXPECT_EQ(std::ranges::count(limited.late_bodies(), 1), 3);
 }
 
+TEST(BudgetOf, LittleTimeGivesContactsThatAreThereWithDepthsThatAreNumbers) {
+  const Bodies bodies = row_of_balls(4);
+  Detector exact = detector_with(bodies, std::nullopt);
+  std::size_t rough = 0;
+  for (const double milliseconds : {1e-4, 0.01, 0.03, 0.1, 0.3, 1.0}) {
+    Detector limited = detector_with(bodies, Budget{.milliseconds = milliseconds}, 2);
+    std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+    for (int frame = 0; frame < 40; ++frame) {
+      // The balls turn, each a little around its middle, and come nearer and go apart.
+      for (std::size_t p = 0; p < positions.size(); ++p) {
+        const auto ball = at(bodies.body_of_point(), static_cast<Index>(p));
+        const Vec3 middle{0.09 * ball, 0.001 * ball, 0.0};
+        const double apart = 1.0 + 0.05 * std::sin(0.3 * frame);
+        positions[p] = apart * middle +
+                       test::rotated(bodies.points_rest()[p] - middle, {0, 1, ball + 1.0}, 0.02 * frame);
+      }
+      exact.detect(positions);
+      limited.detect(positions, frame % 3 == 0 ? 0.5 : 1.0);
+      const Contacts& contacts = limited.contacts();
+      const Pairs all = pairs_of(exact.contacts());
+      const Pairs found = pairs_of(contacts);
+      ASSERT_TRUE(std::ranges::includes(all, found)) << "contacts that are not there";
+      if (limited.counts().completeness == 1.0) {
+        EXPECT_EQ(found, all);
+      }
+      for (std::size_t c = 0; c < contacts.size(); ++c) {
+        ASSERT_GE(contacts.depth[c], 0.0);
+        ASSERT_LT(contacts.depth[c], 0.1) << "the balls' diameter";
+        ASSERT_NEAR(length(contacts.direction[c]), 1.0, 1e-9);
+        ASSERT_GE(contacts.certainty[c], 0.0);
+        ASSERT_LE(contacts.certainty[c], 1.0);
+      }
+      rough += limited.counts().rough_depths;
+    }
+  }
+  EXPECT_GT(rough, 0U) << "some must have had no time";
+}
+
 TEST(BudgetOf, NonsenseIsRefused) {
   const Bodies bodies = row_of_balls(2);
   for (const Budget& budget :
