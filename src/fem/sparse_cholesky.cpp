@@ -30,8 +30,11 @@ std::vector<Index> minimum_degree_order(std::span<const Index> begin, std::span<
   const std::vector<double> ones(columns.size(), 1.0);
   const Eigen::Map<const Pattern> pattern(size, size, static_cast<Index>(columns.size()), begin.data(),
                                           columns.data(), ones.data());
+  // The ordering asks for ascending rows, which transposing makes; as a whole the pattern is its own
+  // transpose.
+  const Pattern ascending = pattern.transpose();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> permutation;
-  Eigen::AMDOrdering<Index>()(Pattern(pattern), permutation);
+  Eigen::AMDOrdering<Index>()(ascending, permutation);
   return {permutation.indices().data(), permutation.indices().data() + size};
 }
 
