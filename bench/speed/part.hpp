@@ -20,7 +20,7 @@ struct SpeedEffort {
   double most_tets = 1e300;   ///< larger scenes are left out
   std::filesystem::path scenes = "scenes";  ///< has stacking.json, eye.json, skull.json
   std::filesystem::path skull;              ///< has hq_skull.mesh and others; empty: none
-  std::filesystem::path raptors;            ///< has raptorTetra_8418.vtu and raptorTetra_19409.vtu; empty: none
+  std::filesystem::path raptors;  ///< has raptorTetra_8418.vtu and raptorTetra_19409.vtu; empty: none
 
   [[nodiscard]] int frames_or(int usual) const { return frames.value_or(usual); }
 };
