@@ -23,7 +23,7 @@ constexpr double refining_share = 0.9;
 constexpr double unrefined_factor = 1.25;
 /// What follows from the contacts costs about as much for none as for so many, until more is known.
 constexpr double contacts_for_none = 256.0;
-/// What a contact costs that does not find its way out anew, of one that does.
+/// What a contact costs that does not find its way out anew, of one that does: estimated from a profile.
 constexpr double spared_share = 0.3;
 
 /// Share of the contacts that find their way out anew, whatever that takes: what others go by must not be

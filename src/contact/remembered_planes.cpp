@@ -128,10 +128,9 @@ RememberedPlanes::Entry RememberedPlanes::newest(const Bodies& bodies, std::span
                                                  const Contacts& contacts, std::size_t c, Outcome outcome) {
   const auto [a, b, d] = edges_of(at(bodies.tets(), contacts.tet[c]), positions);
   const Vec3& n = contacts.direction[c];
-  const bool has_own = outcome == Outcome::found || outcome == Outcome::guessed;
   return {.point = contacts.point[c],
           .body = contacts.body[c],
-          .tet = has_own ? contacts.tet[c] : -1,
+          .tet = has_own(outcome) ? contacts.tet[c] : -1,
           .age = outcome == Outcome::found ? std::uint8_t{0} : oldest,
           .weights = contacts.weights[c],
           .depth = contacts.depth[c],

@@ -66,8 +66,8 @@ class RememberedPlanes {
     resize_with_room(next_, contacts.size());
     parallel::for_each(threads, contacts.size(), 256, [&](std::size_t c) {
       const Outcome now = outcome(c);
-      const bool has_own = now == Outcome::found || now == Outcome::guessed;
-      next_[c] = !has_own && way_out(c) != nullptr ? older(c) : newest(bodies, positions, contacts, c, now);
+      next_[c] =
+          !has_own(now) && way_out(c) != nullptr ? older(c) : newest(bodies, positions, contacts, c, now);
     });
     std::swap(entries_, next_);
   }
@@ -86,6 +86,7 @@ class RememberedPlanes {
   static constexpr std::uint8_t oldest = 255;
   static constexpr Index none = -1;
 
+  static bool has_own(Outcome outcome) { return outcome == Outcome::found || outcome == Outcome::guessed; }
   [[nodiscard]] Entry older(std::size_t contact) const;
   [[nodiscard]] static Entry newest(const Bodies& bodies, std::span<const Vec3> positions,
                                     const Contacts& contacts, std::size_t contact, Outcome outcome);

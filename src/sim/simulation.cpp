@@ -117,6 +117,7 @@ struct Simulation::State {
 
   void detect(std::span<const Vec3> positions, bool last);
   [[nodiscard]] bool spends_time() const;
+  [[nodiscard]] double budget_seconds() const;
   [[nodiscard]] double budget_left() const;
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
@@ -159,20 +160,23 @@ bool Simulation::State::spends_time() const {
   return settings.detection.budget && settings.detection.budget->milliseconds;
 }
 
+/// Of a budget in time.
+double Simulation::State::budget_seconds() const {
+  return 1e-3 * settings.detection.budget->milliseconds.value();
+}
+
 /// Share of a budget in time that the detections of this step have left; else 1.
 double Simulation::State::budget_left() const {
-  const auto& budget = settings.detection.budget;
-  if (!budget || !budget->milliseconds) return 1.0;
+  if (!spends_time()) return 1.0;
   constexpr double least = 0.01;  // a detection always begins
-  return std::max(1.0 - total(metrics.detection_seconds) / (1e-3 * *budget->milliseconds), least);
+  return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
 }
 
 /// Whether time is left for a detection where the step leads to, and for that at its end.
 bool Simulation::State::can_look_ahead() const {
-  const auto& budget = settings.detection.budget;
-  if (!budget || !budget->milliseconds) return true;
+  if (!spends_time()) return true;
   return metrics.detection.completeness == 1.0 &&
-         detector.least_seconds() < share_ahead * budget_left() * 1e-3 * *budget->milliseconds;
+         detector.least_seconds() < share_ahead * budget_left() * budget_seconds();
 }
 
 /// \param last  none will follow in this step, so that it may spend all of a budget in time

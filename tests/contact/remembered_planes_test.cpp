@@ -33,6 +33,14 @@ Bodies three_balls() {
   return bodies;
 }
 
+/// A bar that stands 0.2 deep in a plate with its top at z = 0: four contacts.
+Bodies bar_in_a_plate() {
+  Bodies bodies;
+  bodies.add("plate", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
+  bodies.add("bar", test::box_mesh({1, 1, 2}, {0.2, 0.3, -0.2}, {0.7, 0.8, 1.0}));
+  return bodies;
+}
+
 Contacts contacts_of(const Bodies& bodies, std::span<const Vec3> positions) {
   Detector detector(bodies, {});
   detector.detect(positions);
@@ -81,10 +89,7 @@ TEST(RememberedPlanes, GoWithABodyThatTurns) {
 }
 
 TEST(RememberedPlanes, APointComesNearerToItsPlaneOrGoesDeeper) {
-  // A bar stands 0.2 deep in a plate whose top is flat.
-  Bodies bodies;
-  bodies.add("plate", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
-  bodies.add("bar", test::box_mesh({1, 1, 2}, {0.2, 0.3, -0.2}, {0.7, 0.8, 1.0}));
+  const Bodies bodies = bar_in_a_plate();
   Remembering r(bodies);
   ASSERT_EQ(r.contacts.size(), 4U);
   const Range bar = bodies.bodies()[1].points;
@@ -100,9 +105,7 @@ TEST(RememberedPlanes, APointComesNearerToItsPlaneOrGoesDeeper) {
 }
 
 TEST(RememberedPlanes, WhoHasLeftItsPlaceKnowsNothing) {
-  Bodies bodies;
-  bodies.add("plate", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
-  bodies.add("bar", test::box_mesh({1, 1, 2}, {0.2, 0.3, -0.2}, {0.7, 0.8, 1.0}));
+  const Bodies bodies = bar_in_a_plate();
   Remembering r(bodies);
   std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
   const Range bar = bodies.bodies()[1].points;
@@ -234,10 +237,7 @@ TEST(RememberedPlanes, ContactsThatKnowNothingGoByTheirNeighbors) {
 }
 
 TEST(RememberedPlanes, ThePlaneDeformsWithTheTissue) {
-  // A bar of twelve points stands 0.2 deep in a plate whose top is at z = 0 and stays there.
-  Bodies bodies;
-  bodies.add("plate", test::box_mesh({4, 4, 1}, {-2, -2, -1}, {2, 2, 0}));
-  bodies.add("bar", test::box_mesh({1, 1, 2}, {0.2, 0.3, -0.2}, {0.7, 0.8, 1.0}));
+  const Bodies bodies = bar_in_a_plate();
   Remembering r(bodies);
   ASSERT_EQ(r.contacts.size(), 4U);
   const Range plate = bodies.bodies()[0].points;
