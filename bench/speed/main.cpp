@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <initializer_list>
 #include <optional>
 
 #include "exit_codes.hpp"
@@ -78,13 +79,19 @@ bool wants(const Options& options, std::string_view part) {
 
 /// Refuses what would else be found missing after half an hour.
 void check(const Options& options) {
-  const auto check_folder = [](const char* flag, const fs::path& folder, const char* file, const char* of) {
-    if (folder.empty() || fs::exists(folder / file)) return;
-    throw app::BadInput(flag, "", fmt::format("no '{}'", (folder / file).string()),
-                        fmt::format("a folder with the meshes of {}", of));
+  const auto check_folder = [](const char* flag, const fs::path& folder, const char* of,
+                               std::initializer_list<const char*> files) {
+    if (folder.empty()) return;
+    for (const char* file : files) {
+      if (fs::exists(folder / file)) continue;
+      throw app::BadInput(flag, "", fmt::format("no '{}'", (folder / file).string()),
+                          fmt::format("a folder with the meshes of {}", of));
+    }
   };
-  check_folder("--skull", options.skull, "hq_skull.mesh", "a skull");
-  check_folder("--raptors", options.raptors, "raptorTetra_19409.vtu", "two raptors");
+  check_folder("--skull", options.skull, "a skull",
+               {"hq_skull.mesh", "hq_lower.mesh", "hq_upper.mesh", "hq_soft.mesh"});
+  check_folder("--raptors", options.raptors, "two raptors",
+               {"raptorTetra_8418.vtu", "raptorTetra_19409.vtu"});
   const fs::path scene = options.scenes / "stacking.json";
   if (wants(options, "step") && !fs::exists(scene)) {
     throw app::BadInput("--scenes", "", fmt::format("no '{}'", scene.string()),

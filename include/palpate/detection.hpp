@@ -183,8 +183,10 @@ class Detector {
   [[nodiscard]] const Contacts& contacts() const;
   /// The same, without a copy: the memory goes to the caller, contacts() is empty until the next detect().
   [[nodiscard]] Contacts take_contacts();
-  [[nodiscard]] std::span<const BorderEdge> border_edges() const;  ///< sorted by (contact, edge)
-  [[nodiscard]] std::span<const Crossing> crossings() const;       ///< sorted by (border edge, triangle)
+  /// Sorted by (contact, edge). With a budget in milliseconds those of contacts that find their way out anew
+  /// only (docs/budget.md).
+  [[nodiscard]] std::span<const BorderEdge> border_edges() const;
+  [[nodiscard]] std::span<const Crossing> crossings() const;  ///< sorted by (border edge, triangle)
   [[nodiscard]] const DetectionCounts& counts() const;
   [[nodiscard]] const DetectionTimes& times() const;
   [[nodiscard]] CellDomain cell_domain() const;

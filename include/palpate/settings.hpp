@@ -79,6 +79,10 @@ inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "m
 struct InterestRegion {
   Vec3 center{};
   double radius = 0.0;  ///< > 0
+  [[nodiscard]] bool contains(const Vec3& point) const {
+    const Vec3 away{point.x - center.x, point.y - center.y, point.z - center.z};
+    return away.x * away.x + away.y * away.y + away.z * away.z <= radius * radius;
+  }
   friend bool operator==(const InterestRegion&, const InterestRegion&) = default;
 };
 /// What a detection may cost; where it does not suffice, contacts are missed, and the counts say so

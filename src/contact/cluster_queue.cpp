@@ -8,9 +8,7 @@ namespace palpate {
 bool ClusterQueue::in(const InterestRegion& region, const Clusters& all, const Cluster& cluster,
                       std::span<const Vec3> positions) {
   const std::span<const Index> points = all.points_of(cluster);
-  return std::ranges::any_of(points, [&](Index point) {
-    return squared_length(at(positions, point) - region.center) <= region.radius * region.radius;
-  });
+  return std::ranges::any_of(points, [&](Index point) { return region.contains(at(positions, point)); });
 }
 
 void ClusterQueue::resize(std::size_t size) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
+
+#include "contact/cost_spread.hpp"
 
 namespace palpate {
 
@@ -36,26 +39,23 @@ class CostLine {
   };
   static constexpr std::size_t most = 32;
 
-  /// The n-th highest of what samples cost beside an expectation, and the middle one.
+  /// Of what samples cost beside an expectation.
   template <class Expected>
-  [[nodiscard]] std::array<double, 2> shares(std::size_t count, Expected&& expected) const {
+  [[nodiscard]] CostSpread shares(std::size_t count, Expected&& expected) const {
     std::array<double, most> share{};
     for (std::size_t i = 0; i < count; ++i) share[i] = last_[i].seconds / expected(last_[i].work);
-    std::sort(share.begin(), share.begin() + static_cast<std::ptrdiff_t>(count));
-    const std::size_t disregarded = std::min<std::size_t>(2, (count - 1) / 2);
-    return {share[count - 1 - disregarded], share[count / 2]};
+    return spread_of(std::span(share).first(count));
   }
 
   void fit() {
-    constexpr double most_of_middle = 1.5;
     constexpr double most_raised = 2.0;
     // Work that differs by less does not tell what it costs in any case.
     constexpr double alike = 0.05;
     const std::size_t count = std::min(next_, most);
     const auto n = static_cast<double>(count);
     const auto plain = [&](double work) { return work + units_; };
-    const double middle = shares(count, plain)[1];
-    const double middle_seconds = shares(count, [](double) { return 1.0; })[1];
+    const double middle = shares(count, plain).middle;
+    const double middle_seconds = shares(count, [](double) { return 1.0; }).middle;
     double mean_work = 0.0;
     double mean_seconds = 0.0;
     const auto seconds = [&](const Sample& sample) {
@@ -79,9 +79,9 @@ class CostLine {
     const double slope =
         std::clamp(product / square, least_each * expected, mean_seconds / std::max(mean_work, 1.0));
     const double base = mean_seconds - slope * mean_work;
-    const auto [high, in_middle] =
+    const CostSpread spread =
         shares(count, [&](double work) { return std::max(base + slope * work, alike * mean_seconds); });
-    raised_ = std::clamp(std::min(high, most_of_middle * in_middle), 1.0, most_raised);
+    raised_ = std::clamp(std::min(spread.high, most_of_middle * spread.middle), 1.0, most_raised);
     fixed_ = raised_ * std::max(0.0, base);
     each_ = raised_ * slope;
   }

@@ -313,7 +313,7 @@ void Detector::State::choose_planes(std::span<const Vec3> positions) {
   if (!remembers_planes()) return;
   const std::size_t anew =
       limit() == nullptr ? contacts.contacts().size() : budget->contacts_anew(contacts.contacts().size());
-  planes.choose(threads, bodies, positions, contacts.contacts(), anew);
+  planes.choose(threads, bodies, positions, contacts.contacts(), anew, budget->region());
 }
 
 void Detector::State::limit_crossings() {

@@ -3,25 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
+
+#include "contact/cost_spread.hpp"
 
 namespace palpate {
 
 /// What something has cost lately, as a forecast that is seldom too low: the third highest of the last 32,
-/// but at most half more than their median, so that those during which the system put the thread aside do not
-/// count.
+/// but at most half more than their median.
 class RecentCost {
  public:
   void add(double cost) { last_[next_++ % last_.size()] = cost; }
   [[nodiscard]] bool known() const { return next_ > 0; }
   [[nodiscard]] double high() const {
-    constexpr std::size_t disregarded = 2;
-    constexpr double most_of_median = 1.5;
-    std::array<double, 32> sorted = last_;
-    const std::size_t count = std::min(next_, sorted.size());
-    if (count == 0) return 0.0;
-    std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count));
-    return std::min(sorted[count - 1 - std::min(disregarded, (count - 1) / 2)],
-                    most_of_median * sorted[count / 2]);
+    if (!known()) return 0.0;
+    std::array<double, 32> costs = last_;
+    const CostSpread spread = spread_of(std::span(costs).first(std::min(next_, costs.size())));
+    return std::min(spread.high, most_of_middle * spread.middle);
   }
 
  private:

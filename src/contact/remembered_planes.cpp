@@ -14,6 +14,8 @@ constexpr std::size_t grain = 256;
 constexpr double furthest = 0.5;
 /// How many times as thick or thin, along the direction, a tet may become.
 constexpr double most_strain = 4.0;
+/// How much sooner planes in the region of interest are found anew.
+constexpr std::size_t interest = 4;
 
 /// The edges from the first corner of a tet.
 std::array<Vec3, 3> edges_of(const Tet& tet, std::span<const Vec3> positions) {
@@ -81,40 +83,46 @@ std::size_t RememberedPlanes::choose_unknown(std::size_t most, std::size_t unkno
   return most;
 }
 
-/// The oldest of those that remember a plane find it anew.
-void RememberedPlanes::choose_oldest(std::size_t most) {
+/// The most urgent of those that remember a plane find it anew.
+void RememberedPlanes::choose_most_urgent(std::size_t most) {
   std::array<std::size_t, oldest + 1> count{};
-  const auto age_of = [&](std::size_t c) -> std::size_t { return at(entries_, entry_of_[c]).age; };
   for (std::size_t c = 0; c < sources_.size(); ++c)
-    if (sources_[c] == remembered) ++count[age_of(c)];
-  std::size_t age = count.size();
-  while (age > 0 && count[age - 1] <= most) most -= count[--age];
-  // All of `age` and more, and some of those that are younger by one.
+    if (sources_[c] == remembered) ++count[urgency_[c]];
+  std::size_t least = count.size();
+  while (least > 0 && count[least - 1] <= most) most -= count[--least];
+  // All of `least` and more, and some of those just below.
   for (std::size_t c = 0; c < sources_.size(); ++c) {
-    if (sources_[c] != remembered || age_of(c) + 1 < age) continue;
-    if (age_of(c) < age && most == 0) continue;
-    if (age_of(c) < age) --most;
+    if (sources_[c] != remembered || urgency_[c] + 1U < least) continue;
+    if (urgency_[c] < least && most == 0) continue;
+    if (urgency_[c] < least) --most;
     sources_[c] = anew;
   }
 }
 
 void RememberedPlanes::choose(const parallel::Threads& threads, const Bodies& bodies,
-                              std::span<const Vec3> positions, const Contacts& contacts, std::size_t most) {
+                              std::span<const Vec3> positions, const Contacts& contacts, std::size_t most,
+                              const std::optional<InterestRegion>& region) {
   choose_none();
   ++rounds_;
   most = std::min(most, contacts.size());
   look_up(contacts);
   resize_with_room(ways_, contacts.size());
   resize_with_room(sources_, contacts.size());
+  resize_with_room(urgency_, contacts.size());
   parallel::for_each(threads, contacts.size(), grain, [&](std::size_t c) {
     const Index entry = entry_of_[c];
     const bool knows = entry != none && follow(at(entries_, entry), bodies, positions, ways_[c]);
     if (!knows) ways_[c] = {};
     sources_[c] = knows ? remembered : neighbors;
+    if (!knows) return;
+    const std::size_t age = at(entries_, entry).age;
+    const bool of_interest = region && region->contains(at(positions, contacts.point[c]));
+    urgency_[c] =
+        static_cast<std::uint8_t>(std::min<std::size_t>(of_interest ? interest * age : age, oldest));
   });
   const auto unknown = static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{neighbors}));
   const std::size_t for_known = std::min(most / 4, contacts.size() - unknown);
-  choose_oldest(most - choose_unknown(most - for_known, unknown));
+  choose_most_urgent(most - choose_unknown(most - for_known, unknown));
   spared_ = sources_.size() - static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{anew}));
 }
 

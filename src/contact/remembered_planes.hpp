@@ -3,11 +3,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
+#include <palpate/settings.hpp>
 
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
@@ -40,10 +42,11 @@ class RememberedPlanes {
   enum Source : std::uint8_t { anew, remembered, neighbors };
 
   /// Decides what each contact goes by, so that `most` find their way out anew: of those that know of no
-  /// plane some from everywhere, or all; of the others the oldest, a quarter of `most` at least.
+  /// plane some from everywhere, or all; of the others the oldest, a quarter of `most` at least. In the
+  /// region of interest planes age four times as fast.
   /// O(contacts), parallel.
   void choose(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-              const Contacts& contacts, std::size_t most);
+              const Contacts& contacts, std::size_t most, const std::optional<InterestRegion>& region = {});
   /// All find it anew.
   void choose_none();
   /// (n_contacts) a Source. Empty: all anew.
@@ -94,13 +97,14 @@ class RememberedPlanes {
   [[nodiscard]] static bool follow(const Entry& entry, const Bodies& bodies, std::span<const Vec3> positions,
                                    WayOut& way);
   std::size_t choose_unknown(std::size_t most, std::size_t unknown);
-  void choose_oldest(std::size_t most);
+  void choose_most_urgent(std::size_t most);
 
   std::vector<Entry> entries_;  ///< by (point, body)
   std::vector<Entry> next_;
   std::vector<Index> entry_of_;  ///< (n_contacts) index or none
   std::vector<WayOut> ways_;     ///< (n_contacts) without direction: none
   std::vector<std::uint8_t> sources_;
+  std::vector<std::uint8_t> urgency_;  ///< (n_contacts) of those that know of a plane
   std::size_t spared_ = 0;
   std::size_t rounds_ = 0;  ///< choices so far
 };

@@ -7,6 +7,7 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/body_title.hpp"
 #include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "number_text.hpp"
@@ -30,7 +31,7 @@ void check_materials(const Bodies& bodies, const Materials& materials) {
     check_length("materials", materials.all.size(), body_count, "body");
   for (std::size_t i = 0; i < materials.all.size(); ++i) {
     check_material(materials.all[i],
-                   i < body_count ? "body " + bodies.bodies()[i].name : "material " + std::to_string(i));
+                   i < body_count ? body_title(bodies.bodies()[i]) : "material " + std::to_string(i));
   }
   if (per_body) return;
   check_length("material of tets", materials.of_tet.size(), bodies.tets().size(), "tet");

@@ -24,6 +24,10 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
+std::string path_of(std::size_t body) {
+  return "bodies[" + std::to_string(body) + "]";
+}
+
 /// A generated mesh. What its generator refuses is an Error in the scene, at `path` of the body.
 template <class Generate>
 TetMesh generated(const Scene& scene, const std::string& path, Generate&& generate) {
@@ -36,7 +40,7 @@ TetMesh generated(const Scene& scene, const std::string& path, Generate&& genera
 }
 
 TetMesh source_mesh(const Scene& scene, std::size_t body, const MeshReader& read_mesh) {
-  const std::string path = "bodies[" + std::to_string(body) + "]";
+  const std::string path = path_of(body);
   return std::visit(Overloaded{[&](const MeshFile& file) { return read_mesh(scene.folder / file.path); },
                                [&](const BoxGenerator& box) {
                                  return generated(scene, path, [&] { return make_box(box.cells, box.size); });
@@ -150,7 +154,7 @@ void add_regions(const Scene& scene, Index body, Model& model) {
   const Selector select{scene, model.bodies, body, centers, "tet"};
   for (std::size_t r = 0; r < scene_body.regions.size(); ++r) {
     const Region& region = scene_body.regions[r];
-    const std::string path = "bodies[" + std::to_string(body) + "].regions[" + std::to_string(r) + "]";
+    const std::string path = path_of(static_cast<std::size_t>(body)) + ".regions[" + std::to_string(r) + "]";
     for (const Index tet : select(region.tets, path))
       at(model.material_of_tet, tets.begin + tet) = static_cast<Index>(model.materials.size());
     model.materials.push_back(region.material);
@@ -185,7 +189,7 @@ class BodyPoints {
       : scene_(scene),
         body_(scene.bodies[body]),
         motions_(motions),
-        path_("bodies[" + std::to_string(body) + "]"),
+        path_(path_of(body)),
         range_(model.bodies.bodies()[body].points),
         points_(model.bodies.points_rest().subspan(static_cast<std::size_t>(range_.begin),
                                                    static_cast<std::size_t>(range_.size()))),

@@ -139,6 +139,38 @@ TEST(RememberedPlanes, TheOldestAreFoundAnew) {
   }
 }
 
+TEST(RememberedPlanes, TheRegionOfInterestComesMoreOften) {
+  const Bodies bodies = three_balls();
+  Remembering r(bodies);
+  const InterestRegion region{{0.045, 0.0, 0.0}, 0.035};
+  const auto of_interest = [&](std::size_t c) {
+    return region.contains(at(bodies.points_rest(), r.contacts.point[c]));
+  };
+  std::size_t inside = 0;
+  std::vector<int> times(r.contacts.size(), 0);
+  for (std::size_t c = 0; c < times.size(); ++c) inside += of_interest(c) ? 1 : 0;
+  ASSERT_GT(inside, 10U);
+  ASSERT_GT(times.size() - inside, 10U);
+  for (int round = 0; round < 64; ++round) {
+    r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, times.size() / 8, region);
+    EXPECT_EQ(r.anew(), times.size() / 8);
+    for (std::size_t c = 0; c < times.size(); ++c) times[c] += r.planes.source(c) == Planes::anew ? 1 : 0;
+    r.planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, [&](std::size_t c) {
+      return r.planes.source(c) == Planes::anew ? Planes::Outcome::found : Planes::Outcome::remembered;
+    });
+  }
+  double sum_inside = 0.0;
+  double sum_outside = 0.0;
+  for (std::size_t c = 0; c < times.size(); ++c) {
+    EXPECT_GE(times[c], 2) << "each in its turn: contact " << c;
+    (of_interest(c) ? sum_inside : sum_outside) += times[c];
+  }
+  const double ratio =
+      (sum_inside / static_cast<double>(inside)) / (sum_outside / static_cast<double>(times.size() - inside));
+  EXPECT_GT(ratio, 2.5);
+  EXPECT_LT(ratio, 5.5);
+}
+
 TEST(RememberedPlanes, ThoseThatKnowNothingComeFirstAndFromEverywhere) {
   const Bodies bodies = three_balls();
   Remembering r(bodies);
