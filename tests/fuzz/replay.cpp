@@ -2,8 +2,8 @@
 //
 //   fuzz_NAME FOLDER [CHANGED]
 //
-// With a number, also so many damaged copies of each, always the same ones: for readers that clang, and so
-// libFuzzer, cannot build.
+// With a number, also so many damaged copies of each, always the same ones: a short run for every test, and
+// the only one for readers that clang, and so libFuzzer, cannot build.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
