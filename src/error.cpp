@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -10,6 +11,7 @@ std::string one_line(const std::string& source, const std::string& where, const 
   std::string line = source;
   if (!where.empty()) line += ": " + where;
   line += ": found " + found + ", expected " + expected;
+  std::ranges::replace(line, '\0', '?');  // or what() ends there
   return line;
 }
 

@@ -87,6 +87,10 @@ Checkpoint read_checkpoint(const fs::path& path) {
   Checkpoint checkpoint;
   reader(checkpoint);
   reader.finish();
+  if (path.filename() != file_name(checkpoint.outcome.steps)) {
+    throw Error(path.string(), "", fmt::format("the state of step {}", checkpoint.outcome.steps),
+                "that of the step in its name");
+  }
   return checkpoint;
 }
 
@@ -127,7 +131,8 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   file.sync();
   file.commit();
-  remove_but({path, last_.value_or(path)});
+  // A run that goes on and has nothing left to do writes the one again that it came from.
+  if (last_ != path) remove_but({path, last_.value_or(path)});
   last_ = path;
   last_step_ = step;
 }

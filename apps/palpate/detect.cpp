@@ -1,6 +1,7 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "run_report.hpp"
 #include "scene_input.hpp"
 #include "sim/rails.hpp"
 #include "subcommands.hpp"
@@ -28,7 +30,8 @@ constexpr const char* examples = R"(Examples:
   palpate detect scene.json --format json --out contacts.json
   palpate detect scene.json --structure brute | diff - contacts.csv
 
-Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits.)";
+Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits. With a
+budget (docs/budget.md) a note on stderr, and JSON, say what it left undone.)";
 
 constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
 
@@ -68,15 +71,21 @@ Json contact_json(const Bodies& bodies, const Contacts& contacts, std::size_t c)
 }
 
 /// One contact a line, so that tools that go by lines are of use too.
-std::string json(const Scene& scene, const Bodies& bodies, const Contacts& contacts) {
+std::string json(const Scene& scene, const Bodies& bodies, const Detector& detector) {
+  const Contacts& contacts = detector.contacts();
   Json list = Json::array();
   for (const Body& body : bodies.bodies()) {
     list.push_back({{"name", body.name},
                     {"points", {body.points.begin, body.points.end}},
                     {"tets", {body.tets.begin, body.tets.end}}});
   }
-  std::string text = "{\n\"length_unit\": " + Json(scene.units.length).dump() +
-                     ",\n\"bodies\": " + list.dump() + ",\n\"contacts\": [";
+  std::string text =
+      "{\n\"length_unit\": " + Json(scene.units.length).dump() + ",\n\"bodies\": " + list.dump();
+  if (scene.settings.detection.budget) {
+    text += ",\n\"completeness\": " + Json(detector.counts().completeness).dump() +
+            ",\n\"late_bodies\": " + Json(late_body_names(bodies, detector)).dump();
+  }
+  text += ",\n\"contacts\": [";
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     text += (c == 0 ? "\n" : ",\n") + contact_json(bodies, contacts, c).dump();
   }
@@ -97,7 +106,7 @@ int detect(const DetectOptions& options) {
   });
   const Contacts& contacts = detector.contacts();
   const std::string text =
-      format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, contacts);
+      format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, detector);
   if (options.out) {
     io::write_atomically(*options.out, text);
   } else {
@@ -107,6 +116,11 @@ int detect(const DetectOptions& options) {
   say_note(fmt::format("{}, {}, {}, {} tested", counted(counts.contacts, "contact"),
                        counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
                        counted(counts.candidates, "candidate")));
+  if (counts.late_clusters > 0) {
+    say_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
+                         short_text(100.0 * counts.completeness),
+                         fmt::join(late_body_names(bodies, detector), ", ")));
+  }
   return exit_done;
 }
 

@@ -67,9 +67,9 @@ void add_out(CLI::App& app, Output& out) {
             [&out](const std::string&, const std::string& text) { out.named = text; });
 }
 
-void add_integer(CLI::App& app, const std::string& flag, const std::string& help, int low, int& value) {
-  add_value(app, flag, "N", help, [low, &value](const std::string& f, const std::string& text) {
-    value = static_cast<int>(parse_integer(f, text, low, std::numeric_limits<int>::max()));
+void add_integer(CLI::App& app, const std::string& flag, const std::string& help, int most, int& value) {
+  add_value(app, flag, "N", help, [most, &value](const std::string& f, const std::string& text) {
+    value = static_cast<int>(parse_integer(f, text, 1, most));
   });
 }
 
@@ -89,7 +89,7 @@ Subcommand add_stacking(CLI::App& generate) {
   CLI::App* app = generate.add_subcommand("stacking", "a scene of membranes that fall on each other");
   app->footer(stacking_examples);
   StackingOptions& stacking = options->stacking;
-  add_integer(*app, "--count", "membranes; default: 20", 1, stacking.count);
+  add_integer(*app, "--count", "membranes; default: 20", 100'000, stacking.count);
   add_triple(*app, "--cells", "NX NY NZ", "cells of a membrane; default: 10 10 1", stacking.cells);
   add_triple(*app, "--size", "X Y Z", "size of a membrane, m; default: 0.2 0.2 0.01", stacking.size);
   add_value(*app, "--gap", "G", "height between membranes at the start, m; default: 0.001",
@@ -141,8 +141,8 @@ Subcommand add_ball(CLI::App& generate) {
             [&ball = options->ball](const std::string& flag, const std::string& text) {
               ball.radius = parse_number(flag, text, scene_format::above(0.0));
             });
-  add_integer(*app, "--resolution", "layers n from centre to surface, 20 n^3 tets; default: 8", 1,
-              options->ball.resolution);
+  add_integer(*app, "--resolution", "layers n from centre to surface, 20 n^3 tets; default: 8",
+              most_ball_resolution, options->ball.resolution);
   add_out(*app, options->out);
   return {app, [options] {
             const fs::path path = options->out.path();

@@ -2,8 +2,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -41,7 +43,7 @@ constexpr const char* examples = R"(Examples:
   palpate run --resume results/scene                go on where that run ended
 
 Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv (a row for each step), run.json and picture.png; what
-an earlier run left there is replaced, but for checkpoints of a run that was killed (see --replace). Ctrl-C ends after
+an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
 struct RunOptions {
@@ -170,12 +172,18 @@ void take_up(const Begin& begin, Simulation& simulation) {
   }
 }
 
-/// A run that ends, or is interrupted, leaves run.json: checkpoints without it are all that is left of one
-/// that was killed or failed, and nobody may have meant to lose them.
+/// Whether run.json is there and says that its run got to its end.
+bool has_ended(const fs::path& folder) {
+  std::ifstream file(folder / "run.json");
+  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
+  return report.is_object() && report.value("interrupted", nlohmann::json()) == false &&
+         report.value("error", nlohmann::json()).is_null();
+}
+
+/// Checkpoints of a run that was killed, interrupted or failed: nobody may have meant to lose them.
 void check_replaceable(const Begin& begin) {
   const fs::path& folder = begin.folder;
-  std::error_code ignored;
-  if (begin.replace || !has_checkpoints(folder) || fs::exists(folder / "run.json", ignored)) return;
+  if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
   throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
                  fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
 }
@@ -216,7 +224,7 @@ RunOutcome step_through(const Begin& begin, Simulation& simulation, Outputs& out
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
-    if (!step) throw;
+    if (!step || !has_checkpoints(begin.folder)) throw;
     throw std::runtime_error(
         fmt::format("{}; the last checkpoint is of step {}: {}", error.what(), *step, way_on(begin.folder)));
   }
@@ -301,7 +309,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--replace", options.replace,
-               "start anew where a run that was killed left checkpoints, and lose them");
+               "start anew where a run that did not get to its end left checkpoints, and lose them");
   app.add_flag("--no-picture", options.no_picture, "take no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {

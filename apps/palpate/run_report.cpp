@@ -111,7 +111,7 @@ Json budget_json(const RunReport& report) {
   return {{"late_steps", report.outcome.late_steps},
           {"least_completeness", report.outcome.least_completeness},
           {"steps_without_foresight", report.outcome.steps_without_foresight},
-          {"late_bodies", late_body_names(report)}};
+          {"late_bodies", late_body_names(report.simulation.bodies(), report.simulation.detector())}};
 }
 
 Json relaxed_json(const std::optional<RelaxReport>& report) {
@@ -183,11 +183,11 @@ Json cell_size_json(const CellSizeChoice& choice) {
 
 }  // namespace
 
-std::vector<std::string> late_body_names(const RunReport& report) {
+std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector) {
   std::vector<std::string> names;
-  const auto late = report.simulation.detector().late_bodies();
+  const auto late = detector.late_bodies();
   for (std::size_t b = 0; b < late.size(); ++b) {
-    if (late[b] != 0) names.push_back(report.simulation.bodies().bodies()[b].name);
+    if (late[b] != 0) names.push_back(bodies.bodies()[b].name);
   }
   return names;
 }

@@ -34,7 +34,7 @@ struct RunReport {
 };
 
 /// The bodies that a budget did not suffice for in the last step.
-std::vector<std::string> late_body_names(const RunReport& report);
+std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector);
 
 /// The content of run.json.
 nlohmann::ordered_json report_json(const RunReport& report);

@@ -27,7 +27,7 @@ std::string budget_lines(const RunReport& report) {
         fmt::format("budget        too small in {}: contacts may be missing; {} % of the work done at least",
                     counted(static_cast<std::size_t>(outcome.late_steps), "step"),
                     short_text(100.0 * outcome.least_completeness));
-    const auto late = late_body_names(report);
+    const auto late = late_body_names(report.simulation.bodies(), report.simulation.detector());
     if (!late.empty()) text += fmt::format("; at the end in {}", fmt::join(late, ", "));
     text += '\n';
   }

@@ -18,12 +18,14 @@
 #include <itkNrrdImageIO.h>
 #include <itkVersion.h>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <zlib.h>
 
 #include <palpate/error.hpp>
 
+#include "io/file_bytes.hpp"
 #include "label_map.hpp"
 
 namespace palpate::app {
@@ -72,9 +74,9 @@ itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
 std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
-  if (const auto place = text.find("): "); text.starts_with("ITK ERROR") && place != std::string::npos) {
+  // "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): ": an address tells nobody anything.
+  if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);
-  }
   return text;
 }
 
@@ -100,22 +102,38 @@ void check_header(const itk::ImageIOBase& io, const std::string& source) {
   }
 }
 
-/// Whether the header names another file for the voxels: always in .nhdr and .mhd, sometimes in .nrrd and
-/// .mha.
-bool has_voxels_elsewhere(const fs::path& path) {
-  const std::string name = lower_name(path);
-  if (name.ends_with(".nhdr") || name.ends_with(".mhd")) return true;
+/// The file of the voxels where the header names another one: always in .nhdr and .mhd, sometimes in .nrrd
+/// and .mha. Lists and patterns of files ("LIST", "slice%03d.raw 1 20 1") are given as they are written.
+std::optional<std::string> file_of_voxels(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   for (std::string line; std::getline(file, line) && !line.empty() && line != "\r";) {
-    if (line.starts_with("data file:") || line.starts_with("datafile:")) return true;
-    if (line.starts_with("ElementDataFile")) return line.find("LOCAL") == std::string::npos;
+    const bool is_nrrd = line.starts_with("data file:") || line.starts_with("datafile:");
+    if (!is_nrrd && !line.starts_with("ElementDataFile")) continue;
+    std::string name = line.substr(std::min(line.find_first_of(":="), line.size() - 1) + 1);
+    const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+    while (!name.empty() && blank(name.back())) name.pop_back();
+    name.erase(name.begin(), std::ranges::find_if_not(name, blank));
+    if (name == "LOCAL") return std::nullopt;
+    return name;
   }
-  return false;
+  return std::nullopt;
+}
+
+/// Reading a pipe or a device may never end.
+void check_file_of_voxels(const fs::path& path) {
+  const std::optional<std::string> name = file_of_voxels(path);
+  if (!name) return;
+  const fs::path file = path.parent_path() / *name;
+  std::error_code ignored;
+  const fs::file_status status = fs::status(file, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    io::require_regular_file(file, "the voxels of " + path.string());
 }
 
 /// Space is not set aside for voxels that the file cannot hold.
 void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
-  if (has_voxels_elsewhere(path)) return;
+  const std::string name = lower_name(path);
+  if (name.ends_with(".nhdr") || name.ends_with(".mhd") || file_of_voxels(path)) return;
   constexpr double most_deflated = 1032.0;  // zlib: no more bytes from one
   const auto bytes = static_cast<double>(fs::file_size(path));
   double needed = io.GetComponentSize();
@@ -164,6 +182,7 @@ void check_nifti(const fs::path& path) {
 
 Image::Pointer read_file(const fs::path& path, const itk::ImageIOBase::Pointer& io) {
   if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr) check_nifti(path);
+  if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) == nullptr) check_file_of_voxels(path);
   io->SetFileName(path.string());
   io->ReadImageInformation();
   check_header(*io, path.string());
@@ -266,7 +285,7 @@ bool is_label_map(const fs::path& path) {
 LabelMap read_label_map(const fs::path& path) {
   const std::string source = path.string();
   std::error_code ignored;
-  if (!fs::exists(path, ignored)) throw Error(source, "", "no such file or folder", "a label map");
+  if (!fs::is_directory(path, ignored)) io::require_regular_file(path, "a label map, or a folder of slices");
   itk::Object::SetGlobalWarningDisplay(false);
   const Silence silence;
   try {

@@ -9,6 +9,8 @@
 
 #include <palpate/error.hpp>
 
+#include "io/file_bytes.hpp"
+
 namespace palpate::app {
 namespace {
 
@@ -36,8 +38,9 @@ std::optional<LabelName> parse(const std::string& line) {
 }  // namespace
 
 std::vector<LabelName> read_label_table(const std::filesystem::path& path) {
+  io::require_regular_file(path, "a table of labels");
   std::ifstream file(path);
-  if (!file) throw Error(path.string(), "", "no such file, or it cannot be read", "a table of labels");
+  if (!file) throw Error(path.string(), "", "a file that cannot be read", "a table of labels");
   std::vector<LabelName> names;
   std::set<std::int32_t> seen;
   std::string line;

@@ -6,6 +6,7 @@
 
 #include "exit_codes.hpp"
 #include "option_values.hpp"
+#include "surface_file.hpp"
 
 namespace palpate::app {
 namespace {

@@ -35,7 +35,4 @@ Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shapin
 /// where it is missing or damaged, empty, or not closed. `volume` becomes that inside the surface.
 Lattice surface_field(const std::filesystem::path& path, const Shaping& shaping, double& volume);
 
-/// Whether surface_field() is for this path, by extension.
-bool is_surface(const std::filesystem::path& path);
-
 }  // namespace palpate::app

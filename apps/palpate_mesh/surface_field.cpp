@@ -1,8 +1,7 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <string_view>
+#include <vtkCellArray.h>
 #include <vtkCleanPolyData.h>
 #include <vtkFeatureEdges.h>
 #include <vtkImageData.h>
@@ -10,54 +9,52 @@
 #include <vtkImplicitPolyDataDistance.h>
 #include <vtkMassProperties.h>
 #include <vtkNew.h>
-#include <vtkOBJReader.h>
-#include <vtkPLYReader.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataToImageStencil.h>
-#include <vtkSTLReader.h>
 #include <vtkTriangleFilter.h>
-#include <vtkXMLPolyDataReader.h>
 
 #include <palpate/error.hpp>
 
 #include "io/vtk_silence.hpp"
 #include "organ.hpp"
+#include "surface_file.hpp"
 
 namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 4> extensions{".stl", ".obj", ".ply", ".vtp"};
-
-std::size_t extension_of(const fs::path& path) {
-  std::string text = path.extension().string();
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return static_cast<std::size_t>(std::ranges::find(extensions, text) - extensions.begin());
-}
-
-/// What a reader of VTK makes of a file, as triangles, equal points joined.
-template <class Reader>
-vtkSmartPointer<vtkPolyData> triangles_of(const fs::path& path) {
-  vtkNew<Reader> reader;
-  reader->SetFileName(path.c_str());
+/// The polygons as triangles, equal points joined.
+vtkSmartPointer<vtkPolyData> triangles_of(const PolygonFile& file) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Vec3& p : file.points) points->InsertNextPoint(p.x, p.y, p.z);
+  vtkNew<vtkCellArray> polygons;
+  for (const std::vector<Index>& polygon : file.polygons) {
+    polygons->InsertNextCell(static_cast<int>(polygon.size()));
+    for (const Index point : polygon) polygons->InsertCellPoint(point);
+  }
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(points);
+  surface->SetPolys(polygons);
   vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputConnection(reader->GetOutputPort());
-  triangles->PassLinesOff();
-  triangles->PassVertsOff();
+  triangles->SetInputData(surface);
   vtkNew<vtkCleanPolyData> clean;
   clean->SetInputConnection(triangles->GetOutputPort());
   clean->Update();
   return clean->GetOutput();
 }
 
-vtkSmartPointer<vtkPolyData> read_surface(const fs::path& path) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) throw Error(path.string(), "", "no such file", "a surface mesh");
-  const std::array readers{&triangles_of<vtkSTLReader>, &triangles_of<vtkOBJReader>,
-                           &triangles_of<vtkPLYReader>, &triangles_of<vtkXMLPolyDataReader>};
-  auto surface = readers.at(extension_of(path))(path);
+vtkSmartPointer<vtkPolyData> closed_surface(const PolygonFile& file, const fs::path& path) {
+  auto surface = triangles_of(file);
+  // So that lengths, their squares and parts of them stay finite, and above zero.
+  constexpr double least = 1e-100;
+  constexpr double most = 1e100;
+  const double length = surface->GetLength();
+  if (surface->GetNumberOfPolys() > 0 && !(length >= least && length <= most)) {
+    throw Error(path.string(), "", fmt::format("a diagonal of {} mm", length), "one from 1e-100 to 1e100");
+  }
   if (surface->GetNumberOfPolys() == 0) throw Error(path.string(), "", "no triangles", "a closed surface");
   vtkNew<vtkFeatureEdges> open;
   open->SetInputData(surface);
@@ -119,13 +116,10 @@ bool is_near_surface(const Lattice& lattice, int i, int j, int k) {
 
 }  // namespace
 
-bool is_surface(const fs::path& path) {
-  return extension_of(path) < extensions.size();
-}
-
 Lattice surface_field(const fs::path& path, const Shaping& shaping, double& volume) {
+  const PolygonFile file = read_surface_file(path);
   const io::VtkSilence silence;
-  const auto surface = read_surface(path);
+  const auto surface = closed_surface(file, path);
   vtkNew<vtkMassProperties> mass;
   mass->SetInputData(surface);
   volume = mass->GetVolume();

@@ -25,8 +25,8 @@ struct MeshNotes {
 /// Checks a mesh and turns tets of negative volume so that det[b-a, c-a, d-a] > 0 for each.
 ///
 /// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of
-/// range, a point repeated in a tet, a NaN or infinite coordinate, a tet of exactly zero volume (exact
-/// arithmetic). The mesh is unchanged if it throws. O(n).
+/// range, a point repeated in a tet, a coordinate that is not from -1e100 to 1e100, a tet of exactly zero
+/// volume (exact arithmetic). The mesh is unchanged if it throws. O(n).
 MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
 /// One body's share of the index space of Bodies.

@@ -109,11 +109,7 @@ struct Detector::State {
       throw Error("detection settings", "cells_per_primitive", std::to_string(*settings.cells_per_primitive),
                   "1 to 27, or none for exact");
     }
-    if (const double* length = std::get_if<double>(&settings.cell_size)) {
-      if (!(*length > 0.0) || !std::isfinite(*length)) {
-        throw Error("detection settings", "cell_size", number_text(*length), "a finite number > 0");
-      }
-    }
+    check_cell_size(settings.cell_size);
     in_a_tet.resize(bodies.points_rest().size());
     for (std::size_t p = 0; p < in_a_tet.size(); ++p) {
       in_a_tet[p] = bodies.point_tets()[static_cast<Index>(p)].empty() ? 0 : 1;

@@ -110,13 +110,18 @@ CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodi
 
 }  // namespace
 
+void check_cell_size(const CellSize& wanted) {
+  // So that what is computed from it stays finite.
+  constexpr double most = 1e150;
+  const double* length = std::get_if<double>(&wanted);
+  if (length == nullptr || (*length > 0.0 && *length <= most)) return;
+  throw Error("detection settings", "cell_size", number_text(*length), "a number > 0, 1e150 at most");
+}
+
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
                                 std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
                                 const CellSize& wanted, const Clusters* clusters) {
   if (const double* length = std::get_if<double>(&wanted)) {
-    if (!(*length > 0.0) || !std::isfinite(*length)) {
-      throw Error("detection settings", "cell_size", number_text(*length), "a finite number > 0");
-    }
     return {wanted, *length, {}};
   }
   switch (std::get<CellSizeRule>(wanted)) {

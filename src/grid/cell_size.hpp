@@ -11,6 +11,9 @@
 
 namespace palpate {
 
+/// Throws Error where a given length is not > 0 and at most 1e150.
+void check_cell_size(const CellSize& wanted);
+
 /// Chooses the edge length of a cell (paper 5, "Cell size"): a given length, the mean or maximal edge length
 /// at rest, or (automatic) the one with the least work at `positions` (n_points x 3).
 ///
@@ -20,7 +23,7 @@ namespace palpate {
 /// Counts, not times, decide, so the choice is the same on every machine. The paper's rules serve bodies of
 /// like elements; where elements differ a hundredfold the mean makes large tets cover a million cells and the
 /// maximum puts whole bodies into one cell. `takes_part` marks points (n_points); `clusters`: those of the
-/// query; none where single tets ask. Throws Error where a given length is not finite and > 0. O(n_points)
+/// query; none where single tets ask. O(n_points)
 /// for each length tried.
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
                                 std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,

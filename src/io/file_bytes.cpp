@@ -20,7 +20,8 @@ struct CloseFile {
   throw Error(path.string(), "", found, expected);
 }
 
-/// Refuses all but regular files: reading a folder fails late, reading a pipe or device may never end.
+}  // namespace
+
 void require_regular_file(const std::filesystem::path& path, const std::string& expected) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -29,8 +30,6 @@ void require_regular_file(const std::filesystem::path& path, const std::string& 
   if (std::filesystem::is_directory(status)) fail(path, "a folder", expected);
   if (!std::filesystem::is_regular_file(status)) fail(path, "something that is not a regular file", expected);
 }
-
-}  // namespace
 
 std::string read_file(const std::filesystem::path& path, const std::string& expected) {
   require_regular_file(path, expected);

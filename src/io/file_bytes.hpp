@@ -5,6 +5,12 @@
 
 namespace palpate::io {
 
+/// Throws Error for all but a regular file that is there: reading a folder fails late, reading a pipe or a
+/// device may never end.
+///
+/// \param expected  what should have been there, for the message ("a Gmsh mesh file")
+void require_regular_file(const std::filesystem::path& path, const std::string& expected);
+
 /// The bytes of a file. Throws Error where there is no such file, it is a folder, empty, or may not be read.
 ///
 /// \param expected  what should have been there, for the message ("a Gmsh mesh file")

@@ -85,7 +85,8 @@ class CellAppender {
     }
     for (const std::int64_t corner : corners) {
       if (corner >= 0 && corner < n_points) continue;
-      fail(cell, fmt::format("point number {}", corner), fmt::format("one from 0 to {}", n_points - 1));
+      fail(cell, fmt::format("point number {}", corner),
+           n_points == 0 ? "no corner: there are no points" : fmt::format("one from 0 to {}", n_points - 1));
     }
   }
 

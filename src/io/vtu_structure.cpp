@@ -13,7 +13,8 @@ namespace {
 
 class StructureReader {
  public:
-  StructureReader(const std::string& source, std::string_view text) : text_(text), xml_(source, text) {}
+  StructureReader(const std::string& source, std::string_view text, const VtkXmlGrid& grid)
+      : text_(text), xml_(source, text), grid_(grid) {}
 
   VtuStructure read() {
     while (xml_.next(tag_)) {
@@ -22,7 +23,7 @@ class StructureReader {
       if (tag_.opens) open();
       if (tag_.closes) path_.pop_back();
     }
-    if (!has_grid_) xml_.fail(text_.size(), "no UnstructuredGrid", "one");
+    if (!has_grid_) xml_.fail(text_.size(), fmt::format("no {}", grid_.type), "one");
     return std::move(result_);
   }
 
@@ -30,15 +31,15 @@ class StructureReader {
   void open() {
     if (path_.size() == 1) {
       read_root();
-    } else if (is_at({"VTKFile", "UnstructuredGrid"})) {
+    } else if (is_at({"VTKFile", grid_.type})) {
       has_grid_ = true;
-    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece"})) {
+    } else if (is_at({"VTKFile", grid_.type, "Piece"})) {
       VtuPiece& piece = result_.pieces.emplace_back();
       piece.points = integer("NumberOfPoints");
-      piece.cells = integer("NumberOfCells");
-    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece", "Points", "DataArray"})) {
+      piece.cells = integer(grid_.count);
+    } else if (is_at({"VTKFile", grid_.type, "Piece", "Points", "DataArray"})) {
       open_array(result_.pieces.back().coordinates, "Points");
-    } else if (is_at({"VTKFile", "UnstructuredGrid", "Piece", "Cells", "DataArray"})) {
+    } else if (is_at({"VTKFile", grid_.type, "Piece", grid_.cells, "DataArray"})) {
       const std::string_view name = attribute("Name");
       VtuPiece& piece = result_.pieces.back();
       if (name == "connectivity") open_array(piece.connectivity, name);
@@ -84,8 +85,9 @@ class StructureReader {
 
   void read_root() {
     if (tag_.name != "VTKFile") fail(in_quotes(tag_.name), "the tag VTKFile");
-    if (attribute("type") != "UnstructuredGrid") {
-      fail(fmt::format("a VTKFile of type {}", in_quotes(attribute("type"))), "type \"UnstructuredGrid\"");
+    if (attribute("type") != grid_.type) {
+      fail(fmt::format("a VTKFile of type {}", in_quotes(attribute("type"))),
+           fmt::format("type \"{}\"", grid_.type));
     }
     const std::string_view order = attribute("byte_order", "LittleEndian");
     if (order != "LittleEndian" && order != "BigEndian") {
@@ -161,6 +163,7 @@ class StructureReader {
 
   std::string_view text_;
   XmlScanner xml_;
+  const VtkXmlGrid& grid_;
   XmlTag tag_;
   std::vector<std::string_view> path_;
   VtuStructure result_;
@@ -170,8 +173,8 @@ class StructureReader {
 
 }  // namespace
 
-VtuStructure read_vtu_structure(const std::string& source, std::string_view text) {
-  return StructureReader(source, text).read();
+VtuStructure read_vtu_structure(const std::string& source, std::string_view text, const VtkXmlGrid& grid) {
+  return StructureReader(source, text, grid).read();
 }
 
 }  // namespace palpate::io

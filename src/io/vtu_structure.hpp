@@ -11,6 +11,14 @@
 
 namespace palpate::io {
 
+/// A kind of VTK XML file, by the names in it.
+struct VtkXmlGrid {
+  std::string_view type;   ///< "UnstructuredGrid"
+  std::string_view count;  ///< the number of cells of a piece: "NumberOfCells"
+  std::string_view cells;  ///< what holds their arrays: "Cells"
+};
+inline constexpr VtkXmlGrid unstructured_grid{"UnstructuredGrid", "NumberOfCells", "Cells"};
+
 /// Where a DataArray of a .vtu file says that its numbers are.
 struct VtuArray {
   enum class Format { ascii, binary, appended };
@@ -45,8 +53,8 @@ struct VtuStructure {
   bool appended_is_base64 = false;
 };
 
-/// Reads the outline. Throws Error naming the line for what is not a whole VTK XML file of an unstructured
-/// grid.
-VtuStructure read_vtu_structure(const std::string& source, std::string_view text);
+/// Reads the outline. Throws Error naming the line for what is not a whole VTK XML file of such a grid.
+VtuStructure read_vtu_structure(const std::string& source, std::string_view text,
+                                const VtkXmlGrid& grid = unstructured_grid);
 
 }  // namespace palpate::io

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <limits>
@@ -13,6 +14,9 @@
 
 namespace palpate {
 namespace {
+
+/// So that volumes, and the products of exact predicates, stay finite.
+constexpr double largest_coordinate = 1e100;
 
 /// "(1, 2, 3)", with enough digits to find the number in a file.
 std::string to_text(const Vec3& p) {
@@ -35,9 +39,11 @@ void check_points(const TetMesh& mesh, const std::string& source) {
     throw Error(source, "", std::to_string(mesh.points.size()) + " points", "at most 2147483647 points");
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    if (!is_finite(mesh.points[i])) {
-      throw Error(source, "point " + std::to_string(i), "coordinates " + to_text(mesh.points[i]),
-                  "finite numbers");
+    const Vec3& p = mesh.points[i];
+    if (!(std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate &&
+          std::abs(p.z) <= largest_coordinate)) {
+      throw Error(source, "point " + std::to_string(i), "coordinates " + to_text(p),
+                  is_finite(p) ? "numbers from -1e100 to 1e100" : "finite numbers");
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "scene/generators.hpp"
 #include "scene/limits.hpp"
 #include "scene/scene.hpp"
 
@@ -27,7 +28,7 @@ void describe(Visitor& v, BoxGenerator& box) {
 template <class Visitor>
 void describe(Visitor& v, BallGenerator& ball) {
   v.required("radius", ball.radius, above(0));
-  v.required("resolution", ball.resolution, within(1, 256));
+  v.required("resolution", ball.resolution, within(1, most_ball_resolution));
 }
 
 template <class Visitor>

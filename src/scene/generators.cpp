@@ -25,8 +25,9 @@ void require(bool holds, const char* source, const char* where, const std::strin
   if (!holds) throw Error(source, where, found, expected);
 }
 
-bool is_positive(double x) {
-  return std::isfinite(x) && x > 0.0;
+/// What check_mesh() takes.
+bool is_length(double x) {
+  return x > 0.0 && x <= 1e100;
 }
 
 double signed_volume(const TetMesh& mesh, const Tet& tet) {
@@ -165,17 +166,16 @@ TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size) {
     tets *= n;
   }
   for (const double s : {size.x, size.y, size.z}) {
-    require(is_positive(s), "box", "size", number_text(s), "a number > 0");
+    require(is_length(s), "box", "size", number_text(s), "a number > 0, 1e100 at most");
   }
   require(4.0 * tets <= max_index, "box", "cells", number_text(tets) + " tets", "at most 536870911 tets");
   return {box_points(cells, size), box_tets(cells)};
 }
 
 TetMesh make_ball(double radius, int resolution) {
-  require(is_positive(radius), "ball", "radius", number_text(radius), "a number > 0");
-  require(resolution >= 1, "ball", "resolution", std::to_string(resolution), "1 or more");
-  require(80.0 * std::pow(resolution, 3) <= max_index, "ball", "resolution", std::to_string(resolution),
-          "less");
+  require(is_length(radius), "ball", "radius", number_text(radius), "a number > 0, 1e100 at most");
+  require(resolution >= 1 && resolution <= most_ball_resolution, "ball", "resolution",
+          std::to_string(resolution), "1 to 256");
 
   const auto corners = icosahedron_corners();
   const auto faces = icosahedron_faces();

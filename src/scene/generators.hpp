@@ -9,6 +9,9 @@
 
 namespace palpate {
 
+/// Layers of a ball: 335 million tets, what can be numbered.
+inline constexpr int most_ball_resolution = 256;
+
 /// A box centred at the origin: cells[0] x cells[1] x cells[2] cells, each cut into 5 tets (a middle one and
 /// four corners), mirrored in cells with odd i + j + k so that faces match. Points are numbered x fastest,
 /// then y, then z; all tets have positive volume. `size` in length units. Throws Error where a number of
@@ -23,12 +26,12 @@ TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size);
 /// the sphere to rounding. 20 resolution^3 tets of positive volume. Dihedral angles stay above 35 degrees at
 /// every resolution, because each of the 20 parts is one smooth map of a regular lattice. Lattice tets by the
 /// edgewise subdivision of Edelsbrunner and Grayson (2000), section 3. Throws Error where an argument is not
-/// positive and finite, or the indices do not fit. O(resolution^3 log resolution).
+/// positive and finite, or the resolution is above 256. O(resolution^3 log resolution).
 TetMesh make_ball(double radius, int resolution);
 
 /// What make_stacking_scene() varies; the defaults are the paper's stacking scene.
 struct StackingOptions {
-  int count = 20;                       ///< membranes, >= 1; the lowest one is an obstacle
+  int count = 20;                       ///< membranes, 1 to 100000; the lowest one is an obstacle
   std::array<int, 3> cells{10, 10, 1};  ///< cells of a membrane
   Vec3 size{0.2, 0.2, 0.01};            ///< m
   double gap = 0.001;                   ///< m, height between membranes at the start, >= 0

@@ -173,6 +173,8 @@ void append(std::string& text, const ordered_json& value, std::size_t indent, st
 }  // namespace
 
 json parse_json(std::string_view text, const std::string& source) {
+  if (const auto end = text.find('\0'); end != std::string_view::npos)  // the parser would stop there
+    throw Error(source, place_of(text, end), "a NUL byte", "text");
   Builder builder(text, source);
   constexpr bool strict = true;
   constexpr bool ignore_comments = true;

@@ -314,6 +314,15 @@ Vec3 transformed(const Transform& transform, const Vec3& point) {
   return place(transform, turn_of(transform.rotate), point);
 }
 
+void add_body(const Scene& scene, std::size_t b, TetMesh mesh, Model& model) {
+  try {
+    model.bodies.add(scene.bodies[b].name, std::move(mesh));
+  } catch (const Error& error) {
+    throw Error(scene.source, path_of(b) + " '" + error.source() + "', " + error.where(), error.found(),
+                error.expected());
+  }
+}
+
 Model load_model(const Scene& scene, const MeshReader& read_mesh) {
   Model model;
   std::vector<Index> motions(scene.bodies.size(), -1);
@@ -322,7 +331,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh) {
     TetMesh mesh = source_mesh(scene, b, read_mesh);
     const Turn turn = turn_of(body.transform.rotate);
     for (Vec3& point : mesh.points) point = place(body.transform, turn, point);
-    model.bodies.add(body.name, std::move(mesh));
+    add_body(scene, b, std::move(mesh), model);
     model.materials.push_back(body.material.value_or(Material{}));
     model.obstacles.push_back(is_rigid(body) ? 1 : 0);
     if (!body.motion) continue;

@@ -118,18 +118,20 @@ class Reader {
 
   [[nodiscard]] bool given(std::string_view key) const { return object_.contains(key); }
   /// A rule between the values of an object.
-  void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) const {
-    if (!holds) fail(context_, key_path(path_, key), found, expected);
+  /// What is broken is told by finish(): an unknown key may be the reason.
+  void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) {
+    if (!holds && !broken_) broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_si(bool si) { context_.si = si; }
 
-  /// Refuses the keys that nothing asked for.
+  /// Refuses the keys that nothing asked for, then what breaks a rule.
   void finish() const {
     for (const auto& item : object_.items()) {
       if (std::find(known_.begin(), known_.end(), item.key()) == known_.end()) {
         fail(context_, key_path(path_, item.key()), "unknown key", expected_name(item.key(), known_));
       }
     }
+    if (broken_) fail(context_, broken_->path, broken_->found, broken_->expected);
   }
 
  private:
@@ -168,6 +170,12 @@ class Reader {
   std::string path_;
   const nlohmann::json& object_;
   std::vector<std::string_view> known_;
+  struct BrokenRule {
+    std::string path;
+    std::string found;
+    std::string expected;
+  };
+  std::optional<BrokenRule> broken_;  ///< the first
 };
 
 }  // namespace palpate::scene_format

@@ -1,13 +1,12 @@
 #include "scene/scene.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <utility>
 
 #include <palpate/error.hpp>
 
+#include "io/file_bytes.hpp"
 #include "scene/key_lister.hpp"
 #include "scene/reader.hpp"
 #include "scene/writer.hpp"
@@ -103,13 +102,7 @@ Scene read_scene_text(std::string_view text, std::string source_name, std::files
 }
 
 Scene read_scene(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw Error(file.string(), "", "nothing that can be read", "a scene file");
-  }
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (stream.bad()) throw Error(file.string(), "", "an error while reading", "a scene file");
-  return read_scene_text(text, file.string(), file.parent_path());
+  return read_scene_text(io::read_file(file, "a scene file"), file.string(), file.parent_path());
 }
 
 std::string write_scene(const Scene& scene) {

@@ -42,7 +42,8 @@ void check(const StackingOptions& options) {
     throw Error("make_stacking_scene", what, std::to_string(found), expected);
   };
   const auto non_negative = [](double x) { return std::isfinite(x) && x >= 0.0; };
-  if (options.count < 1) refuse("count", options.count, "1 or more");
+  constexpr int most = 100'000;
+  if (options.count < 1 || options.count > most) refuse("count", options.count, "1 to 100000");
   if (!non_negative(options.gap)) refuse("gap", options.gap, "a number >= 0");
   if (!non_negative(options.max_shift)) refuse("max_shift", options.max_shift, "a number >= 0");
   if (!non_negative(options.max_turn)) refuse("max_turn", options.max_turn, "a number >= 0");

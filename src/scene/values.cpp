@@ -65,6 +65,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
     fail(context, path, describe_json(json), "a text that is not empty");
   }
   value = json.get<std::string>();
+  if (value.find('\0') != std::string::npos) fail(context, path, "a NUL character in it", "a text without");
 }
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, Vec3& value,

@@ -167,6 +167,40 @@ TEST_F(CheckpointedRun, OfAKilledRunAreNotLostUnasked) {
   EXPECT_TRUE(checkpoints("out").empty());
 }
 
+TEST_F(CheckpointedRun, OfAnInterruptedOrFailedRunAreNotLostUnasked) {
+  expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
+  const Json ended = Json::parse(read("out/run.json"));
+  for (const auto& [key, value] : {std::pair("interrupted", Json(true)), {"error", Json("it blew up")}}) {
+    Json report = ended;
+    report[key] = value;
+    write("out/run.json", report.dump());
+    expect_error(2, run_into("out", "30"), {"out: found checkpoints", "--resume out", "--replace"});
+    EXPECT_EQ(checkpoints("out").size(), 2U);
+  }
+  write("out/run.json", "no JSON");
+  expect_error(2, run_into("out", "30"), {"--replace"});
+  EXPECT_EQ(checkpoints("out").size(), 2U);
+}
+
+TEST_F(CheckpointedRun, ResumingWithNothingLeftToDoKeepsBoth) {
+  expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "15"})));
+  const std::vector both{name_of(15), name_of(20)};
+  ASSERT_EQ(checkpoints("out"), both);
+  for (int time = 0; time < 2; ++time) {
+    expect_done(palpate({"run", "--resume", "out", "--quiet"}));
+    EXPECT_EQ(checkpoints("out"), both);
+  }
+}
+
+TEST_F(CheckpointedRun, UnderAnotherNameIsNotTaken) {
+  expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "15"})));
+  fs::copy_file(path_of("out", 15), path_of("out", 999));
+  const Finished done = palpate({"run", "--resume", "out", "--steps", "21"});
+  expect_done(done);
+  EXPECT_NE(done.err.find(name_of(999) + ": found the state of step 15"), std::string::npos) << done.err;
+  EXPECT_EQ(checkpoints("out"), (std::vector{name_of(20), name_of(21)}));
+}
+
 TEST_F(CheckpointedRun, ARefusedResumeChangesNothing) {
   expect_done(palpate(run_into("out", "22", {"--checkpoint-every", "10"})));
   const std::string report = read("out/run.json");
@@ -223,16 +257,20 @@ TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
 }
 
 TEST_F(CheckpointedRun, AVanishedFolderEndsTheRun) {
-  Process run(run_into("out", "100000000", {"--every", "100000000"}), folder_.path());
+  Process run(run_into("out", "100000000", {"--every", "100000000", "--checkpoint-every", "1"}),
+              folder_.path());
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!exists("out/metrics.csv") || lines_of(read("out/metrics.csv")).size() < 3) {
+  while (!exists("out/checkpoints") || checkpoints("out").size() < 2) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   fs::remove_all(folder_ / "out");
   const Finished done = run.wait();
   EXPECT_EQ(done.exit_code, 1);
-  EXPECT_NE(done.err.find("out/metrics.csv: writing: found no such file"), std::string::npos) << done.err;
+  // What meets it first: the rows, a frame or a checkpoint.
+  EXPECT_TRUE(done.err.starts_with("palpate: error: out/")) << done.err;
+  EXPECT_NE(done.err.find("found "), std::string::npos) << done.err;
+  EXPECT_EQ(done.err.find("--resume"), std::string::npos) << "there is nothing left: " << done.err;
 }
 
 }  // namespace

@@ -76,6 +76,28 @@ TEST_F(Detect, JsonHoldsTheSameBitsAsCsv) {
     EXPECT_EQ(contact["direction"][i].get<double>(), std::stod(fields[9 + i]));
 }
 
+TEST_F(Detect, SaysWhatABudgetLeftOut) {
+  const auto scene = [](const std::string& tests) {
+    return R"({"contact": {"budget": {"tests": )" + tests + R"(}}, "bodies": [
+      {"name": "left", "ball": {"radius": 1, "resolution": 8}, "material": {}},
+      {"name": "right", "ball": {"radius": 1, "resolution": 8}, "translate": [1.8, 0, 0], "material": {}}]})";
+  };
+  write("small.json", scene("1"));
+  const Finished done = palpate({"detect", "small.json", "--format", "json"});
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_NE(done.err.find("the budget was too small: "), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("contacts may be missing in left, right\n"), std::string::npos) << done.err;
+  const Json small = Json::parse(done.out);
+  EXPECT_LT(small["completeness"].get<double>(), 1.0);
+  EXPECT_EQ(small["late_bodies"], Json::parse(R"(["left", "right"])"));
+  write("large.json", scene("10000000"));
+  const Json large = Json::parse(palpate({"detect", "large.json", "--format", "json"}).out);
+  EXPECT_EQ(large["completeness"], 1.0);
+  EXPECT_EQ(large["late_bodies"], Json::array());
+  EXPECT_GT(large["contacts"].size(), small["contacts"].size());
+  EXPECT_FALSE(json_of({"detect", "scene.json", "--format", "json"}).contains("completeness"));
+}
+
 TEST_F(Detect, DoesNotDependOnStructureThreadsOrCellSize) {
   output_of({"generate", "stacking", "--count", "4", "--cells", "5", "5", "1", "--size", "0.1", "0.1", "0.02",
              "--gap", "0", "--out", "stack.json"});

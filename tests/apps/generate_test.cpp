@@ -74,7 +74,9 @@ TEST_F(Generate, RefusesWhatItCannotWrite) {
   expect_error(2, {"generate", "box", "--out", "box.msh"}, {"--out", "'box.msh'", ".vtu"});
   expect_error(2, {"generate", "stacking", "--out", "s.vtu"}, {"--out", ".json"});
   expect_error(1, {"generate", "ball", "--out", "no/such/ball.vtu"}, {"no/such/ball.vtu", "folder"});
-  expect_error(2, {"generate", "ball", "--resolution", "2000000000"}, {"resolution"});
+  expect_error(2, {"generate", "ball", "--resolution", "257"}, {"resolution", "257", "256"});
+  expect_error(2, {"generate", "stacking", "--count", "1000000000"}, {"--count", "100000"});
+  expect_error(2, {"generate", "box", "--size", "1e308", "1", "1"}, {"size", "1e+308", "1e100"});
   EXPECT_TRUE(names_in(folder_.path()).empty());
 }
 

@@ -1,4 +1,5 @@
 #include <chrono>
+#include <sys/stat.h>
 #include <thread>
 
 #include "apps/workplace.hpp"
@@ -47,6 +48,12 @@ TEST_F(RunErrors, ScenesThatCannotBeRead) {
   std::filesystem::create_directory(folder_ / "folder.json");
   expect_error(2, {"run", "folder.json"}, {"folder.json"});
   expect_error(2, {"run", "mesh.msh"}, {"mesh.msh", "a mesh file", "a scene file"});
+  ASSERT_EQ(::mkfifo((folder_ / "pipe.json").c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder_ / "zero.json");
+  for (const char* command : {"run", "info", "detect"}) {
+    for (const char* name : {"pipe.json", "zero.json"})
+      expect_error(2, {command, name}, {name, "not a regular file"});
+  }
 }
 
 TEST_F(RunErrors, ScenesThatAreWrong) {
@@ -58,6 +65,17 @@ TEST_F(RunErrors, ScenesThatAreWrong) {
   expect_error(2, {"run", "value.json"}, {"value.json: solver.max_iterations", "found 0"});
   write("empty.json", "");
   expect_error(2, {"run", "empty.json"}, {"empty.json"});
+  write("nul.json", falling_box() + std::string(1, '\0') + " behind {{{");
+  expect_error(2, {"run", "nul.json"}, {"nul.json: line ", "a NUL byte"});
+  write("path.json", R"({"bodies": [{"mesh": "ok.msh\u0000x", "material": {}}]})");
+  expect_error(2, {"run", "path.json"}, {"path.json: bodies[0].mesh", "NUL", "expected"});
+  write("test.json", falling_box(R"(, "contact": {"budget": {"test": 5}})"));
+  expect_error(2, {"run", "test.json"}, {"test.json: contact.budget.test", "unknown key", "'tests'"});
+  write("cell.json", falling_box(R"(, "contact": {"cell_size": 1e308, "structure": "uniform"})"));
+  expect_error(2, {"run", "cell.json"}, {"cell_size: found 1e+308", "1e150"});
+  write("far.json", R"({"bodies": [{"ball": {"radius": 1, "resolution": 2}, "material": {},
+    "translate": [1e308, 0, 0]}]})");
+  expect_error(2, {"run", "far.json"}, {"far.json: bodies[0]", "point ", "1e100"});
   write("nobody.json", R"({"bodies": []})");
   expect_error(2, {"run", "nobody.json"}, {"nobody.json: bodies"});
   write(
@@ -82,7 +100,7 @@ TEST_F(RunErrors, MessagesNameWhatTheUserWrote) {
   const Finished flat = palpate({"run", "flat.json"});
   EXPECT_EQ(flat.exit_code, 2);
   EXPECT_EQ(flat.err.find("body body"), std::string::npos) << flat.err;
-  EXPECT_NE(flat.err.find("error: body 0"), std::string::npos) << flat.err;
+  EXPECT_NE(flat.err.find("body 0"), std::string::npos) << flat.err;
   EXPECT_EQ(flat.err.find("0.000000"), std::string::npos) << flat.err;
 }
 

@@ -1,5 +1,6 @@
 #include <chrono>
 #include <csignal>
+#include <sys/stat.h>
 #include <thread>
 
 #include "mesh_program/meshed.hpp"
@@ -28,6 +29,7 @@ TEST_F(MeshRefusals, Files) {
   const std::string whole = nrrd(box_map());
   write("cut.nrrd", whole.substr(0, whole.size() - 100));
   refuse({"cut.nrrd"}, {"cut.nrrd"});
+  EXPECT_EQ(palpate({"mesh", "cut.nrrd"}).err.find("(0x"), std::string::npos) << "an address of ITK's";
   write("text.nii", "this is no NIfTI file");
   refuse({"text.nii"}, {"text.nii", "header", "21 bytes", "348"});
   std::string nan = nifti(box_map());
@@ -93,8 +95,46 @@ TEST_F(MeshRefusals, Surfaces) {
   write("empty.obj", "# nothing\n");
   refuse({"empty.obj"}, {"empty.obj", "no triangles"});
   write("text.vtp", "no XML");
-  refuse({"text.vtp"}, {"text.vtp", "no triangles"});
+  refuse({"text.vtp"}, {"text.vtp"});
   refuse({"no.ply"}, {"no.ply", "no such file"});
+  // What ends the process in VTK's readers.
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+  write("length.ply", ply + "-3 0 1 2\n");
+  refuse({"length.ply"}, {"length.ply: line 13: found -3", "a length of a list"});
+  write("index.ply", ply + "3 0 1 999999999\n");
+  refuse({"index.ply"}, {"index.ply: line 13: found 999999999", "0 to 2"});
+  write("cut.ply", ply.substr(0, 160));
+  refuse({"cut.ply"}, {"cut.ply: "});
+  write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n");
+  refuse({"index.obj"}, {"index.obj: line 4", "999999999", "3 points"});
+  write("count.stl", std::string(80, ' ') + "\xff\xff\xff\xff and some");
+  refuse({"count.stl"}, {"count.stl: found 93 bytes", "214748364834"});
+  write("offsets.vtp", R"(<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="1" NumberOfPolys="2">
+<Points><DataArray type="Float32" NumberOfComponents="3">0 0 0</DataArray></Points>
+<Polys><DataArray type="Int32" Name="connectivity">0 0 0</DataArray>
+<DataArray type="Int32" Name="offsets">3 2</DataArray></Polys></Piece></PolyData></VTKFile>)");
+  refuse({"offsets.vtp"}, {"offsets.vtp: offsets, number 1: found 2", "3 or more"});
+}
+
+TEST_F(MeshRefusals, PipesAndDevices) {
+  for (const char* name : {"map.nhdr", "pipe.nrrd", "pipe.stl", "labels.txt", "voxels.raw"})
+    ASSERT_EQ(::mkfifo((folder_ / name).c_str(), 0600), 0);
+  refuse({"pipe.nrrd"}, {"pipe.nrrd", "not a regular file"});
+  refuse({"map.nhdr"}, {"map.nhdr", "not a regular file"});
+  refuse({"pipe.stl"}, {"pipe.stl", "not a regular file"});
+  refuse({"map.nrrd", "--labels", "labels.txt"}, {"labels.txt", "not a regular file"});
+  write("map.mhd",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = "
+        "voxels.raw\n");
+  refuse({"map.mhd"}, {"voxels.raw", "not a regular file"});
+  write(
+      "elsewhere.nrrd",
+      "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 4 4 4\nencoding: raw\ndata file: voxels.raw\n\n");
+  refuse({"elsewhere.nrrd"}, {"voxels.raw", "not a regular file"});
+  std::filesystem::create_symlink("/dev/zero", folder_ / "zero.nii");
+  refuse({"zero.nii"}, {"zero.nii", "not a regular file"});
 }
 
 TEST_F(MeshRefusals, MeshesThatAreTooLargeFail) {
