@@ -139,7 +139,9 @@ TEST_F(BenchScaling, ThreadsFindTheSame) {
 }
 
 TEST_F(BenchScaling, AStepHasAllItsPhases) {
-  for (const Json& row : section("step-growth")["table"]["rows"]) {
+  const Json growth = section("step-growth");
+  ASSERT_FALSE(growth["table"]["rows"].empty());
+  for (const Json& row : growth["table"]["rows"]) {
     EXPECT_GE(row[3].get<double>(), 1.0) << "solves a step";
     const double phases = row[5].get<double>() + row[6].get<double>();
     EXPECT_GT(row[4].get<double>(), 0.0);
