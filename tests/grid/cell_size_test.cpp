@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <string>
 
 #include <palpate/error.hpp>
@@ -25,8 +26,14 @@ TEST(CellSize, RulesAreWhatTheySay) {
   EXPECT_NEAR(choice(bodies, CellSizeRule::mean_edge).cell_size, sum / 6, 1e-15);
   EXPECT_EQ(choice(bodies, CellSizeRule::max_edge).cell_size, std::sqrt(13.0));
   EXPECT_EQ(choice(bodies, 0.7).cell_size, 0.7);
-  EXPECT_THROW(choice(bodies, 0.0), Error);
-  EXPECT_THROW(choice(bodies, std::nan("")), Error);
+}
+
+TEST(CellSize, LengthsThatAreNoneAreRefused) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double length : {0.0, -1.0, std::nan(""), infinity, 1e151})
+    EXPECT_THROW(check_cell_size(length), Error) << length;
+  for (const double length : {1e-300, 1.0, 1e150}) EXPECT_NO_THROW(check_cell_size(length)) << length;
+  EXPECT_NO_THROW(check_cell_size(CellSizeRule::automatic));
 }
 
 TEST(CellSize, AutomaticIsNearTheMeanEdgeForLikeElements) {
