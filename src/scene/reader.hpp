@@ -118,9 +118,11 @@ class Reader {
 
   [[nodiscard]] bool given(std::string_view key) const { return object_.contains(key); }
   /// A rule between the values of an object.
-  /// What is broken is told by finish(): an unknown key may be the reason.
+  /// Where the key is missing, what is broken is told by finish(): an unknown key may be what was meant.
   void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) {
-    if (!holds && !broken_) broken_ = BrokenRule{key_path(path_, key), found, expected};
+    if (holds || broken_) return;
+    if (object_.contains(key)) fail(context_, key_path(path_, key), found, expected);
+    broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_si(bool si) { context_.si = si; }
 

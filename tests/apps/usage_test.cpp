@@ -82,7 +82,7 @@ TEST_F(Usage, BadValuesSayWhatIsExpected) {
   expect_error(2, {"generate", "box", "--size", "1", "0", "1"}, {"--size", "'0'", "a number > 0"});
   expect_error(2, {"generate", "box", "--cells", "1", "1.5", "1"}, {"--cells", "'1.5'", "an integer"});
   expect_error(2, {"generate", "ball", "--radius", "-1"}, {"--radius", "'-1'", "a number > 0"});
-  expect_error(2, {"generate", "stacking", "--count", "0"}, {"--count", "'0'", "an integer >= 1"});
+  expect_error(2, {"generate", "stacking", "--count", "0"}, {"--count", "'0'", "an integer in [1, 100000]"});
 }
 
 TEST_F(Usage, TheLastOfTwoValuesCounts) {

@@ -221,9 +221,8 @@ TEST(ReadScene, ReadsFilesAndRemembersTheirFolder) {
   EXPECT_EQ(scene.folder, std::filesystem::path(PALPATE_SOURCE_DIR "/scenes"));
   EXPECT_EQ(scene.source, PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json");
   EXPECT_EQ(message_of([] { read_scene("/no/such.json"); }),
-            "/no/such.json: found nothing that can be read, expected a scene file");
-  EXPECT_EQ(message_of([] { read_scene("/tmp"); }),
-            "/tmp: found nothing that can be read, expected a scene file");
+            "/no/such.json: found no such file, expected a scene file");
+  EXPECT_EQ(message_of([] { read_scene("/tmp"); }), "/tmp: found a folder, expected a scene file");
 }
 
 TEST(WriteScene, GivesTheSameSceneBack) {
