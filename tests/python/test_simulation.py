@@ -267,7 +267,7 @@ def test_scene_errors_name_file_and_key(tmp_path):
         file.write_text(text)
         with pytest.raises(palpate.Error, match=words):
             palpate.Simulation(file)
-    with pytest.raises(palpate.Error, match="nothing that can be read"):
+    with pytest.raises(palpate.Error, match="no such file"):
         palpate.Simulation(tmp_path / "none.json")
     with pytest.raises(palpate.Error, match="a path of|the path of"):
         palpate.Simulation(7)
