@@ -177,8 +177,9 @@ double* coordinate(Vec3& point, std::string_view name) {
 
 void require_coordinates(const Element& element, const std::string& source) {
   for (const char* name : {"x", "y", "z"}) {
-    if (std::ranges::count(element.properties, name, &Property::name) != 1)
-      throw Error(source, "element vertex", fmt::format("not one property {}", name), "x, y and z");
+    const auto is_it = [&](const Property& property) { return property.name == name && !property.length; };
+    if (std::ranges::count_if(element.properties, is_it) != 1)
+      throw Error(source, "element vertex", fmt::format("not one number {}", name), "x, y and z");
   }
 }
 

@@ -105,6 +105,10 @@ TEST_F(MeshRefusals, Surfaces) {
   refuse({"length.ply"}, {"length.ply: line 13: found -3", "a length of a list"});
   write("index.ply", ply + "3 0 1 999999999\n");
   refuse({"index.ply"}, {"index.ply: line 13: found 999999999", "0 to 2"});
+  std::string list = ply;
+  list.replace(list.find("float x"), 7, "list uchar float x");
+  write("list.ply", list + "3 0 1 2\n");
+  refuse({"list.ply"}, {"list.ply: element vertex: found not one number x"});
   write("cut.ply", ply.substr(0, 160));
   refuse({"cut.ply"}, {"cut.ply: "});
   write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n");
