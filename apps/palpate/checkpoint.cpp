@@ -125,7 +125,14 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   ArchiveWriter writer;
   writer(checkpoint);
   const std::vector<std::byte> bytes = sealed(checkpoint_seal, writer.take());
-  io::create_folder(folder_);
+  // Not the folder of results: where it has vanished, a new one with a checkpoint alone would tell of a run
+  // that can be gone on with.
+  std::error_code failed;
+  fs::create_directory(folder_, failed);
+  if (failed) {
+    throw Error(folder_.string(), "making", "'" + failed.message() + "'",
+                "a folder of results that is still there");
+  }
   const fs::path path = folder_ / file_name(step);
   io::AtomicFile file(path);
   file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
