@@ -5,7 +5,7 @@
 
 #include <palpate/types.hpp>
 
-#include "geometry/length.hpp"
+#include "geometry/scaled_length.hpp"
 #include "geometry/trigonometry.hpp"
 #include "geometry/vector.hpp"
 
@@ -20,7 +20,7 @@ struct Turn {
 /// From (w, x, y, z) of any length but zero.
 inline Turn turn_of(const std::array<double, 4>& quaternion) {
   const auto& [w, x, y, z] = quaternion;
-  const double norm = length_of_any({w, length_of_any({x, y, z}), 0.0});
+  const double norm = scaled_length({w, scaled_length({x, y, z}), 0.0});
   return {w / norm, (1.0 / norm) * Vec3{x, y, z}};
 }
 

@@ -11,31 +11,30 @@
 namespace palpate {
 namespace {
 
-/// What pi / 2 and pi are more than their doubles.
+/// pi / 2 and pi less their doubles.
 constexpr double half_pi_rest = 0x1.1a62633145c07p-54;
 constexpr double pi_rest = 2.0 * half_pi_rest;
 
-/// An angle from the nearest multiple of pi / 2, in two parts of which the first alone is its double.
+/// An angle less the nearest multiple of pi / 2, as the unevaluated sum of two doubles.
 struct Reduced {
   double head = 0.0;
-  double tail = 0.0;
-  std::int64_t quarter = 0;  ///< which multiple
+  double tail = 0.0;         ///< below half a unit in the last place of the head
+  std::int64_t quarter = 0;  ///< the multiple
 };
 
-/// In three parts (Cody & Waite 1980): of 33 bits, so that products with up to 20 bits are exact, and the
-/// rest.
+/// Argument reduction with pi / 2 in three parts (Cody & Waite 1980). The first two have 33 bits, so that
+/// their products with numbers of up to 20 bits are exact.
 Reduced reduced(double angle) {
   constexpr double most = 0x1p20;
   constexpr std::array part{0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
-  if (!(std::abs(angle) <= most))
-    angle = std::fmod(angle, 2.0 * std::numbers::pi);  // exact, as IEEE 754 says
+  if (!(std::abs(angle) <= most)) angle = std::fmod(angle, 2.0 * std::numbers::pi);  // exact
   const double turns = angle * (2.0 / std::numbers::pi);
   const auto quarter = static_cast<std::int64_t>(turns + (turns < 0.0 ? -0.5 : 0.5));
   const auto n = static_cast<double>(quarter);
   const double a = angle - n * part[0];
   const double b = n * part[1];
   const double first = a - b;
-  // What the subtraction lost (Knuth's two-sum).
+  // The rounding error of that (Knuth's TwoSum).
   const double back = first - a;
   const double lost = (a - (first - back)) - (b + back);
   const double second = lost - n * part[2];
@@ -43,7 +42,7 @@ Reduced reduced(double angle) {
   return {head, (first - head) + second, quarter};
 }
 
-/// Taylor's series; what follows is below 1e-19 of the sum.
+/// Taylor polynomial; truncation error below 1e-19 of the result.
 double sine_of(const Reduced& r) {
   constexpr std::array c{-1.0 / 6.0,        1.0 / 120.0,        -1.0 / 5040.0,       1.0 / 362880.0,
                          -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368e3, 1.0 / 355687428096e3};
@@ -84,7 +83,7 @@ double cosine(double angle) {
 }
 
 double arc_tangent(double y, double x) {
-  // Of 0, 1/8, ..., 1.
+  // The arc tangents of 0, 1/8, ..., 1.
   constexpr std::array<double, 9> known{0.0,
                                         0x1.fd5ba9aac2f6ep-4,
                                         0x1.f5b75f92c80ddp-3,
@@ -100,7 +99,7 @@ double arc_tangent(double y, double x) {
   const double t = more > 0.0 ? less / more : 0.0;
   const auto nearest = static_cast<std::size_t>(8.0 * t + 0.5);
   const double base = 0.125 * static_cast<double>(nearest);
-  const double u = (t - base) / (1.0 + base * t);  // 1/16 at most: what the series leaves out is below 1e-18
+  const double u = (t - base) / (1.0 + base * t);  // |u| <= 1/16: relative truncation error below 1e-18
   const double z = u * u;
   double sum = c.back();
   for (std::size_t i = c.size() - 1; i-- > 0;) sum = sum * z + c[i];

@@ -96,12 +96,13 @@ HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   store(hn::InterleaveUpper(pairs, xy23, z23), 3);
 }
 
-/// A sum in double of what is float: as rounding of many terms would make steps of solvers inexact. Row i of
-/// what is added goes to sum i % 8 of eight, whatever the number of lanes: the same bits on every target.
+/// A reduction of floats in double, as rounding of many terms would make steps of solvers inexact. Row i goes
+/// to partial sum i % 8 and these are added in a fixed order, whatever the number of lanes: the same bits on
+/// every target.
 class Sum {
  public:
   HWY_INLINE Sum() { sums_.fill(hn::Zero(doubles)); }
-  /// Rows follow each other in rows of calls, whole slices in all.
+  /// Adds the next rows; calls come in row order, for whole slices.
   HWY_INLINE void add(FloatV value) {
     const hn::Half<Floats> half;
     const auto low = hn::PromoteTo(doubles, hn::LowerHalf(half, value));
@@ -111,7 +112,7 @@ class Sum {
     } else {
       sums_[0] = hn::Add(sums_[0], low);
       sums_[1] = hn::Add(sums_[1], high);
-      // The next rows are those of the other parts.
+      // The next call has the rows of the other parts.
       if constexpr (parts > 2) std::rotate(sums_.begin(), sums_.begin() + 2, sums_.end());
     }
   }

@@ -1,6 +1,5 @@
-// Kernels of the dynamics on every SIMD target that fuses multiply-adds: all that they write and return has
-// the same bits, whatever the number of lanes. Oracle: equality; that the numbers are right is in
-// test_targets.cpp.
+// The kernels of the dynamics write and return the same bits on every SIMD target with fused multiply-adds,
+// whatever the number of lanes. Oracle: equality. test_targets.cpp checks that the numbers are right.
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -18,7 +17,7 @@ namespace {
 
 const parallel::Threads one_thread(1);
 
-/// All that a kernel leaves, byte by byte.
+/// The bytes of all results of a kernel.
 class Bytes {
  public:
   template <class T>
@@ -70,8 +69,7 @@ class Floats {
   std::mt19937_64 random_;
 };
 
-/// Elements side by side that are all but at rest and strained so much that their rotations take more steps,
-/// and some that are inside out.
+/// Elements nearly at rest beside strained ones, whose rotations need more iterations, and inverted ones.
 struct StrainedBody {
   StrainedBody()
       : bodies(single_body(irregular_box_mesh({6, 5, 4}, {0.6, 0.5, 0.4}, 0.2))),
@@ -143,7 +141,7 @@ TEST(SameBits, Assembly) {
   }
 }
 
-/// Sizes so unlike that the order shows in which double adds up their squares.
+/// Scales so unlike that a sum of squares in double depends on its order.
 float size_of_row(std::size_t row) {
   return std::ldexp(1.0F, static_cast<int>(row * 7 % 61) - 30);
 }

@@ -1,4 +1,5 @@
-// Oracles: functions of 50 decimal digits (Boost.Multiprecision), and for the bits what g++ 12 found.
+// Oracles: the functions to 50 decimal digits (Boost.Multiprecision); for the bits a hash that every compiler
+// must reproduce.
 #include "geometry/trigonometry.hpp"
 
 #include <bit>
@@ -25,8 +26,8 @@ double error_of(double found, const Exact& exact) {
   return std::abs(static_cast<double>((Exact(found) - exact) / unit));
 }
 
-/// In [-1, 1), the same everywhere.
-double share(test::Random& random) {
+/// Uniform in [-1, 1), without distributions of the standard library, which differ.
+double unit(test::Random& random) {
   return std::ldexp(static_cast<double>(random.word() >> 11U), -52) - 1.0;
 }
 
@@ -35,12 +36,12 @@ std::vector<double> angles() {
   test::Random random(11);
   std::vector<double> all{0.0, 1e-300, 1e-9, 0.5, 1.0, std::numbers::pi, 0.5 * std::numbers::pi, 1048576.0};
   for (int i = 0; i < 4000; ++i) {
-    all.push_back(7.0 * share(random));
-    const double wide = share(random);
+    all.push_back(7.0 * unit(random));
+    const double wide = unit(random);
     all.push_back(std::ldexp(wide, static_cast<int>(random.word() % 61) - 40));
-    const double turn = std::floor(6e5 * share(random)) * (0.25 * std::numbers::pi);
+    const double turn = std::floor(6e5 * unit(random)) * (0.25 * std::numbers::pi);
     all.push_back(turn);
-    all.push_back(turn + 1e-6 * share(random));
+    all.push_back(turn + 1e-6 * unit(random));
   }
   return all;
 }
@@ -76,10 +77,10 @@ TEST(Trigonometry, ArcsAreRightToAFewUnits) {
   double sines = 0.0;
   double cosines = 0.0;
   for (int i = 0; i < 4000; ++i) {
-    const double x = share(random) * std::ldexp(1.0, random.integer(-30, 3));
-    const double y = share(random) * std::ldexp(1.0, random.integer(-30, 3));
+    const double x = unit(random) * std::ldexp(1.0, random.integer(-30, 3));
+    const double y = unit(random) * std::ldexp(1.0, random.integer(-30, 3));
     tangents = std::max(tangents, error_of(arc_tangent(y, x), atan2(Exact(y), Exact(x))));
-    const double s = i % 2 == 0 ? share(random) : 1.0 - std::ldexp(1.0, -random.integer(1, 52));
+    const double s = i % 2 == 0 ? unit(random) : 1.0 - std::ldexp(1.0, -random.integer(1, 52));
     sines = std::max(sines, error_of(arc_sine(s), asin(Exact(s))));
     cosines = std::max(cosines, error_of(arc_cosine(s), acos(Exact(s))));
   }
@@ -99,7 +100,6 @@ TEST(Trigonometry, ArcsOfTheAxes) {
   EXPECT_EQ(arc_cosine(-1.0), std::numbers::pi);
 }
 
-/// Every compiler must give these.
 TEST(Trigonometry, BitsAreTheSameEverywhere) {
   std::uint64_t hash = 0;
   const auto add = [&](double value) { hash = hash * 0x100000001b3U ^ std::bit_cast<std::uint64_t>(value); };

@@ -6,8 +6,8 @@
 
 namespace palpate::test {
 
-/// Targets, of those that kernels are compiled for and this processor has, of at least four lanes of double
-/// that fuse multiply-adds: results have the same bits on all of them.
+/// Compiled targets that this processor has, with fused multiply-adds and at least four doubles a vector:
+/// results have the same bits on all of them.
 inline std::int64_t targets_of_same_bits() {
   return hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | (HWY_AVX2 - 1));
 }
