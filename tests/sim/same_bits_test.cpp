@@ -64,7 +64,7 @@ TEST(SameState, Ties) {
 /// Many contacts with friction, and enough rows for several chunks of a reduction.
 TEST(SameState, Stack) {
   expect_same_state([] { return simulate(read_scene(PALPATE_SOURCE_DIR "/scenes/stacking.json")); }, 20,
-                    "f700aac3de95274f");
+                    "8581c7c2f0aee96b");
 }
 
 /// Two balls in fast rotation, in rotating frames: one in the air, one on a plate that tilts.
