@@ -1,10 +1,10 @@
 #include "fem/body_turns.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "fem/lumping.hpp"
+#include "geometry/trigonometry.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -30,8 +30,8 @@ Vec3 free_angle(const RigidMotion& start, double time_step) {
 
 /// How much longer the angle of a turn is than its sine, by which straight ways to its end turn the body.
 double arc_share(const RigidMotion& mean, double time_step) {
-  const double sine = std::min(time_step * length(mean.angular_velocity()), 1.0);
-  return sine > 0.0 ? std::asin(sine) / sine : 1.0;
+  const double turned = std::min(time_step * length(mean.angular_velocity()), 1.0);
+  return turned > 0.0 ? arc_sine(turned) / turned : 1.0;
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
 
 /// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
 bool BodyTurns::swells(std::size_t body, const Vec3& angle, double energy) const {
-  const double swelling = 1.0 - std::cos(length(angle));
+  const double swelling = 1.0 - cosine(length(angle));
   constexpr double allowed = 1e-3;
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }

@@ -1,11 +1,11 @@
 // What stops a run, and where it says that it was: the part of Dynamics that looks at a step before it is
 // taken.
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "fem/body_title.hpp"
 #include "fem/dynamics.hpp"
+#include "geometry/scaled_length.hpp"
 #include "number_text.hpp"
 
 namespace palpate::fem {
@@ -28,7 +28,7 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
 
 void Dynamics::check_limits(double max_speed, int inverted_steps) {
   // Not by squares, which overflow before the speeds do.
-  const auto speed = [](const Vec3& v) { return std::hypot(v.x, v.y, v.z); };
+  const auto speed = [](const Vec3& v) { return scaled_length(v); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return speed(mean_velocities_[i]) > max_speed ? 1.0 : 0.0;
   });

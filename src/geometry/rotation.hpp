@@ -1,11 +1,12 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include <palpate/types.hpp>
 
+#include "geometry/scaled_length.hpp"
+#include "geometry/trigonometry.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate {
@@ -19,14 +20,14 @@ struct Turn {
 /// From (w, x, y, z) of any length but zero.
 inline Turn turn_of(const std::array<double, 4>& quaternion) {
   const auto& [w, x, y, z] = quaternion;
-  const double norm = std::hypot(w, length({x, y, z}));
+  const double norm = scaled_length({w, scaled_length({x, y, z}), 0.0});
   return {w / norm, (1.0 / norm) * Vec3{x, y, z}};
 }
 
 /// About an axis of any length but zero, right-handed.
 inline Turn turn_about(const Vec3& axis, double degrees) {
   const double half = 0.5 * degrees * std::numbers::pi / 180.0;
-  return {std::cos(half), std::sin(half) * normalized(axis)};
+  return {cosine(half), sine(half) * normalized(axis)};
 }
 
 inline Vec3 rotated(const Turn& turn, const Vec3& a) {
@@ -36,19 +37,19 @@ inline Vec3 rotated(const Turn& turn, const Vec3& a) {
 
 /// From a (share 0) to b (share 1) the shorter way round, at constant angular speed: slerp.
 inline Turn between(const Turn& a, Turn b, double share) {
-  double cosine = a.scalar * b.scalar + dot(a.vector, b.vector);
-  if (cosine < 0.0) {
+  double cosine_between = a.scalar * b.scalar + dot(a.vector, b.vector);
+  if (cosine_between < 0.0) {
     b = {-b.scalar, -b.vector};
-    cosine = -cosine;
+    cosine_between = -cosine_between;
   }
-  // Near each other sin(angle) loses its digits, and the straight line is the arc to rounding.
+  // Near each other the sine of the angle loses its digits, and the straight line is the arc to rounding.
   constexpr double nearly_equal = 1.0 - 1e-9;
   double part_a = 1.0 - share;
   double part_b = share;
-  if (cosine < nearly_equal) {
-    const double angle = std::acos(cosine);
-    part_a = std::sin((1.0 - share) * angle) / std::sin(angle);
-    part_b = std::sin(share * angle) / std::sin(angle);
+  if (cosine_between < nearly_equal) {
+    const double angle = arc_cosine(cosine_between);
+    part_a = sine((1.0 - share) * angle) / sine(angle);
+    part_b = sine(share * angle) / sine(angle);
   }
   const Vec3 vector = part_a * a.vector + part_b * b.vector;
   return turn_of({part_a * a.scalar + part_b * b.scalar, vector.x, vector.y, vector.z});

@@ -12,6 +12,7 @@
 
 #include <palpate/error.hpp>
 
+#include "geometry/trigonometry.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 
@@ -94,8 +95,8 @@ std::array<Vec3, 12> icosahedron_corners() {
   for (std::size_t i = 0; i < 5; ++i) {
     const double angle = 2.0 * std::numbers::pi / 5.0 * static_cast<double>(i);
     const double turned = angle + std::numbers::pi / 5.0;
-    corners[1 + i] = {ring * std::cos(angle), ring * std::sin(angle), z};
-    corners[6 + i] = {ring * std::cos(turned), ring * std::sin(turned), -z};
+    corners[1 + i] = {ring * cosine(angle), ring * sine(angle), z};
+    corners[6 + i] = {ring * cosine(turned), ring * sine(turned), -z};
   }
   return corners;
 }

@@ -29,8 +29,8 @@ HWY_INLINE V slope(const Root& r) {
   return hn::MulSub(inside, r.root, hn::Add(r.det, r.det));
 }
 
-/// A step of Halley's iteration, of third order; returns it.
-HWY_INLINE V improve(Root& r) {
+/// A step of Halley's iteration, of third order, in the lanes that have not converged; returns it.
+HWY_INLINE V improve(Root& r, M converged) {
   const D d;
   const V square = hn::Mul(r.root, r.root);
   const V twice_det = hn::Add(r.det, r.det);
@@ -42,12 +42,13 @@ HWY_INLINE V improve(Root& r) {
   const V curvature = hn::MulSub(hn::Set(d, 1.5), square, hn::Mul(hn::Set(d, 0.5), r.first));
   const V step =
       hn::Div(hn::Mul(value, derivative), hn::MulSub(derivative, derivative, hn::Mul(value, curvature)));
-  r.root = hn::Sub(r.root, step);
+  r.root = hn::IfThenElse(converged, r.root, hn::Sub(r.root, step));
   return hn::Abs(step);
 }
 
 /// The root, from sqrt(3 I), which is no less and off by the square of the strain; and where it is good:
-/// where the determinant is positive and not so small that what a rotation is made of cancels.
+/// where the determinant is positive and not so small that what a rotation is made of cancels. A
+/// lane that has converged does not change any more, so that its bits do not depend on the other lanes.
 HWY_INLINE M find_root(Root& root) {
   const D d;
   constexpr int cap = 8;
@@ -58,13 +59,13 @@ HWY_INLINE M find_root(Root& root) {
   const M usable = hn::And(healthy, hn::Lt(root.first, hn::Set(d, 1e60)));
   const V small = hn::Set(d, 2e-6);  // the cube of it, over l, is rounding
   root.root = hn::Sqrt(hn::Mul(hn::Set(d, 3.0), root.first));
-  M good = usable;
+  M converged = hn::Not(usable);
   for (int i = 0; i < cap; ++i) {
-    const V step = improve(root);
-    good = hn::And(usable, hn::Le(step, hn::Mul(small, root.root)));
-    if (hn::AllTrue(d, hn::Or(good, hn::Not(usable)))) break;
+    const V step = improve(root, converged);
+    converged = hn::Or(converged, hn::Le(step, hn::Mul(small, root.root)));
+    if (hn::AllTrue(d, converged)) break;
   }
-  return good;
+  return hn::And(usable, converged);
 }
 
 /// R from F and its invariants with the root.

@@ -7,6 +7,7 @@
 #define PALPATE_SIMD_SLICE_LANES_INL
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -95,24 +96,39 @@ HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   store(hn::InterleaveUpper(pairs, xy23, z23), 3);
 }
 
-/// A sum in double of what is float: as rounding of many terms would make steps of solvers inexact.
+/// A reduction of floats in double, as rounding of many terms would make steps of solvers inexact. Row i goes
+/// to partial sum i % 8 and these are added in a fixed order, whatever the number of lanes: the same bits on
+/// every target.
 class Sum {
  public:
-  HWY_INLINE Sum() : low_(hn::Zero(doubles)), high_(hn::Zero(doubles)) {}
+  HWY_INLINE Sum() { sums_.fill(hn::Zero(doubles)); }
+  /// Adds the next rows; calls come in row order, for whole slices.
   HWY_INLINE void add(FloatV value) {
     const hn::Half<Floats> half;
-    low_ = hn::Add(low_, hn::PromoteTo(doubles, hn::LowerHalf(half, value)));
-    high_ = hn::Add(high_, hn::PromoteTo(doubles, hn::UpperHalf(half, value)));
+    const auto low = hn::PromoteTo(doubles, hn::LowerHalf(half, value));
+    const auto high = hn::PromoteTo(doubles, hn::UpperHalf(half, value));
+    if constexpr (parts == 1) {
+      sums_[0] = hn::Add(hn::Add(sums_[0], low), high);
+    } else {
+      sums_[0] = hn::Add(sums_[0], low);
+      sums_[1] = hn::Add(sums_[1], high);
+      // The next call has the rows of the other parts.
+      if constexpr (parts > 2) std::rotate(sums_.begin(), sums_.begin() + 2, sums_.end());
+    }
   }
   [[nodiscard]] HWY_INLINE double total() const {
-    return hn::GetLane(hn::SumOfLanes(doubles, hn::Add(low_, high_)));
+    alignas(64) std::array<double, count> s;
+    for (std::size_t k = 0; k < parts; ++k)
+      hn::Store(sums_[k], doubles, s.data() + k * hn::MaxLanes(doubles));
+    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
   }
 
  private:
   using Doubles = hn::Repartition<double, Floats>;
   static constexpr Doubles doubles{};
-  hn::Vec<Doubles> low_;
-  hn::Vec<Doubles> high_;
+  static constexpr std::size_t count = 8;
+  static constexpr std::size_t parts = count / hn::MaxLanes(Doubles());
+  std::array<hn::Vec<Doubles>, parts> sums_;
 };
 
 #endif

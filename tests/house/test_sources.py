@@ -65,6 +65,21 @@ class Sources(unittest.TestCase):
                 with self.subTest(file=str(file.relative_to(ROOT))):
                     self.assertEqual(offences(file.read_text(), threads), [])
 
+    def test_what_changes_the_state_takes_no_inexact_function_of_the_c_library(self):
+        inexact = re.compile(
+            r"\bstd\s*::\s*(a?(?:sin|cos|tan)h?|atan2|exp2?|expm1|log|log2|log10|log1p|pow|cbrt|hypot|erfc?|[tl]gamma)[fl]?\s*\("
+        )
+        for bad in ["std::sin(x)", "std::acos (x)", "std::hypot(x, y)", "std::pow(x, 2)", "std::atan2(y, x)"]:
+            self.assertTrue(offences(bad, inexact), bad)
+        for good in ["std::sqrt(x)", "sine(x)", "std::fmod(x, y)", "std::log_of(x)", "std::expected(x)"]:
+            self.assertFalse(offences(good, inexact), good)
+        reports_only = [ROOT / "src" / "mesh" / "statistics.cpp"]  # dihedral angles
+        folders = [f"src/{folder}" for folder in [*LIBRARY_FOLDERS, "scene"]]
+        for file in sources(*folders, "include"):
+            if file not in reports_only:
+                with self.subTest(file=str(file.relative_to(ROOT))):
+                    self.assertEqual(offences(file.read_text(), inexact), [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -6,10 +6,15 @@
 
 namespace palpate::test {
 
-/// Calls body(target name) with Highway's dispatch forced to each target that this processor has, in turn.
-inline void for_each_simd_target(const std::function<void(const char*)>& body) {
-  const std::int64_t all = hwy::SupportedTargets();
-  for (std::int64_t left = all; left != 0; left &= left - 1) {
+/// Compiled targets that this processor has, with fused multiply-adds and at least four doubles a vector:
+/// results have the same bits on all of them.
+inline std::int64_t targets_of_same_bits() {
+  return hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | (HWY_AVX2 - 1));
+}
+
+/// Calls body(target name) with Highway's dispatch forced to each of some targets, in turn.
+inline void for_each_simd_target(std::int64_t targets, const std::function<void(const char*)>& body) {
+  for (std::int64_t left = targets; left != 0; left &= left - 1) {
     const std::int64_t target = left & -left;
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(target);
@@ -17,6 +22,11 @@ inline void for_each_simd_target(const std::function<void(const char*)>& body) {
   }
   hwy::SetSupportedTargetsForTest(0);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+/// To each target that this processor has.
+inline void for_each_simd_target(const std::function<void(const char*)>& body) {
+  for_each_simd_target(hwy::SupportedTargets(), body);
 }
 
 }  // namespace palpate::test

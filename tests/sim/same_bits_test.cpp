@@ -1,0 +1,101 @@
+// Whole runs end in the same state on every SIMD target with fused multiply-adds and with every compiler.
+// Oracles: equality over targets; over compilers, hashes that each build must reproduce. If a change of the
+// method changes them, put in those of g++ and run this test with clang too: ./dev test --preset clang -R
+// SameState
+#include <functional>
+#include <gtest/gtest.h>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/examples.hpp"
+#include "support/simd_targets.hpp"
+
+namespace palpate::test {
+namespace {
+
+/// The state hash after every tenth step, so that a failure shows when two runs diverge.
+std::vector<std::string> hashes(Simulation simulation, int steps) {
+  std::vector<std::string> all;
+  for (int i = 0; i < steps; ++i) {
+    simulation.step();
+    if ((i + 1) % 10 == 0) all.push_back(simulation.state_hash());
+  }
+  EXPECT_GT(simulation.metrics().detection.contacts, 0U);
+  return all;
+}
+
+void expect_same_state(const std::function<Simulation()>& make, int steps, const std::string& golden) {
+  if (targets_of_same_bits() == 0) GTEST_SKIP() << "no SIMD target here fuses multiply-adds";
+  std::vector<std::string> expected;
+  for_each_simd_target(targets_of_same_bits(), [&](const char* target) {
+    const std::vector<std::string> found = hashes(make(), steps);
+    if (expected.empty()) expected = found;
+    EXPECT_EQ(found, expected) << target;
+    EXPECT_EQ(found.back(), golden) << target;
+  });
+}
+
+/// Friction, rails that turn, an attachment, plastic tissue of two materials, self-collision, a load and a
+/// grab: all that the example named so has.
+TEST(SameState, Everything) {
+  expect_same_state([] { return simulate(example("everything")); }, 120, "ea6ce89528ff525d");
+}
+
+/// Two tissues that are tied to each other, side by side on a plate and on a third.
+TEST(SameState, Ties) {
+  constexpr const char* text = R"({
+    "name": "ties", "time_step": 0.01, "duration": 1, "contact": {"friction": 0.3},
+    "bodies": [
+      {"name": "plate", "box": {"cells": [4, 4, 1], "size": [0.4, 0.4, 0.02]}, "translate": [0, 0, -0.01],
+       "obstacle": true},
+      {"name": "left", "box": {"cells": [5, 4, 3], "size": [0.05, 0.04, 0.03]}, "translate": [-0.0251, 0, 0.0151],
+       "attached": [{"to": "right", "box": {"lower": [-0.001, -1, -1], "upper": [0, 1, 1]}}],
+       "material": {"young_modulus": 20000, "poisson_ratio": 0.4}},
+      {"name": "right", "box": {"cells": [4, 3, 3], "size": [0.05, 0.04, 0.03]}, "translate": [0.025, 0, 0.0301],
+       "material": {"young_modulus": 50000, "poisson_ratio": 0.3}},
+      {"name": "below", "box": {"cells": [3, 3, 2], "size": [0.06, 0.06, 0.014]}, "translate": [0.05, 0, 0.00701],
+       "material": {"young_modulus": 10000, "poisson_ratio": 0.45}}
+    ]})";
+  expect_same_state([&] { return simulate(read_scene_text(text, "ties")); }, 40, "8439b75c16c84429");
+}
+
+/// Many contacts with friction, and enough rows for several chunks of a reduction.
+TEST(SameState, Stack) {
+  expect_same_state([] { return simulate(read_scene(PALPATE_SOURCE_DIR "/scenes/stacking.json")); }, 20,
+                    "8581c7c2f0aee96b");
+}
+
+/// Two balls in fast rotation, in rotating frames: one in the air, one on a plate that tilts.
+TEST(SameState, TurningBodies) {
+  constexpr const char* text = R"({
+    "name": "turning", "time_step": 0.01, "duration": 1, "contact": {"friction": 0.4},
+    "bodies": [
+      {"name": "plate", "box": {"cells": [4, 4, 1], "size": [0.4, 0.4, 0.02]}, "translate": [0, 0, -0.01],
+       "motion": {"keyframes": [{"time": 0}, {"time": 0.4, "rotate": {"axis": [1, 2, 0.5], "angle": 25}}]}},
+      {"name": "wheel", "ball": {"radius": 0.03, "resolution": 3}, "translate": [0, 0, 0.031],
+       "rotate": {"axis": [1, 1, 0], "angle": 33}, "material": {"young_modulus": 2e5, "poisson_ratio": 0.45}},
+      {"name": "ball", "ball": {"radius": 0.03, "resolution": 2}, "translate": [0, 0.1, 2],
+       "material": {"young_modulus": 2e5, "poisson_ratio": 0.3}}
+    ]})";
+  const auto make = [&] {
+    const Scene scene = read_scene_text(text, "turning");
+    Model model = load_model(scene, [](const std::filesystem::path& path) -> TetMesh {
+      throw Error(path.string(), "", "a mesh file", "none in this scene");
+    });
+    const std::span<const Vec3> points = model.bodies.points_rest();
+    model.velocities.resize(points.size());
+    for (const std::size_t b : {1U, 2U}) {
+      const Range own = model.bodies.bodies()[b].points;
+      const Vec3 centre{0.0, b == 1 ? 0.0 : 0.1, b == 1 ? 0.031 : 2.0};
+      for (Index p = own.begin; p < own.end; ++p)
+        at(model.velocities, p) = cross(Vec3{3.0, 40.0, 8.0}, at(points, p) - centre);
+    }
+    return Simulation(std::move(model), scene.settings, 2);
+  };
+  expect_same_state(make, 40, "17ddc0f9b381f7ef");
+}
+
+}  // namespace
+}  // namespace palpate::test
