@@ -84,7 +84,7 @@ void add_rough(StepCatalogue& catalogue, const fs::path& folder) {
   }
   std::ranges::sort(files);
   constexpr int steps = 250;
-  constexpr int quick_steps = 40;
+  constexpr int quick_steps = 25;
   for (const fs::path& file : files) add_file(catalogue, file, steps, quick_steps);
 }
 
