@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include <palpate/error.hpp>
 #include <palpate/relax.hpp>
 
 #include "head_scene.hpp"
@@ -78,6 +79,8 @@ void add_rough(StepCatalogue& catalogue, const fs::path& folder) {
     catalogue.absent.push_back({"rough scenes", "their folder is not named (--rough)"});
     return;
   }
+  if (!fs::is_directory(folder))
+    throw Error("--rough", "", "no folder '" + folder.string() + "'", "one with scene files");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".json") files.push_back(entry.path());
