@@ -9,7 +9,10 @@ namespace {
 
 class BenchStep : public CommandTest {
  protected:
-  BenchStep() { write("rough/box.json", falling_box()); }
+  BenchStep() {
+    std::filesystem::create_directory(folder_ / "rough");
+    write("rough/box.json", falling_box());
+  }
   /// With the scenes of ./rough.
   [[nodiscard]] static std::vector<std::string> call(const std::vector<std::string>& more) {
     std::vector<std::string> words{"bench", "step", "--rough", "rough", "--out", "out"};

@@ -50,7 +50,9 @@ TEST(StepScenes, SurfacesStay) {
   std::size_t moved = 0;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const bool outside = i >= 1 + 12 + 42 + 92;
-    if (outside) EXPECT_EQ(mesh.points[i], regular.points[i]) << i;
+    if (outside) {
+      EXPECT_EQ(mesh.points[i], regular.points[i]) << i;
+    }
     if (!(mesh.points[i] == regular.points[i])) ++moved;
   }
   EXPECT_GT(moved, 100U);
