@@ -87,6 +87,11 @@ void add_options(CLI::App& app, Options& options) {
                  [&](const std::string& flag, const std::string& text) {
                    options.tolerance = app::parse_number(flag, text, scene_format::above(0.0));
                  });
+  app::add_value(app, "--reference", "X",
+                 "run each scene again with this tolerance, and compare the last positions",
+                 [&](const std::string& flag, const std::string& text) {
+                   options.reference = app::parse_number(flag, text, scene_format::above(0.0));
+                 });
   app::add_threads(app, options.threads);
   app::add_value(app, "--out", "DIR", "folder of the results; default: results/bench-step",
                  [&](const std::string&, const std::string& text) { options.out = text; });

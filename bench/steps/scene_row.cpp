@@ -1,13 +1,16 @@
 #include "steps/scene_row.hpp"
 
 #include <algorithm>
-#include <memory>
+#include <cmath>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "geometry/vector.hpp"
 #include "steps/clock.hpp"
 #include "steps/product_clock.hpp"
 
@@ -101,6 +104,34 @@ void add_figures(Json& row, const Course& course, const Simulation& simulation, 
   row["state_hash"] = simulation.state_hash();
 }
 
+/// The last positions of a scene as it moves with a tight tolerance and as many solves and iterations as that
+/// takes.
+std::vector<Vec3> reference_positions(const StepScene& scene, double tolerance, int steps, int threads) {
+  StepModel made = scene.make();
+  made.settings.solver.tolerance = tolerance;
+  made.settings.solver.max_iterations = 100000;
+  made.settings.solver.max_solves = 1000;
+  Simulation simulation(std::move(made.model), made.settings, threads);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  return {simulation.positions().begin(), simulation.positions().end()};
+}
+
+Json position_error(const Simulation& simulation, std::span<const Vec3> reference) {
+  const Bodies& bodies = simulation.bodies();
+  std::vector<double> edges;
+  for (Index b = 0; b < bodies.body_count(); ++b)
+    edges.push_back(mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
+  double largest = 0.0;
+  double sum = 0.0;
+  for (std::size_t p = 0; p < reference.size(); ++p) {
+    const double error =
+        length(simulation.positions()[p] - reference[p]) / at(edges, bodies.body_of_point()[p]);
+    largest = std::max(largest, error);
+    sum += error * error;
+  }
+  return {{"largest", largest}, {"rms", std::sqrt(sum / static_cast<double>(reference.size()))}};
+}
+
 }  // namespace
 
 Json scene_row(const StepScene& scene, const StepEffort& effort) {
@@ -120,6 +151,10 @@ Json scene_row(const StepScene& scene, const StepEffort& effort) {
     const std::string failure = go(simulation, product, steps_of(scene, effort), effort.threads, course);
     add_figures(row, course, simulation, product.seconds(), made.meters);
     row["error"] = failure.empty() ? Json() : Json(failure);
+    if (effort.reference && failure.empty()) {
+      row["position_error"] = position_error(
+          simulation, reference_positions(scene, *effort.reference, course.steps, effort.threads));
+    }
   } catch (const Error& error) {
     row["error"] = error.what();
   }

@@ -39,6 +39,11 @@ std::string steps_table(const Json& report) {
                                 "ms", "solve", "not conv", "inverted", "deepest", "fastest", "rest", "hash");
   for (const Json& row : report.at("rows")) {
     if (row.contains("steps")) all += line(row);
+    if (row.contains("position_error")) {
+      all += fmt::format("{:<24}from the reference: {:.2g} edges at most, {:.2g} root mean square\n", "",
+                         row.at("position_error").at("largest").get<double>(),
+                         row.at("position_error").at("rms").get<double>());
+    }
     if (!row.at("error").is_null())
       all += fmt::format("{:<24}FAILED: {}\n", row.at("name").get<std::string>(),
                          row.at("error").get<std::string>());

@@ -50,8 +50,20 @@ TEST_F(BenchStep, StepsThatDoNotConvergeAreCounted) {
   EXPECT_GT(report["rows"][0]["not_converged"].get<int>(), 0);
 }
 
+TEST_F(BenchStep, ReferencesTellHowFarOffPositionsAre) {
+  const auto error_with = [&](const char* tolerance) {
+    const Json report = json_of(call({"--only", "beam-1k-1MPa", "--steps", "5", "--preconditioner", "jacobi",
+                                      "--tolerance", tolerance, "--reference", "1e-7", "--json"}));
+    return report["rows"][0]["position_error"]["largest"].get<double>();
+  };
+  const double fine = error_with("1e-4");
+  const double coarse = error_with("1e-1");
+  EXPECT_GT(fine, 0.0);
+  EXPECT_GT(coarse, 3.0 * fine);
+}
+
 TEST_F(BenchStep, WhatFailsIsARowAndNotTheEnd) {
-  write("rough/a-fast-box.json", falling_box(R"(, "limits": {"max_speed": 0.3})"));
+  write("rough/a-fast-box.json", falling_box(R"(, "limits": {"max_speed": 0.05})"));
   const Finished done = palpate(call({"--only", "*box", "--steps", "12"}));
   EXPECT_EQ(done.exit_code, 1);
   EXPECT_NE(done.err.find("palpate: error: 1 scene failed: a-fast-box"), std::string::npos) << done.err;

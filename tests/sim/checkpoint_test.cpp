@@ -107,10 +107,12 @@ TEST(CheckpointOf, InvertedTetsAreCountedAgain) {
   const auto begin = [] {
     Model model;
     model.bodies.add("tet", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}});
-    model.materials = {{.young_modulus = 1000.0}};
+    model.materials = {{1000.0}};
     model.fixed_points = {1, 1, 1, 0};
     model.velocities = {{}, {}, {}, {0, 0, -150}};
-    return Simulation(model, {.gravity = {}}, 1);
+    SimulationSettings settings;
+    settings.gravity = {};
+    return Simulation(model, settings, 1);
   };
   Simulation whole = begin();
   EXPECT_EQ(whole.metrics().inverted_tets, 0);

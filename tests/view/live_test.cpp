@@ -176,7 +176,8 @@ TEST(LiveSource, CountsStepsThatDidNotConvergeAndTetsInsideOut) {
   }
   EXPECT_GT(bad, 0);
   EXPECT_EQ(source.counts()["steps_not_converged"], bad);
-  EXPECT_EQ(source.counts()["inverted_tets"], (nlohmann::json{{"now", 0}, {"most", 0}}));
+  EXPECT_EQ(source.counts()["inverted_tets"]["now"], 0);
+  EXPECT_EQ(source.counts()["inverted_tets"]["most"], 0);
   source.reset();
   EXPECT_EQ(source.counts()["steps_not_converged"], 0);
 }
