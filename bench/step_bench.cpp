@@ -3,11 +3,11 @@
 // its 2 mm meanwhile.
 #include <filesystem>
 #include <string>
+#include <utility>
 
-#include <palpate/relax.hpp>
 #include <palpate/simulation.hpp>
 
-#include "geometry/vector.hpp"
+#include "head_scene.hpp"
 #include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
@@ -99,25 +99,13 @@ StepCase stacking(const std::filesystem::path& file) {
   return c;
 }
 
-/// Soft tissue on bones, of which the lower jaw goes 2 mm along -y.
 StepCase head(const std::filesystem::path& folder) {
-  StepCase c{.name = "head", .model = {}, .settings = {}, .steps_before = 20, .sofa_ms = 17.2};
-  for (const char* part : {"skull", "lower", "upper", "soft"}) {
-    TetMesh mesh = io::read_mesh(folder / ("hq_" + std::string(part) + ".mesh")).mesh;
-    for (Vec3& p : mesh.points) p = 1e-3 * p;  // the files are in mm
-    c.model.bodies.add(part, mesh);
-  }
-  c.settings.gravity = {};
-  c.model.materials.assign(4, {1e4, 0.4, 1000.0, 0.0, 0.002});
-  c.model.obstacles = {1, 1, 1, 0};
-  relax(c.model, c.settings, {}, 1);
-  Motion motion;
-  motion.keyframes = {{.time = 0.0}, {.time = 0.8, .translate = {0.0, -0.002, 0.0}}};
-  c.model.motions = {motion};
-  c.model.motion_of_point.assign(c.model.bodies.points_rest().size(), -1);
-  const Range jaw = c.model.bodies.bodies()[1].points;
-  for (Index p = jaw.begin; p < jaw.end; ++p) c.model.motion_of_point[static_cast<std::size_t>(p)] = 0;
-  return c;
+  HeadScene scene = head_scene(folder);
+  return {.name = "head",
+          .model = std::move(scene.model),
+          .settings = scene.settings,
+          .steps_before = 20,
+          .sofa_ms = 17.2};
 }
 
 }  // namespace

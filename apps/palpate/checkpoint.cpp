@@ -19,7 +19,7 @@ namespace palpate::app {
 
 template <class Archive>
 void describe(Archive& archive, RunPlan& p) {
-  archive(p.scene_file, p.scene, p.source, p.scene_folder, p.most_steps, p.until_rest, p.no_picture,
+  archive(p.scene_file, p.scene, p.source, p.scene_folder, p.most_steps, p.until_rest, p.no_picture, p.strict,
           p.checkpoint_every);
 }
 
@@ -38,8 +38,9 @@ template <class Archive>
 void describe(Archive& archive, RunOutcome& o) {
   archive(o.steps, o.contacts, o.border_edges, o.crossings, o.candidates, o.movers, o.depth_fallbacks,
           o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions, o.regions_without_border,
-          o.border_edges_without_crossing, o.folded_pairs, o.late_steps, o.least_completeness,
-          o.steps_without_foresight, o.solver_iterations, o.steps_at_solver_cap, o.steps_too_far);
+          o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets, o.late_steps,
+          o.least_completeness, o.steps_without_foresight, o.solver_iterations, o.steps_not_converged,
+          o.steps_too_far);
 }
 
 template <class Archive>

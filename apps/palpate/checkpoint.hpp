@@ -17,7 +17,7 @@
 
 namespace palpate::app {
 
-inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 1};
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 2};
 
 /// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
 struct RunPlan {
@@ -28,6 +28,7 @@ struct RunPlan {
   std::int64_t most_steps = 0;
   bool until_rest = false;
   bool no_picture = false;
+  bool strict = false;
   std::int64_t checkpoint_every = 0;  ///< steps; 0: only where the run is interrupted
 };
 

@@ -46,7 +46,7 @@ int work(int argc, const char* const* argv) {
   const std::span words(argv, static_cast<std::size_t>(argc));
   check_subcommands(command, words.subspan(1));
   if (words[1] == mesh_companion.words) return run_companion(mesh_companion, words.subspan(2));
-  for (const Companion& companion : {peers_companion, speed_companion}) {
+  for (const Companion& companion : {peers_companion, speed_companion, step_companion}) {
     if (words.size() > 2 && fmt::format("{} {}", words[1], words[2]) == companion.words)
       return run_companion(companion, words.subspan(3));
   }

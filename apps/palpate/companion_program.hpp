@@ -20,6 +20,8 @@ inline constexpr Companion peers_companion{
     "a build where CGAL, Bullet and TBB are installed (libcgal-dev, libbullet-dev, libtbb-dev)"};
 inline constexpr Companion speed_companion{"bench speed", "palpate-bench-speed",
                                            "a build with the benchmarks (PALPATE_BUILD_BENCH)"};
+inline constexpr Companion step_companion{"bench step", "palpate-bench-step",
+                                          "a build with the benchmarks (PALPATE_BUILD_BENCH)"};
 
 /// Becomes the program, which lies beside this one, with these arguments; does not return. Throws BadInput
 /// where it is not there.

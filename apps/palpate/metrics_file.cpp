@@ -40,7 +40,7 @@ std::string header(const Units& units) {
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
       "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
       "retries,cuckoo_growths,detections,solves,solver_iterations,"
-      "solver_converged";
+      "solver_converged,inverted_tets";
   line += in("kinetic_energy", energy_unit(units)) + in("elastic_energy", energy_unit(units));
   return line + in("largest_speed", speed_unit(units)) + in("fastest_body", speed_unit(units)) +
          in("deepest", units.length) + "\n";
@@ -102,9 +102,9 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
       fmt::format(",{},{},{:.4f},{}", c.late_clusters, c.rough_depths, c.completeness, m.looks_ahead ? 1 : 0);
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
-  lines_ += fmt::format(",{},{:.4f},{},{},{},{},{},{}", sort, points.occupancy(),
+  lines_ += fmt::format(",{},{:.4f},{},{},{},{},{},{},{}", sort, points.occupancy(),
                         points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
-                        m.solves, m.solver_iterations, m.solver_converged ? 1 : 0);
+                        m.solves, m.solver_iterations, m.solver_converged ? 1 : 0, m.inverted_tets);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     lines_.append(1, ',').append(exact_text(value));

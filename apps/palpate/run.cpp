@@ -56,6 +56,7 @@ struct RunOptions {
   bool replace = false;
   std::optional<int> every;
   bool no_picture = false;
+  bool strict = false;
   bool json = false;
   bool quiet = false;
   int threads = 0;
@@ -96,20 +97,6 @@ void remove_old_results(const fs::path& folder, const Scene& scene) {
   }
 }
 
-/// How a run is taken up again.
-std::string way_on(const fs::path& folder) {
-  return "go on with: palpate run --resume " + folder.string();
-}
-
-/// Ends a run that did not get to its end: the results are there, the exit code says that they are not all.
-int exit_code(const RunReport& report) {
-  if (!report.outcome.failure.empty()) throw std::runtime_error(report.outcome.failure);
-  if (!report.outcome.interrupted) return exit_done;
-  say_error(fmt::format("interrupted after step {} of {}; results so far are in {}; {}", report.outcome.steps,
-                        report.most_steps, report.folder.string(), way_on(report.folder)));
-  return exit_failed;
-}
-
 /// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
 struct Begin {
   RunPlan plan;
@@ -137,6 +124,7 @@ Begin begin_anew(const RunOptions& options) {
                 .most_steps = most_steps(options, scene),
                 .until_rest = options.until_rest,
                 .no_picture = options.no_picture,
+                .strict = options.strict,
                 .checkpoint_every = options.checkpoint_every.value_or(0)};
   return begin;
 }
@@ -154,6 +142,7 @@ Begin begin_again(const RunOptions& options) {
   }
   plan.until_rest = plan.until_rest || options.until_rest;
   plan.no_picture = plan.no_picture || options.no_picture;
+  plan.strict = plan.strict || options.strict;
   plan.checkpoint_every = options.checkpoint_every.value_or(plan.checkpoint_every);
   Scene scene = as_input([&] { return read_scene_text(plan.scene, plan.source, plan.scene_folder); });
   return {.plan = std::move(plan),
@@ -288,9 +277,11 @@ int run(const RunOptions& options) {
   }
   const RunReport report = report_with(pictures);
   const std::string json = write_report(report);
+  if (const std::string warning = not_converged_text(outcome); !warning.empty() && !options.quiet)
+    say_note(fmt::format("{}: {}", folder.string(), warning));
   if (options.json) print_out(json);
   if (!options.json && !options.quiet) print_out(report_text(report));
-  return exit_code(report);
+  return exit_code(report, begin.plan.strict);
 }
 
 void add_flags(CLI::App& app, RunOptions& options) {
@@ -310,6 +301,8 @@ void add_flags(CLI::App& app, RunOptions& options) {
             });
   app.add_flag("--replace", options.replace,
                "start anew where a run that did not get to its end left checkpoints, and lose them");
+  app.add_flag("--strict", options.strict,
+               "exit with 1 where a step did not converge; results are written all the same");
   app.add_flag("--no-picture", options.no_picture, "take no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {

@@ -34,11 +34,12 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.regions_without_border.add(m.detection.regions_without_border);
   outcome.border_edges_without_crossing.add(m.detection.border_edges_without_crossing);
   outcome.folded_pairs.add(m.detection.folded_pairs);
+  outcome.inverted_tets.add(static_cast<std::size_t>(m.inverted_tets));
   outcome.late_steps += m.detection.late_clusters > 0 ? 1 : 0;
   outcome.least_completeness = std::min(outcome.least_completeness, m.detection.completeness);
   outcome.steps_without_foresight += m.looks_ahead ? 0 : 1;
   outcome.solver_iterations += m.solver_iterations;
-  outcome.steps_at_solver_cap += m.solver_converged ? 0 : 1;
+  outcome.steps_not_converged += m.solver_converged ? 0 : 1;
   outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
 }
 

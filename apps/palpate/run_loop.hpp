@@ -55,11 +55,12 @@ struct RunOutcome {
   Tally regions_without_border;
   Tally border_edges_without_crossing;
   Tally folded_pairs;
+  Tally inverted_tets;
   std::int64_t late_steps = 0;  ///< in which a budget did not suffice for all clusters
   double least_completeness = 1.0;
   std::int64_t steps_without_foresight = 0;
   std::int64_t solver_iterations = 0;
-  std::int64_t steps_at_solver_cap = 0;
+  std::int64_t steps_not_converged = 0;  ///< in which a solve ended above the tolerance
   /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
   /// between two detections, unseen.
   std::int64_t steps_too_far = 0;

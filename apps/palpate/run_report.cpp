@@ -156,7 +156,9 @@ void add_outcome(Json& json, const RunReport& report) {
   json["regions_without_border"] = tally_json(outcome.regions_without_border);
   json["border_edges_without_crossing"] = tally_json(outcome.border_edges_without_crossing);
   json["folded_pairs"] = tally_json(outcome.folded_pairs);
-  json["solver"] = {{"iterations", outcome.solver_iterations}, {"steps_at_cap", outcome.steps_at_solver_cap}};
+  json["inverted_tets"] = tally_json(outcome.inverted_tets);
+  json["solver"] = {{"iterations", outcome.solver_iterations},
+                    {"steps_not_converged", outcome.steps_not_converged}};
   json["steps_too_far"] = outcome.steps_too_far;
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;

@@ -39,7 +39,17 @@ std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& d
 /// The content of run.json.
 nlohmann::ordered_json report_json(const RunReport& report);
 
+/// What nobody is to overlook of a run in which steps did not converge; empty where all did.
+std::string not_converged_text(const RunOutcome& outcome);
+
 /// The summary that a person reads at the end of a run.
 std::string report_text(const RunReport& report);
+
+/// How a run is taken up again.
+std::string way_on(const std::filesystem::path& folder);
+
+/// Ends a run: one that did not get to its end has results, but the exit code says that they are not all.
+/// Throws std::runtime_error where the simulation failed, and with `strict` where steps did not converge.
+int exit_code(const RunReport& report, bool strict);
 
 }  // namespace palpate::app

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <stdexcept>
 
 #include "body_report.hpp"
+#include "exit_codes.hpp"
 #include "geometry/vector.hpp"
+#include "messages.hpp"
 #include "numbers.hpp"
 #include "run_report.hpp"
 
@@ -72,13 +75,21 @@ std::string places_text(const RunReport& report) {
 
 }  // namespace
 
+std::string not_converged_text(const RunOutcome& outcome) {
+  if (outcome.steps_not_converged == 0) return {};
+  return fmt::format("NOT CONVERGED in {} of {}: do not trust positions", outcome.steps_not_converged,
+                     counted(static_cast<std::size_t>(outcome.steps), "step"));
+}
+
 std::string report_text(const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   const StepMetrics& metrics = report.simulation.metrics();
   const Units& units = report.scene.units;
-  std::string text = fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
-                                 counted(static_cast<std::size_t>(outcome.steps), "step"),
-                                 short_text(metrics.time), units.time, ending(report));
+  std::string text = not_converged_text(outcome);
+  if (!text.empty()) text += '\n';
+  text += fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
+                      counted(static_cast<std::size_t>(outcome.steps), "step"), short_text(metrics.time),
+                      units.time, ending(report));
   if (report.relaxed) {
     text += fmt::format("relaxed       {} deep before, {} after {}, points moved by {} {} at most\n",
                         short_text(report.relaxed->deepest_before), short_text(report.relaxed->deepest_after),
@@ -91,9 +102,10 @@ std::string report_text(const RunReport& report) {
   text += fmt::format("fastest       {} {} (point), {} {} (body, root mean square)\n",
                       short_text(metrics.largest_speed), speed_unit(units), short_text(metrics.fastest_body),
                       speed_unit(units));
+  if (outcome.inverted_tets.largest > 0) text += tally_line("inverted tets", outcome.inverted_tets);
   text += phases_text(outcome.times);
-  text += fmt::format("solver cap    hit in {}\n",
-                      counted(static_cast<std::size_t>(outcome.steps_at_solver_cap), "step"));
+  text += fmt::format("converged     in {} of {}\n", outcome.steps - outcome.steps_not_converged,
+                      counted(static_cast<std::size_t>(outcome.steps), "step"));
   if (outcome.steps_too_far > 0) {
     text += fmt::format(
         "too far       in {} a point went further than {} {}, the edges of the finest body: "
@@ -106,6 +118,24 @@ std::string report_text(const RunReport& report) {
                       counted(static_cast<std::size_t>(report.threads), "thread"));
   text += fmt::format("state hash    {}\n", report.simulation.state_hash());
   return text + notes_lines(report) + places_text(report);
+}
+
+std::string way_on(const std::filesystem::path& folder) {
+  return "go on with: palpate run --resume " + folder.string();
+}
+
+int exit_code(const RunReport& report, bool strict) {
+  const RunOutcome& outcome = report.outcome;
+  if (!outcome.failure.empty()) throw std::runtime_error(outcome.failure);
+  if (outcome.interrupted) {
+    say_error(fmt::format("interrupted after step {} of {}; results so far are in {}; {}", outcome.steps,
+                          report.most_steps, report.folder.string(), way_on(report.folder)));
+    return exit_failed;
+  }
+  if (!strict || outcome.steps_not_converged == 0) return exit_done;
+  throw std::runtime_error(
+      fmt::format("not converged in {} of {} (--strict); results are in {}", outcome.steps_not_converged,
+                  counted(static_cast<std::size_t>(outcome.steps), "step"), report.folder.string()));
 }
 
 }  // namespace palpate::app

@@ -17,6 +17,7 @@ import page
 import query_table
 import sort_table
 import speed_table
+import step_scenes_table
 import step_table
 
 PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-misses", "cell-size", "structures", "table-2")
@@ -118,6 +119,8 @@ def pages(root):
     for module in (query_table, handling_table, dynamics_table, step_table, instructions_table):
         name = module.__name__.removesuffix("_table")
         tables[name] = module.table(kept[name])
+    for name in ("step scenes", "step scenes before"):
+        tables[name] = step_scenes_table.table(json.loads((results / f"{name.replace(' ', '-')}.json").read_text()))
     return {
         root / "docs/benchmarks.md": {"report": benchmarks(file, report), **{f"{name} table": text for name, text in tables.items()}},
         root / "docs/paper-map.md": {"findings": findings(file, report)},

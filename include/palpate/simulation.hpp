@@ -31,6 +31,7 @@ struct StepMetrics {
   double largest_speed = 0.0;        ///< m/s, over all points
   double fastest_body = 0.0;         ///< m/s, largest root mean square speed (by mass) of a body
   double deepest = 0.0;              ///< m, largest penetration depth
+  std::int64_t inverted_tets = 0;    ///< tets of bodies that deform without a positive volume, at the end
   DetectionTimes detection_seconds;  ///< of all detections
   double forces_seconds = 0.0;       ///< contact forces
   double solver_seconds = 0.0;       ///< elastic forces, assembly and linear solve

@@ -19,7 +19,7 @@ from ._core import (
     version as __version__,
 )
 from ._detect import detect
-from ._error import Error
+from ._error import Error, NotConverged
 from ._mesh import ball, box, read_mesh, write_mesh
 from ._scene import Model, read_scene, stacking_scene, write_scene
 from ._settings import get_threads, set_threads
@@ -41,6 +41,7 @@ __all__ = [
     "Material",
     "Model",
     "Motion",
+    "NotConverged",
     "RelaxReport",
     "Simulation",
     "StepMetrics",

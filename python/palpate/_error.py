@@ -1,4 +1,4 @@
-"""The one exception of the package."""
+"""The one exception of the package, and its one warning."""
 
 from __future__ import annotations
 
@@ -26,3 +26,7 @@ class Error(ValueError):
 
     def __reduce__(self) -> tuple[type[Error], tuple[str, str, str, str]]:
         return type(self), (self.source, self.where, self.found, self.expected)
+
+
+class NotConverged(UserWarning):
+    """Steps of a simulation ended before they were solved to the tolerance of the scene: its positions may be wrong."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _arrays, _core
-from ._error import Error
+from ._error import Error, NotConverged
 from ._progress import bar
 from ._scene import Model, scene_dict, scene_of
 from ._settings import settings, threads_or_default
@@ -93,6 +94,7 @@ class Simulation(_core.Simulation):
         callback: is called with the simulation after each step, and ends the run where it returns True.
         progress: shows a bar of tqdm.
 
+        Warns with NotConverged where steps did not converge (steps_not_converged counts them).
         Ctrl-C ends it after the present step, with KeyboardInterrupt and the simulation as that step left it. Raises
         Error where the simulation blows up; its state is then that of the last good step.
         """
@@ -100,6 +102,7 @@ class Simulation(_core.Simulation):
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
+        before = self.steps_not_converged
         with bar(progress, wanted, "step") as shown:
             while done < wanted and not (until_rest and self.at_rest):
                 self.step()
@@ -107,6 +110,8 @@ class Simulation(_core.Simulation):
                 shown.update()
                 if callback is not None and callback(self) is True:
                     break
+        if bad := self.steps_not_converged - before:
+            warnings.warn(f"NOT CONVERGED in {bad} of {done} steps: do not trust positions", NotConverged, stacklevel=2)
         return done
 
     def _steps_left(self) -> int:

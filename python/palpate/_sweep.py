@@ -94,6 +94,8 @@ def _run(job: Job) -> Row:
         "at_rest": simulation.at_rest,
         "contacts": metrics.detection.contacts,
         "deepest": metrics.deepest,
+        "steps_not_converged": simulation.steps_not_converged,
+        "inverted_tets": metrics.inverted_tets,
         "kinetic_energy": metrics.kinetic_energy,
         "elastic_energy": metrics.elastic_energy,
         "state_hash": simulation.state_hash,
@@ -232,8 +234,8 @@ def sweep(
     client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
     progress: shows a bar of tqdm.
 
-    Columns: the parameters; status ("done" or "failed") and error; steps, time, at_rest, contacts, deepest, energies,
-    state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes: define them in a
+    Columns: the parameters; status ("done" or "failed") and error; steps, time, at_rest, contacts, deepest, steps_not_converged,
+    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes: define them in a
     module (Dask also takes those of a notebook). A run whose worker process dies is made again, three times at most.
     Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
     """

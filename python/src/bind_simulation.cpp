@@ -30,6 +30,7 @@ void bind_metrics(nb::module_& m) {
       .add("largest_speed", &StepMetrics::largest_speed, doc::StepMetrics_largest_speed)
       .add("fastest_body", &StepMetrics::fastest_body, doc::StepMetrics_fastest_body)
       .add("deepest", &StepMetrics::deepest, doc::StepMetrics_deepest)
+      .add("inverted_tets", &StepMetrics::inverted_tets, doc::StepMetrics_inverted_tets)
       .add("detection_seconds", &StepMetrics::detection_seconds, doc::StepMetrics_detection_seconds)
       .add("forces_seconds", &StepMetrics::forces_seconds, doc::StepMetrics_forces_seconds)
       .add("solver_seconds", &StepMetrics::solver_seconds, doc::StepMetrics_solver_seconds);
@@ -111,6 +112,11 @@ void bind_simulation(nb::module_& m) {
           "time_step", [](Simulation& s) { return s.idle().settings().time_step; },
           doc::SimulationSettings_time_step)
       .def_prop_ro("relaxed", &Simulation::relaxed, doc::Simulation_relaxed)
+      .def_prop_ro("steps_not_converged", &Simulation::steps_not_converged,
+                   "Steps so far of this object in which a solve ended above the tolerance: do not trust "
+                   "positions where it is not 0.")
+      .def_prop_ro("most_inverted_tets", &Simulation::most_inverted_tets,
+                   "Largest metrics.inverted_tets after a step of this object.")
       .def("_set_force",
            [](Simulation& s, Index point, const Three& force) {
              s.idle().set_force(point, {force[0], force[1], force[2]});

@@ -1,5 +1,6 @@
 #include "simulation.hpp"
 
+#include <algorithm>
 #include <nanobind/nanobind.h>
 #include <utility>
 
@@ -32,6 +33,9 @@ void Simulation::step() {
     const nanobind::gil_scoped_release release;
     simulation_->step();
   }
+  const StepMetrics& metrics = simulation_->metrics();
+  if (!metrics.solver_converged) ++steps_not_converged_;
+  most_inverted_tets_ = std::max(most_inverted_tets_, metrics.inverted_tets);
   contacts_.reset();
   crossings_.reset();
 }

@@ -28,6 +28,10 @@ class Simulation {
   void restore(std::span<const std::byte> saved);
   /// How overlaps at the start were removed; None where the scene did not ask for it.
   [[nodiscard]] const std::optional<RelaxReport>& relaxed() const { return relaxed_; }
+  /// Steps of this object in which a solve ended above the tolerance.
+  [[nodiscard]] std::int64_t steps_not_converged() const { return steps_not_converged_; }
+  /// Largest StepMetrics::inverted_tets after a step of this object.
+  [[nodiscard]] std::int64_t most_inverted_tets() const { return most_inverted_tets_; }
   /// The contacts at the present positions. They stay as they are when the simulation goes on.
   std::shared_ptr<const Contacts> contacts();
   /// Where border edges leave the bodies, at the present positions.
@@ -45,6 +49,8 @@ class Simulation {
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;
   std::shared_ptr<Crossings> crossings_;
+  std::int64_t steps_not_converged_ = 0;
+  std::int64_t most_inverted_tets_ = 0;
   Busy busy_;
 };
 

@@ -437,4 +437,11 @@ double Dynamics::elastic_energy() {
                        [&](std::size_t e) { return elements_.energy(static_cast<Index>(e)); });
 }
 
+std::int64_t Dynamics::inverted_elements() {
+  update_elements();
+  return static_cast<std::int64_t>(
+      parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
+                    [&](std::size_t e) { return elements_.inverted(static_cast<Index>(e)) ? 1.0 : 0.0; }));
+}
+
 }  // namespace palpate::fem

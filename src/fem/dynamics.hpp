@@ -144,6 +144,9 @@ class Dynamics {
   [[nodiscard]] double kinetic_energy();
   /// Elastic energy of all elements at the positions as they are now, J. O(n_elements), rotations included.
   [[nodiscard]] double elastic_energy();
+  /// Elements without a positive volume at the positions as they are now. O(n_elements), and rotations unless
+  /// elastic_energy() was just asked for.
+  [[nodiscard]] std::int64_t inverted_elements();
 
  private:
   void set_time_step(double time_step);

@@ -190,6 +190,7 @@ void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
 void Simulation::State::measure() {
   metrics.kinetic_energy = dynamics.kinetic_energy();
   metrics.elastic_energy = dynamics.elastic_energy();
+  metrics.inverted_tets = dynamics.inverted_elements();
   double fastest = 0.0;
   std::fill(squared_speeds.begin(), squared_speeds.end(), 0.0);
   for (std::size_t p = 0; p < dynamics.velocities().size(); ++p) {
@@ -446,6 +447,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   contact_forces = saved.contact_forces;
   metrics = saved.metrics;
   metrics.time = static_cast<double>(metrics.step) * settings.time_step;
+  metrics.inverted_tets = dynamics.inverted_elements();
   slow_steps = saved.slow_steps;
 }
 

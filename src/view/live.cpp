@@ -85,6 +85,8 @@ void LiveSource::advance() {
   const DetectionTimes& t = m.detection_seconds;
   seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
               t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
+  if (!m.solver_converged) ++steps_not_converged_;
+  most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
 }
 
 void LiveSource::reset() {
@@ -92,6 +94,8 @@ void LiveSource::reset() {
   rails_.reset();
   pulls_.clear();
   seconds_ = {};
+  steps_not_converged_ = 0;
+  most_inverted_tets_ = 0;
 }
 
 Json LiveSource::counts() const {
@@ -103,6 +107,8 @@ Json LiveSource::counts() const {
   json["largest_speed"] = m.largest_speed;
   json["deepest"] = m.deepest;
   json["solver_iterations"] = m.solver_iterations;
+  json["steps_not_converged"] = steps_not_converged_;
+  json["inverted_tets"] = {{"now", m.inverted_tets}, {"most", most_inverted_tets_}};
   json["at_rest"] = simulation_.at_rest();
   json["pulls"] = pulls_json();
   json["rails"] = rails_.json(m.time);

@@ -65,6 +65,8 @@ class LiveSource : public Source {
   RailsControl rails_;
   Stage stage_;
   PhaseSeconds seconds_{};
+  std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
+  std::int64_t most_inverted_tets_ = 0;   ///< the same
   std::map<Client, Held> pulls_;
 };
 

@@ -40,7 +40,7 @@ TEST_F(Run, LeavesAllResultsAndSaysWhere) {
   const std::string summary = output_of({"run", "scene.json"});
   for (const char* part :
        {"falling box: 10 steps, 0.1 s simulated, at rest", "contacts", "crossings", "ms per step", "  grid",
-        "  border edges", "  depth", "  forces", "  solver", "solver cap    hit in 0 steps", "state hash",
+        "  border edges", "  depth", "  forces", "  solver", "converged     in 10 of 10 steps", "state hash",
         "results/falling-box/frames.pvd (4 frames)", "results/falling-box/metrics.csv",
         "results/falling-box/run.json", "results/falling-box/picture.png"}) {
     EXPECT_NE(summary.find(part), std::string::npos) << part << " is not in:\n" << summary;
@@ -92,6 +92,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
+                                       "inverted_tets",
                                        "kinetic_energy [J]",
                                        "elastic_energy [J]",
                                        "largest_speed [m/s]",
@@ -105,6 +106,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
     EXPECT_EQ(rows[row].at("step"), std::to_string(row));
     EXPECT_NEAR(std::stod(rows[row].at("time [s]")), 0.01 * static_cast<double>(row), 1e-15);
     EXPECT_EQ(rows[row].at("solver_converged"), "1");
+    EXPECT_EQ(rows[row].at("inverted_tets"), "0");
     most_contacts = std::max<std::size_t>(most_contacts, std::stoul(rows[row].at("contacts")));
   }
   EXPECT_GT(most_contacts, 0U) << "1 mm of fall takes 15 ms";

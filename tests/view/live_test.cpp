@@ -163,6 +163,25 @@ TEST(LiveSource, MovesWhatIsOnRailsAlongItsPathAndOffIt) {
   EXPECT_NEAR(press().z, -0.01, 1e-12);
 }
 
+TEST(LiveSource, CountsStepsThatDidNotConvergeAndTetsInsideOut) {
+  Scene scene = test::small_scene();
+  scene.settings.solver.preconditioner = Preconditioner::jacobi;
+  scene.settings.solver.max_iterations = 1;
+  LiveSource source(scene, test::small_model(scene), 1);
+  EXPECT_EQ(source.counts()["steps_not_converged"], 0);
+  int bad = 0;
+  for (int i = 0; i < 10; ++i) {
+    source.advance();
+    bad += source.simulation().metrics().solver_converged ? 0 : 1;
+  }
+  EXPECT_GT(bad, 0);
+  EXPECT_EQ(source.counts()["steps_not_converged"], bad);
+  EXPECT_EQ(source.counts()["inverted_tets"]["now"], 0);
+  EXPECT_EQ(source.counts()["inverted_tets"]["most"], 0);
+  source.reset();
+  EXPECT_EQ(source.counts()["steps_not_converged"], 0);
+}
+
 TEST(LiveSource, ChangesSettingsWhileItRuns) {
   const auto source = test::small_source();
   run(*source, 5);

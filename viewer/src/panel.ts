@@ -230,7 +230,13 @@ export class Panel {
       ["cells in use", frame.occupied_cells],
       ["cells dropped", counts.dropped_cells > 0 ? counts.dropped_cells : undefined],
     ];
-    this.counts.replaceChildren(...lines.filter(([, v]) => v !== undefined).map(([name, value]) => make("tr", {}, make("td", {}, name), make("td", {}, String(value)))));
+    const bad = counts.steps_not_converged ?? 0;
+    const inverted = counts.inverted_tets ?? { now: 0, most: 0 };
+    const warnings: [string, string][] = [];
+    if (bad > 0) warnings.push(["NOT CONVERGED", `${bad} ${bad === 1 ? "step" : "steps"}: do not trust positions`]);
+    if (inverted.most > 0) warnings.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
+    const warned = warnings.map(([name, value]) => make("tr", { class: "warning" }, make("td", {}, name), make("td", {}, value)));
+    this.counts.replaceChildren(...warned, ...lines.filter(([, v]) => v !== undefined).map(([name, value]) => make("tr", {}, make("td", {}, name), make("td", {}, String(value)))));
   }
 
   state(state: State): void {

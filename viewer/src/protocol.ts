@@ -78,6 +78,8 @@ export interface Counts {
   kinetic_energy?: number;
   elastic_energy?: number;
   solver_iterations?: number;
+  steps_not_converged?: number;
+  inverted_tets?: { now: number; most: number };
   at_rest?: boolean;
   pulls?: Pulled[];
   rails?: RailState[];

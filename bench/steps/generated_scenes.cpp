@@ -1,0 +1,187 @@
+// Scenes that need no file. Names say what differs: kind, tets, Young's modulus, and what else is not usual.
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <string_view>
+#include <utility>
+
+#include "geometry/vector.hpp"
+#include "scene/generators.hpp"
+#include "steps/catalogue.hpp"
+#include "steps/slivers.hpp"
+
+namespace palpate::bench {
+namespace {
+
+struct Stiffness {
+  double young = 0.0;  ///< Pa
+  std::string_view name;
+};
+constexpr Stiffness kPa1{1e3, "1kPa"};
+constexpr Stiffness kPa5{5e3, "5kPa"};
+constexpr Stiffness MPa1{1e6, "1MPa"};
+constexpr Stiffness MPa100{1e8, "100MPa"};
+constexpr Stiffness GPa1{1e9, "1GPa"};
+
+void add_body(StepModel& scene, std::string name, TetMesh mesh, const Vec3& place, const Material& material,
+              bool obstacle = false) {
+  for (Vec3& p : mesh.points) p += place;
+  scene.model.bodies.add(std::move(name), std::move(mesh));
+  scene.model.materials.push_back(material);
+  scene.model.obstacles.push_back(obstacle ? 1 : 0);
+}
+
+/// A plate whose upper side is at z = 0. Its grid is not that of what falls on it.
+void add_floor(StepModel& scene, double size) {
+  add_body(scene, "floor", make_box({8, 8, 1}, {size, size, 0.05}), {0.011, 0.007, -0.025}, {}, true);
+}
+
+/// Fixes the points whose `coordinate` is the least of all.
+void fix_end(StepModel& scene, double Vec3::*coordinate) {
+  const auto points = scene.model.bodies.points_rest();
+  const double least = (*std::ranges::min_element(points, {}, coordinate)).*coordinate;
+  for (const Vec3& p : points) scene.model.fixed_points.push_back(p.*coordinate <= least + 1e-9 ? 1 : 0);
+}
+
+std::size_t box_tets(const std::array<int, 3>& cells) {
+  return std::size_t{5} * static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) *
+         static_cast<std::size_t>(cells[2]);
+}
+
+/// A cantilever of 0.8 x 0.1 x 0.1 m that bends under its weight.
+StepScene beam(std::string_view size, int cells, const Stiffness& stiffness, double poisson, int steps,
+               bool half_soft = false) {
+  const std::array<int, 3> all{8 * cells, cells, cells};
+  std::string name = fmt::format("beam-{}-{}", size, stiffness.name);
+  if (poisson > 0.45) name += fmt::format("-nu{}", poisson);
+  if (half_soft) name = fmt::format("unlike-within-{}", size);
+  const auto make = [=] {
+    StepModel scene;
+    add_body(scene, "beam", make_box(all, {0.8, 0.1, 0.1}), {}, {stiffness.young, poisson});
+    fix_end(scene, &Vec3::x);
+    if (half_soft) {
+      scene.model.materials.push_back({1e-4 * stiffness.young, poisson});
+      const auto points = scene.model.bodies.points_rest();
+      for (const Tet& tet : scene.model.bodies.tets())
+        scene.model.material_of_tet.push_back(at(points, tet[0]).x < 0.0 ? 0 : 1);
+    }
+    return scene;
+  };
+  return {
+      .name = name, .steps = steps, .quick_steps = std::min(steps, 10), .tets = box_tets(all), .make = make};
+}
+
+/// A cube of 0.5 m that stands fixed on its lower side; 20 ms a step.
+StepScene block(std::string_view size, int cells, const Stiffness& stiffness, double poisson, int steps) {
+  std::string name = fmt::format("block-{}-{}", size, stiffness.name);
+  if (poisson > 0.45) name += fmt::format("-nu{}", poisson);
+  const auto make = [=] {
+    StepModel scene;
+    scene.settings.time_step = 0.02;
+    add_body(scene, "block", make_box({cells, cells, cells}, {0.5, 0.5, 0.5}), {},
+             {stiffness.young, poisson});
+    fix_end(scene, &Vec3::z);
+    return scene;
+  };
+  return {.name = name,
+          .steps = steps,
+          .quick_steps = std::min(steps, 5),
+          .tets = box_tets({cells, cells, cells}),
+          .make = make};
+}
+
+/// A tower of slabs with a hair's breadth between them; materials by turns.
+StepScene tower(std::string name, int count, const std::array<int, 3>& cells, int steps,
+                const std::vector<Material>& materials) {
+  const auto make = [=] {
+    StepModel scene;
+    scene.settings.time_step = 0.02;
+    scene.settings.response.friction = 0.5;
+    add_floor(scene, 1.2);
+    for (int i = 0; i < count; ++i) {
+      const Vec3 place{0.003 * hashed_unit(1, static_cast<std::uint64_t>(i), 0),
+                       0.003 * hashed_unit(1, static_cast<std::uint64_t>(i), 1), 0.0501 + 0.1001 * i};
+      add_body(scene, fmt::format("slab {}", i), make_box(cells, {0.3, 0.3, 0.1}), place,
+               materials[static_cast<std::size_t>(i) % materials.size()]);
+    }
+    return scene;
+  };
+  const std::size_t tets = box_tets({8, 8, 1}) + static_cast<std::size_t>(count) * box_tets(cells);
+  return {.name = std::move(name),
+          .steps = steps,
+          .quick_steps = std::min(steps, 25),
+          .tets = tets,
+          .make = make};
+}
+
+/// Balls that fall on a floor and on each other.
+StepScene pile(std::string name, int count, int layers, const Stiffness& stiffness, bool slivers, int steps) {
+  constexpr double radius = 0.05;
+  const auto make = [=] {
+    StepModel scene;
+    scene.settings.response.friction = 0.3;
+    add_floor(scene, 0.8);
+    for (int i = 0; i < count; ++i) {
+      const auto index = static_cast<std::uint64_t>(i);
+      TetMesh mesh = make_ball(radius, layers);
+      if (slivers) make_slivers(mesh, index);
+      const Vec3 place{0.03 * (hashed_unit(2, index, 0) - 0.5), 0.03 * (hashed_unit(2, index, 1) - 0.5),
+                       1.04 * radius + 2.08 * radius * i};
+      add_body(scene, fmt::format("ball {}", i), std::move(mesh), place, {stiffness.young});
+    }
+    return scene;
+  };
+  const auto layer_count = static_cast<std::size_t>(layers);
+  const std::size_t tets =
+      box_tets({8, 8, 1}) + static_cast<std::size_t>(count) * 20 * layer_count * layer_count * layer_count;
+  return {.name = std::move(name),
+          .steps = steps,
+          .quick_steps = std::min(steps, 40),
+          .tets = tets,
+          .make = make};
+}
+
+void add_beams(std::vector<StepScene>& scenes) {
+  constexpr double usual = 0.3;
+  for (const Stiffness& s : {kPa1, MPa1, GPa1}) {
+    scenes.push_back(beam("1k", 3, s, usual, 100));
+    scenes.push_back(beam("10k", 6, s, usual, 50));
+    scenes.push_back(beam("100k", 14, s, usual, 10));
+  }
+  for (const double poisson : {0.49, 0.499}) scenes.push_back(beam("10k", 6, MPa1, poisson, 50));
+  scenes.push_back(beam("100k", 14, MPa1, 0.499, 10));
+  scenes.push_back(beam("1M", 29, MPa1, usual, 3));
+  for (const Stiffness& s : {MPa1, MPa100}) {
+    scenes.push_back(block("11k", 13, s, usual, 20));
+    scenes.push_back(block("98k", 27, s, usual, 10));
+    scenes.push_back(block("1M", 58, s, usual, 3));
+  }
+  for (const double poisson : {0.49, 0.499}) scenes.push_back(block("11k", 13, MPa1, poisson, 20));
+}
+
+}  // namespace
+
+std::vector<StepScene> generated_scenes() {
+  std::vector<StepScene> scenes;
+  add_beams(scenes);
+  constexpr std::array<int, 3> coarse{6, 6, 2};
+  for (const Stiffness& s : {MPa1, MPa100, GPa1})
+    scenes.push_back(tower(fmt::format("slabs-10-{}", s.name), 10, coarse, 100, {{s.young}}));
+  scenes.push_back(tower("slabs-10-fine-100MPa", 10, {12, 12, 4}, 50, {{MPa100.young}}));
+  for (const Stiffness& s : {kPa5, MPa1}) {
+    scenes.push_back(pile(fmt::format("pile-balls-{}", s.name), 6, 4, s, false, 150));
+    scenes.push_back(pile(fmt::format("pile-slivers-{}", s.name), 6, 4, s, true, 150));
+  }
+  scenes.push_back(pile("pile-slivers-fine-5kPa", 4, 8, kPa5, true, 80));
+  // Neighbours of other kinds: the heaviest weighs what a tower of water would, the softest carries it.
+  const Material soft{2e4};
+  const Material stiff{2e8};
+  scenes.push_back(tower("unlike-stiffness", 4, {6, 6, 3}, 100, {soft, stiff}));
+  scenes.push_back(
+      tower("unlike-mass", 4, {6, 6, 3}, 100, {{MPa1.young, 0.4, 20.0}, {MPa1.young, 0.4, 2e4}}));
+  scenes.push_back(tower("unlike-both", 4, {6, 6, 3}, 100, {{2e5, 0.4, 20.0}, {2e9, 0.4, 2e4}}));
+  scenes.push_back(beam("10k", 6, MPa100, 0.3, 50, true));
+  return scenes;
+}
+
+}  // namespace palpate::bench
