@@ -103,8 +103,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
-      coarse_(bodies, free_),
-      factor_(matrix_),
+      multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
       turns_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
@@ -295,7 +294,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
                          "finite forces, positions and velocities");
   }
   const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_, &factor_);
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
   if (goal.preconditioner == Preconditioner::automatic) stage_ = report.stage;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.

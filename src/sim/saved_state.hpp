@@ -82,7 +82,7 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps);
-  archive.choice(s.stage, 4);
+  archive.choice(s.stage, 2);
 }
 
 template <class Archive>
