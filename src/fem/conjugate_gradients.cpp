@@ -21,9 +21,16 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 /// How far the iterations are by their own account.
 void ConjugateGradients::judge(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
-  const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate_.error());
+  double estimate = report.multigrid ? change_estimate_.error() : estimate_.error();
+  if (report.multigrid && run.iterations_since == 0) estimate = change_estimate_.before(run.next_change);
+  const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate);
   report.relative_residual = residual / run.residual_unit();
   report.relative_error = error / run.solution_unit();
+}
+
+void ConjugateGradients::clear_estimates() {
+  estimate_.clear();
+  change_estimate_.clear();
 }
 
 bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double share) {
@@ -54,6 +61,7 @@ double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   run.sums = advance(run, 0.0);
   precondition(run, report);
   run.iterations_since = 0;
+  if (report.multigrid) run.next_change = preconditioned_size(run);
   const double now = run.scale * run.scale * run.sums.preconditioned;
   return run.direction_holds && run.last_preconditioned > 0.0 ? now / run.last_preconditioned : 0.0;
 }
@@ -87,7 +95,7 @@ void ConjugateGradients::change(Run& run, SolveReport& report) {
   report.stage = Stage::multigrid;
   run.sums = advance(run, 0.0);
   precondition(run, report);
-  estimate_.clear();
+  clear_estimates();
 }
 
 SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSystem& system,
@@ -106,7 +114,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   if (run.size_b == 0.0) return {.stage = goal.stage, .converged = true};
   load(run);
   run.sums = advance(run, 0.0);
-  estimate_.clear();
+  clear_estimates();
   SolveReport report{.stage = goal.stage};
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
@@ -116,7 +124,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   while (true) {
     judge(run, report);
     const bool fresh = run.iterations_since == 0;
-    const bool enough = fresh ? report.iterations == 0 || run.bounded(report) : run.iterations_since >= 2;
+    const bool enough = fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
     const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_share);
     const bool ends = done || broken || report.iterations >= most || run.sums.residual == 0.0;
     const bool is_worn = !fresh && run.scale * std::sqrt(run.sums.residual) <= worn * run.largest;
@@ -148,6 +156,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     }
     run.last_preconditioned = run.scale * run.scale * before;
     estimate_.add(step * run.last_preconditioned);
+    if (report.multigrid) change_estimate_.add(run.scale * step * direction_size(run));
     run.sums = advance(run, step);
     precondition(run, report);
     turned = run.sums.preconditioned / before;

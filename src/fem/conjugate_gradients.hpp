@@ -43,8 +43,8 @@ struct SolveReport {
   int iterations = 0;  ///< products with the matrix after the first
   double relative_residual =
       0.0;  ///< |b - A x| / max(|b|, least_residual) as the recurrence has it; 0 where b = 0
-  /// Estimated error of the solution / max(|x|, least_scale), in the norm of A, which no error by mass
-  /// exceeds.
+  /// Estimated error of the solution / max(|x|, least_scale): by mass with multigrid, else in the norm of A,
+  /// which no error by mass exceeds.
   double relative_error = 0.0;
   bool multigrid = false;       ///< the preconditioner was multigrid, at least in the end
   Stage stage = Stage::jacobi;  ///< of automatic, for the next solve
@@ -99,6 +99,7 @@ class ConjugateGradients {
     double largest = 0.0;              ///< residual, by its plain norm, when it last was the true one
     double last_drift = 0.0;           ///< from the true residual, by mass, when it last was looked at
     double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
+    double next_change = 0.0;          ///< size of the preconditioned true residual, by mass: of multigrid
     int iterations_since = 0;          ///< the residual last was the true one
     bool direction_holds = false;      ///< the true residual is near the one that directions come from
     bool exact_products = false;       ///< in double
@@ -126,6 +127,9 @@ class ConjugateGradients {
   static bool reached(const SolveGoal& goal, const SolveReport& report, double share);
   void judge(const Run& run, SolveReport& report) const;
   double drift(const Run& run);
+  double direction_size(const Run& run);
+  double preconditioned_size(const Run& run);
+  void clear_estimates();
   double multiply(Run& run);
   simd::GradientVectors vectors(const Run& run);
   simd::VectorSums advance(const Run& run, double step);
@@ -144,6 +148,7 @@ class ConjugateGradients {
   std::vector<simd::VectorSums> partial_;
   std::vector<double> partial_sums_;
   ErrorEstimate estimate_;
+  ChangeEstimate change_estimate_;  ///< with multigrid
 };
 
 }  // namespace palpate::fem

@@ -117,6 +117,24 @@ double ConjugateGradients::drift(const Run& run) {
   }));
 }
 
+/// Of the direction as it is, by mass.
+double ConjugateGradients::direction_size(const Run& run) {
+  const auto masses = run.system.masses();
+  return std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
+    const simd::Quad& p = direction_[row];
+    return static_cast<double>(masses[row] * (p.x * p.x + p.y * p.y + p.z * p.z));
+  }));
+}
+
+/// Of the preconditioned residual as it is, by mass.
+double ConjugateGradients::preconditioned_size(const Run& run) {
+  const auto masses = run.system.masses();
+  return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
+    const simd::Padded3 z = get(row_preconditioned_, row, 1.0);
+    return static_cast<double>(masses[row]) * dot(z, z);
+  }));
+}
+
 simd::GradientVectors ConjugateGradients::vectors(const Run& run) {
   return {.solution = row_solution_.data(),
           .residual = row_residual_.data(),

@@ -34,50 +34,68 @@ HWY_INLINE SixV zero() {
   return v;
 }
 
-/// s += block x, or s -= block x, of so many columns.
-template <bool subtract, std::size_t columns>
-HWY_INLINE void add_block(SixV& s, const float* block, const float* x) {
-  const Eight d;
-  for (std::size_t k = 0; k < columns; ++k) {
-    const EightV factor = hn::Set(d, x[k]);
-    for (std::size_t p = 0; p < parts; ++p) {
-      const EightV column = hn::Load(d, block + 8 * k + lanes * p);
-      s[p] = subtract ? hn::NegMulAdd(column, factor, s[p]) : hn::MulAdd(column, factor, s[p]);
+/// A sum of products: three parts, so that none waits for itself.
+struct Sums {
+  std::array<SixV, 3> part;
+  HWY_INLINE Sums() {
+    for (SixV& sum : part) sum = zero();
+  }
+
+  /// Adds block x, of so many columns.
+  template <std::size_t columns>
+  HWY_INLINE void add(const float* block, const float* x) {
+    const Eight d;
+    for (std::size_t k = 0; k < columns; ++k) {
+      const EightV factor = hn::Set(d, x[k]);
+      for (std::size_t p = 0; p < parts; ++p)
+        part[k % 3][p] = hn::MulAdd(hn::Load(d, block + 8 * k + lanes * p), factor, part[k % 3][p]);
     }
   }
-}
-
-template <bool subtract>
-HWY_INLINE void add_row(SixV& s, const PaddedRows& a, const Six* x, std::size_t first, std::size_t last) {
-  for (std::size_t k = first; k < last; ++k)
-    add_block<subtract, 6>(s, a.blocks + six_by_six * k, x[a.columns[k]].values.data());
-}
-
-/// The blocks of a row with columns in [low, high).
-template <class Body>
-HWY_INLINE void for_columns(const PaddedRows& a, std::size_t row, std::size_t low, std::size_t high,
-                            Body&& body) {
-  for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
-    const std::size_t column = a.columns[k];
-    if (column >= low && column < high) body(k);
+  [[nodiscard]] HWY_INLINE SixV total() const {
+    SixV sum;
+    for (std::size_t p = 0; p < parts; ++p) sum[p] = hn::Add(hn::Add(part[0][p], part[1][p]), part[2][p]);
+    return sum;
   }
+};
+
+HWY_INLINE SixV row_product(const PaddedRows& a, const Six* x, std::size_t row) {
+  Sums sums;
+  for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
+    sums.add<6>(a.blocks + six_by_six * k, x[a.columns[k]].values.data());
+  return sums.total();
 }
 
-HWY_INLINE void subtract_columns(SixV& s, const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
-                                 std::size_t high) {
+HWY_INLINE SixV sum_of(const SixV& a, const SixV& b) {
+  SixV sum;
+  for (std::size_t p = 0; p < parts; ++p) sum[p] = hn::Add(a[p], b[p]);
+  return sum;
+}
+HWY_INLINE SixV difference_of(const SixV& a, const SixV& b) {
+  SixV difference;
+  for (std::size_t p = 0; p < parts; ++p) difference[p] = hn::Sub(a[p], b[p]);
+  return difference;
+}
+
+/// The product of the blocks of a row with columns in [low, high).
+HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
+                                std::size_t high) {
+  Sums sums;
   for (const PaddedRows* part : {&a.first, &a.second}) {
-    for_columns(*part, row, low, high, [&](std::size_t k) {
-      add_block<true, 6>(s, part->blocks + six_by_six * k, x[part->columns[k]].values.data());
-    });
+    for (std::size_t k = part->begin[row]; k < part->begin[row + 1]; ++k) {
+      const std::size_t column = part->columns[k];
+      if (column >= low && column < high)
+        sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
+    }
   }
+  return sums.total();
 }
 
-HWY_INLINE void relax_row(const SixMatrix& a, const SixV& s, Six* x, std::size_t row) {
-  Six right;
-  store(s, right.values.data());
-  SixV result = zero();
-  add_block<false, 6>(result, a.inverses + six_by_six * row, right.values.data());
-  store(result, x[row].values.data());
+HWY_INLINE void relax_row(const SixMatrix& a, const SixV& right, Six* x, std::size_t row) {
+  Six values;
+  store(right, values.values.data());
+  Sums sums;
+  sums.add<6>(a.inverses + six_by_six * row, values.values.data());
+  store(sums.total(), x[row].values.data());
 }
 
 #endif
@@ -88,64 +106,54 @@ HWY_INLINE void relax_row(const SixMatrix& a, const SixV& s, Six* x, std::size_t
 
 void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
-    SixV s = zero();
+    Sums sums;
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
-      add_block<false, 3>(s, a.blocks + six_by_three * k, &x[a.columns[k]].x);
-    store(s, y[row].values.data());
+      sums.add<3>(a.blocks + six_by_three * k, &x[a.columns[k]].x);
+    store(sums.total(), y[row].values.data());
   }
 }
 
 void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
   const hn::FixedTag<float, 4> d;
   for (std::size_t row = begin; row < end; ++row) {
-    auto s = hn::Zero(d);
+    std::array sums{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
       const float* block = a.blocks + three_by_six * k;
       const Six& v = x[a.columns[k]];
       for (std::size_t c = 0; c < 6; ++c)
-        s = hn::MulAdd(hn::Load(d, block + 4 * c), hn::Set(d, v.values[c]), s);
+        sums[c % 3] = hn::MulAdd(hn::Load(d, block + 4 * c), hn::Set(d, v.values[c]), sums[c % 3]);
     }
-    hn::Store(s, d, &y[row].x);
+    hn::Store(hn::Add(hn::Add(sums[0], sums[1]), sums[2]), d, &y[row].x);
   }
 }
 
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
-  for (std::size_t row = begin; row < end; ++row) {
-    SixV s = zero();
-    add_row<false>(s, a, x, a.begin[row], a.begin[row + 1]);
-    store(s, y[row].values.data());
-  }
+  for (std::size_t row = begin; row < end; ++row) store(row_product(a, x, row), y[row].values.data());
 }
 
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
-  for (std::size_t row = begin; row < end; ++row) {
-    SixV s = load(y[row].values.data());
-    add_row<false>(s, a, x, a.begin[row], a.begin[row + 1]);
-    store(s, y[row].values.data());
-  }
+  for (std::size_t row = begin; row < end; ++row)
+    store(sum_of(load(y[row].values.data()), row_product(a, x, row)), y[row].values.data());
 }
 
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
-    SixV s = load(b[row].values.data());
-    subtract_columns(s, a, x, row, begin, row);
-    relax_row(a, s, x, row);
+    const SixV known = columns_product(a, x, row, begin, row);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
   }
 }
 
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = end; row-- > begin;) {
-    SixV s = load(b[row].values.data());
-    subtract_columns(s, a, x, row, begin, end);
-    relax_row(a, s, x, row);
+    const SixV known = columns_product(a, x, row, begin, end);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
   }
 }
 
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
-    SixV s = zero();
-    subtract_columns(s, a, x, row, row, ~std::size_t{0});
-    store(s, r[row].values.data());
+    const SixV later = columns_product(a, x, row, row, ~std::size_t{0});
+    store(difference_of(zero(), later), r[row].values.data());
   }
 }
 

@@ -16,8 +16,9 @@ const parallel::Threads one_thread(1);
 /// A system with three nodes or more on its first level.
 BlockRows<3, 3> random_matrix(std::vector<Node>& nodes) {
   const Bodies bodies = single_body(irregular_box_mesh({5, 4, 4}, {0.5, 0.4, 0.4}, 0.2));
-  const Elements elements(bodies, std::vector<Material>(1, {5e4, 0.4, 1000.0, 0.0, 0.0}),
-                          std::vector<std::uint8_t>(1, 0));
+  Elements elements(bodies, std::vector<Material>(1, {5e4, 0.4, 1000.0, 0.0, 0.0}),
+                    std::vector<std::uint8_t>(1, 0));
+  elements.update(one_thread, bodies.points_rest());
   const Eigen::MatrixXd k = dense_stiffness(elements, bodies.points_rest().size());
   BlockRows<3, 3> a;
   for (Eigen::Index i = 0; i < k.rows() / 3; ++i) {
