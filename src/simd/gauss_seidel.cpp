@@ -215,7 +215,7 @@ void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotation
                                   hn::MulAdd(f[1], cofactor(f, 0, 1), hn::Mul(f[2], cofactor(f, 0, 2))));
     const auto good = hn::And(hn::Gt(det, hn::Set(d, 0.1F)), hn::Lt(det, hn::Set(d, 10.0F)));
     for (std::size_t k = 0; k < 9; ++k) f[k] = hn::IfThenElse(good, f[k], hn::Set(d, unit[k]));
-    for (int step = 0; step < 3; ++step) polar_step(f);
+    for (int step = 0; step < 8; ++step) polar_step(f);
     for (std::size_t k = 0; k < 9; ++k)
       hn::StoreU(f[k], d, rotations + slot_values * slice + slice_rows * k + lane);
   }

@@ -37,7 +37,7 @@ struct EdgeRows {
   const std::uint32_t* columns;     ///< 16 a slot
   const float* edges;               ///< slice_values a slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
 };
-/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows): those of three
+/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows): those of eight
 /// Higham iterations, which are not exact where a row is strained by more than a tenth or so; none where F is
 /// flat or inverted. \param rotations  slot_values a slice
 void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,

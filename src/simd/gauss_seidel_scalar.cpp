@@ -130,7 +130,7 @@ void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotation
     }
     const float start = determinant(f);
     if (!(start > 0.1F && start < 10.0F)) f = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    for (int step = 0; step < 3; ++step) {
+    for (int step = 0; step < 8; ++step) {
       const float inverse = 0.5F / determinant(f);
       Matrix next{};
       for (std::size_t k = 0; k < 9; ++k) next[k] = inverse * cofactor(f, k / 3, k % 3) + 0.5F * f[k];
