@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t node_grain = 256;
 constexpr std::size_t coupling_grain = 64;
 constexpr std::uint32_t none = 0xffffffffU;
+constexpr int cycles = 2;  // of a level in a solution
 
 Dense<3, 3> whole(const SymmetricMatrix3& a) {
   return {a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz};
@@ -73,6 +74,7 @@ CoarseLevel::CoarseLevel(BlockRows<6, 6> bodies)
   right_side_.resize(count);
   solution_.resize(count);
   residual_.resize(count);
+  change_.resize(count);
   places_.assign(parallel::chunk_count(count, node_grain), std::vector<std::uint32_t>(count, none));
 }
 
@@ -235,17 +237,34 @@ void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel>
     return;
   }
   const simd::SixMatrix a = matrix();
-  CoarseLevel& next = below.front();
   simd::relax_forward(a, right_side_.data(), solution_.data(), 0, size());
+  correct(threads, below, solution_);
+  simd::relax_backward(a, right_side_.data(), solution_.data(), 0, size());
+  for (int cycle = 1; cycle < cycles; ++cycle) {
+    std::ranges::copy(solution_, change_.begin());
+    simd::relax_onward(a, right_side_.data(), solution_.data(), 0, size());
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (std::size_t k = 0; k < 6; ++k)
+        change_[i].values[k] = solution_[i].values[k] - change_[i].values[k];
+    }
+    correct(threads, below, change_);
+    simd::relax_backward(a, right_side_.data(), solution_.data(), 0, size());
+  }
+}
+
+/// Adds what the levels below make of the residual that a forward sweep with this change has left.
+void CoarseLevel::correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
+                          std::span<const simd::Six> change) {
+  const simd::SixMatrix a = matrix();
+  CoarseLevel& next = below.front();
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::residual_above(a, solution_.data(), residual_.data(), begin, end);
+    simd::residual_above(a, change.data(), residual_.data(), begin, end);
   });
   simd::multiply_six(restriction_.rows(), residual_.data(), next.right_side_.data(), 0, next.size());
   next.solve(threads, below.subspan(1));
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::add_six(transfer_.rows(), next.solution_.data(), solution_.data(), begin, end);
   });
-  simd::relax_backward(a, right_side_.data(), solution_.data(), 0, size());
 }
 
 template PaddedBlocks padded(const BlockRows<3, 6>&);

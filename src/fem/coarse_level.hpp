@@ -63,7 +63,7 @@ class CoarseLevel {
 
   /// Takes the couplings over from parts(), hands them on. \param next  nullptr: this is the coarsest.
   void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
-  /// One V-cycle for the solution, from zero.
+  /// Two cycles of Gauss-Seidel and the levels below for the solution, from zero; exact on the coarsest.
   void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);
 
  private:
@@ -79,6 +79,8 @@ class CoarseLevel {
   void hand_on(const parallel::Threads& threads, CouplingParts& next);
   template <class Body>
   void for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body);
+  void correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
+               std::span<const simd::Six> change);
   [[nodiscard]] simd::SixMatrix matrix() const;
 
   BlockRows<6, 6> bodies_;
@@ -97,6 +99,7 @@ class CoarseLevel {
   simd::AlignedVector<simd::Six> right_side_;
   simd::AlignedVector<simd::Six> solution_;
   simd::AlignedVector<simd::Six> residual_;
+  simd::AlignedVector<simd::Six> change_;  ///< scratch
   std::vector<std::uint32_t> most_parts_;  ///< scratch
   CoarsestFactor factor_;
 };

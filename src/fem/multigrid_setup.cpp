@@ -1,5 +1,6 @@
 // The hierarchy, from the bodies at rest.
 #include <algorithm>
+#include <cmath>
 
 #include "fem/matrix.hpp"
 #include "fem/multigrid.hpp"
@@ -10,7 +11,35 @@ namespace {
 
 constexpr std::size_t few_nodes = 40;    // what is factored at once
 constexpr double least_reduction = 0.8;  // of the nodes, by a level more
+constexpr double strong = 0.05;         // connections of coarse nodes, by the blocks on the diagonal
 constexpr std::size_t slice_grain = 16;
+
+double squared_norm(const Dense<6, 6>& block) {
+  double sum = 0.0;
+  for (const double value : block) sum += value * value;
+  return sum;
+}
+
+/// Aggregates of nodes whose connections are strong: smoothed transfers join nodes that are far from each
+/// other, and weakly; with these, aggregates would be too large for the smoother.
+std::vector<Index> aggregate_strong(const BlockRows<6, 6>& a) {
+  std::vector<double> diagonal(a.size(), 0.0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+      if (a.columns[k] == i) diagonal[i] = std::sqrt(squared_norm(a.blocks[k]));
+    }
+  }
+  std::vector<std::uint32_t> begin{0};
+  std::vector<std::uint32_t> columns;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+      const std::uint32_t j = a.columns[k];
+      if (squared_norm(a.blocks[k]) >= strong * strong * diagonal[i] * diagonal[j]) columns.push_back(j);
+    }
+    begin.push_back(static_cast<std::uint32_t>(columns.size()));
+  }
+  return aggregate(begin, columns);
+}
 
 }  // namespace
 
@@ -105,7 +134,7 @@ void Multigrid::build(const parallel::Threads& threads) {
   nodes = std::move(aggregates);
   levels_.emplace_back(coarse);
   while (nodes.size() > few_nodes) {
-    of = aggregate(coarse.begin, coarse.columns);
+    of = aggregate_strong(coarse);
     aggregates = nodes_of(of, nodes);
     if (static_cast<double>(aggregates.size()) > least_reduction * static_cast<double>(nodes.size())) break;
     const BlockRows<6, 6> transfer = least_energy_transfer<6>(threads, coarse, nodes, of, aggregates);

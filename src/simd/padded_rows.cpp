@@ -143,6 +143,13 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
   }
 }
 
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    const SixV known = columns_product(a, x, row, begin, end);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
+  }
+}
+
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = end; row-- > begin;) {
     const SixV known = columns_product(a, x, row, begin, end);
@@ -164,6 +171,7 @@ using scalar::gather_points;
 using scalar::multiply_six;
 using scalar::relax_backward;
 using scalar::relax_forward;
+using scalar::relax_onward;
 using scalar::residual_above;
 using scalar::spread_to_points;
 
@@ -181,6 +189,7 @@ HWY_EXPORT(multiply_six);
 HWY_EXPORT(add_six);
 HWY_EXPORT(relax_forward);
 HWY_EXPORT(relax_backward);
+HWY_EXPORT(relax_onward);
 HWY_EXPORT(residual_above);
 
 void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
@@ -200,6 +209,9 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
 }
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(relax_backward)(a, b, x, begin, end);
+}
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(relax_onward)(a, b, x, begin, end);
 }
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(residual_above)(a, x, r, begin, end);

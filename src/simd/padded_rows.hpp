@@ -43,7 +43,10 @@ struct SixMatrix {
 /// [begin, end) do not count.
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
-/// r = b - A x in rows [begin, end), after relax_forward() of all.
+/// Forward from x.
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+/// r = b - A x in rows [begin, end), after relax_forward() of all; after relax_onward() of all
+/// with the change of x in its place.
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
 
 /// The twins in plain C++.
@@ -54,6 +57,7 @@ void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, 
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
 }  // namespace scalar
 

@@ -70,6 +70,14 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
   }
 }
 
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    Six s = b[row];
+    subtract_columns(s, a, x, row, begin, end);
+    relax_row(a, s, x, row);
+  }
+}
+
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = end; row-- > begin;) {
     Six s = b[row];

@@ -157,7 +157,7 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
   for (std::size_t i = 0; i < 5; ++i)
     points[i] = {c.b[i].values[0], c.b[i].values[1], c.b[i].values[2], 0.0F};
   const auto all = [&](auto&& gather, auto&& spread, auto&& multiply, auto&& add, auto&& forward,
-                       auto&& backward, auto&& residual) {
+                       auto&& backward, auto&& onward, auto&& residual) {
     std::vector<std::vector<float>> results;
     auto y = c.x;
     gather(c.rows(), points.data(), y.data(), 1, 5);
@@ -176,6 +176,8 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
     results.push_back(flat(y));
     backward(c.matrix(), c.b.data(), y.data(), 1, 5);
     results.push_back(flat(y));
+    onward(c.matrix(), c.b.data(), y.data(), 0, 4);
+    results.push_back(flat(y));
     residual(c.matrix(), c.x.data(), y.data(), 1, 4);
     results.push_back(flat(y));
     return results;
@@ -183,10 +185,11 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
   const auto expected =
       all(simd::scalar::gather_points, simd::scalar::spread_to_points, simd::scalar::multiply_six,
           simd::scalar::add_six, simd::scalar::relax_forward, simd::scalar::relax_backward,
-          simd::scalar::residual_above);
+          simd::scalar::relax_onward, simd::scalar::residual_above);
   palpate::test::for_each_simd_target([&](const char* target) {
     const auto found = all(simd::gather_points, simd::spread_to_points, simd::multiply_six, simd::add_six,
-                           simd::relax_forward, simd::relax_backward, simd::residual_above);
+                           simd::relax_forward, simd::relax_backward, simd::relax_onward,
+                           simd::residual_above);
     for (std::size_t k = 0; k < expected.size(); ++k) expect_near(found[k], expected[k], target);
   });
 }
