@@ -165,6 +165,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   }
   if (fixed) flush(run);
   report.converged = reached(goal, report, 1.0);
+  if (report.multigrid) multigrid->count(report.iterations);
   return report;
 }
 

@@ -406,7 +406,9 @@ DynamicsState Dynamics::state() const {
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
           .inverted_steps = inverted_steps_,
-          .stage = stage_};
+          .stage = stage_,
+          .multigrid_reference = multigrid_.reference(),
+          .multigrid_worn = multigrid_.worn()};
 }
 
 void Dynamics::set_state(const DynamicsState& state) {
@@ -414,6 +416,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocities, "velocities");
   check_points(state.velocity_changes, "velocity_changes");
   check_strains(state.plastic_strains);
+  if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
   set_inverted_steps(state.inverted_steps);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
   // Not through set_velocities(): what moves on rails has a velocity that friction feels.
@@ -421,6 +424,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
   stage_ = state.stage;
+  multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
   updated_ = false;
 }
 

@@ -27,6 +27,8 @@ struct DynamicsState {
   std::vector<SymmetricMatrix3> plastic_strains;
   std::vector<Index> inverted_steps;
   Stage stage = Stage::jacobi;  ///< of the automatic preconditioner
+  std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
+  int multigrid_worn = 0;                 ///< Multigrid::worn()
 };
 
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a

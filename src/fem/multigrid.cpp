@@ -10,12 +10,25 @@ namespace {
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t node_grain = 64;
 constexpr std::size_t coupling_grain = 64;
+constexpr int many = 20;       // iterations of a solve with a hierarchy that should be made anew
+constexpr int worn_out = 200;  // iterations of such solves: what it costs to make it
 
 }  // namespace
 
 bool Multigrid::is_current() const {
   return !levels_.empty() && std::ranges::equal(factors_, matrix_->elements().factors()) &&
          std::ranges::equal(diagonal_, matrix_->diagonal());
+}
+
+void Multigrid::count(int iterations) {
+  if (iterations > many) worn_ += iterations;
+}
+
+void Multigrid::set_reference(std::span<const Vec3> reference, int worn) {
+  worn_ = worn;
+  if (std::ranges::equal(reference_, reference)) return;
+  reference_.assign(reference.begin(), reference.end());
+  levels_.clear();
 }
 
 void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> positions) {
@@ -76,6 +89,9 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
 
 void Multigrid::update(const parallel::Threads& threads, const LinearSystem& system,
                        std::span<const Vec3> positions) {
+  if (worn_ >= worn_out && !std::ranges::equal(reference_, positions)) {
+    set_reference(positions, 0);
+  }
   if (!is_current()) build(threads);
   rotate(threads, positions);
   smoother_.front().update(threads, system);

@@ -1,9 +1,10 @@
-// The hierarchy, from the bodies at rest.
+// The hierarchy, from the bodies at rest or at the reference.
 #include <algorithm>
 #include <cmath>
 
 #include "fem/matrix.hpp"
 #include "fem/multigrid.hpp"
+#include "fem/rotation.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -13,6 +14,10 @@ constexpr std::size_t few_nodes = 40;    // what is factored at once
 constexpr double least_reduction = 0.8;  // of the nodes, by a level more
 constexpr double strong = 0.05;         // connections of coarse nodes, by the blocks on the diagonal
 constexpr std::size_t slice_grain = 16;
+
+Matrix3 minus(const Matrix3& a) {
+  return Matrix3{} - a;
+}
 
 double squared_norm(const Dense<6, 6>& block) {
   double sum = 0.0;
@@ -43,8 +48,36 @@ std::vector<Index> aggregate_strong(const BlockRows<6, 6>& a) {
 
 }  // namespace
 
+std::span<const Vec3> Multigrid::reference_positions() const {
+  return reference_.empty() ? matrix_->elements().points_rest() : std::span<const Vec3>(reference_);
+}
+
+/// Of each element from rest to the reference.
+std::vector<Matrix3> Multigrid::element_rotations() const {
+  const auto corners = matrix_->elements().corners();
+  const auto edges = [](std::span<const Vec3> points, const Tet& tet) {
+    const Vec3& first = at(points, tet[0]);
+    return from_rows(at(points, tet[1]) - first, at(points, tet[2]) - first, at(points, tet[3]) - first);
+  };
+  std::vector<Matrix3> rotations(corners.size(), identity());
+  if (reference_.empty()) return rotations;
+  for (std::size_t e = 0; e < corners.size(); ++e) {
+    const Matrix3 to_rest = inverse(edges(matrix_->elements().points_rest(), corners[e]));
+    const Matrix3 now = edges(reference_, corners[e]);
+    Matrix3 f;
+    for (int k = 0; k < 3; ++k) {
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) f(j, i) += to_rest(i, k) * now(k, j);
+      }
+    }
+    rotations[e] = nearest_rotation(f);
+  }
+  return rotations;
+}
+
 /// Rows of the nodes, which are the points that have a row, in the order of rows.
-BlockRows<3, 3> Multigrid::matrix_at_rest() const {
+BlockRows<3, 3> Multigrid::matrix_at_reference() const {
+  const std::vector<Matrix3> rotations = element_rotations();
   const Elements& elements = matrix_->elements();
   const auto row_of = matrix_->row_of_point();
   BlockRows<3, 3> result;
@@ -72,9 +105,9 @@ BlockRows<3, 3> Multigrid::matrix_at_rest() const {
       for (int j = 0; j < 4; ++j) {
         const Index other = at(corners, j);
         if (at(row_of, other) < 0) continue;
-        const Matrix3 stiffness = elements.stiffness_rest(e, own, j);
-        Dense<3, 3>& target = block(other);
-        for (std::size_t k = 0; k < 9; ++k) target[k] += stiffness.values[k];
+        Dense<3, 3> turned{};
+        add_product<3, 3, 3>(turned, at(rotations, e).values, elements.stiffness_rest(e, own, j).values);
+        subtract_product_transposed<3, 3, 3>(block(other), turned, minus(at(rotations, e)).values);
       }
     }
   }
@@ -86,7 +119,7 @@ std::vector<Node> Multigrid::points_as_nodes() const {
   std::vector<Node> nodes;
   for (const std::uint32_t row : rows_) {
     const Index point = matrix_->point_of_row()[row];
-    nodes.push_back({.middle = at(matrix_->elements().points_rest(), point),
+    nodes.push_back({.middle = at(reference_positions(), point),
                      .radius = 0.0,
                      .body = at(bodies, point)});
   }
@@ -118,11 +151,11 @@ void Multigrid::build(const parallel::Threads& threads) {
       node_of_row_[row] = static_cast<std::uint32_t>(rows_.size());
       rows_.push_back(static_cast<std::uint32_t>(row));
     }
-    place_edges();
   }
+  place_edges();
   levels_.clear();
   std::vector<Node> nodes = points_as_nodes();
-  BlockRows<3, 3> a = matrix_at_rest();
+  BlockRows<3, 3> a = matrix_at_reference();
   std::vector<Index> of = aggregate(a.begin, a.columns);
   std::vector<Node> aggregates = nodes_of(of, nodes);
   BlockRows<6, 6> coarse;
@@ -150,7 +183,7 @@ void Multigrid::build(const parallel::Threads& threads) {
 void Multigrid::place_edges() {
   const simd::SlicedRows all = matrix_->rows();
   const auto points = matrix_->point_of_row();
-  const auto rest = matrix_->elements().points_rest();
+  const auto rest = reference_positions();
   edges_.assign(simd::slice_values * all.slot_begin[matrix_->slice_count()], 0.0F);
   for (const std::uint32_t row : rows_) {
     const std::size_t slice = row / simd::slice_rows;

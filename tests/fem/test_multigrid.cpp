@@ -164,6 +164,32 @@ TEST(Multigrid, IsSymmetricAndPositiveAndNearTheInverse) {
   EXPECT_LT(values.maxCoeff(), 1.5);
 }
 
+/// Solves that take many iterations have it made anew at the positions of the next; from its reference it is
+/// made again with the same bits.
+TEST(Multigrid, IsMadeAnewWhereItIsWornAndAgainFromItsReference) {
+  System s(1);
+  const auto positions = noisy(s.bodies, 0.02, 20);
+  const auto r = floats_by_row(s, s.random_free_vector(8));
+  const auto result = [&](Multigrid& multigrid) {
+    std::vector<float> z(r.size());
+    multigrid.update(s.threads, s.system, positions);
+    multigrid.apply(s.threads, s.system, r, z);
+    return z;
+  };
+  Multigrid multigrid(s.matrix);
+  const auto at_rest = result(multigrid);
+  for (int solve = 0; solve < 100; ++solve) multigrid.count(20);
+  EXPECT_EQ(result(multigrid), at_rest) << "no solve took too many";
+  for (int solve = 0; solve < 4; ++solve) multigrid.count(60);
+  const auto anew = result(multigrid);
+  EXPECT_NE(anew, at_rest);
+  EXPECT_EQ(multigrid.reference(), positions);
+  EXPECT_EQ(multigrid.worn(), 0);
+  Multigrid resumed(s.matrix);
+  resumed.set_reference(multigrid.reference(), multigrid.worn());
+  EXPECT_EQ(result(resumed), anew);
+}
+
 /// What it makes of a body that is only turned is turned with it.
 TEST(Multigrid, TurnsWithTheBody) {
   std::mt19937_64 random(5);
