@@ -84,14 +84,14 @@ class CoarseLevel {
   [[nodiscard]] simd::SixMatrix matrix() const;
 
   BlockRows<6, 6> bodies_;
-  PaddedBlocks beside_;           ///< of the bodies, without the diagonal
-  PaddedBlocks transfer_;         ///< from the next level
-  PaddedBlocks restriction_;      ///< to the next level
+  PaddedBlocks beside_;       ///< of the bodies, without the diagonal
+  PaddedBlocks transfer_;     ///< from the next level
+  PaddedBlocks restriction_;  ///< to the next level
   CouplingParts parts_;
   std::vector<std::uint32_t> entry_begin_;  ///< (n_nodes + 1)
   std::vector<std::uint32_t> next_entry_;   ///< scratch
   std::vector<Entry> entries_;
-  BlockRows<6, 6> coupled_;       ///< of the couplings, with the diagonal
+  BlockRows<6, 6> coupled_;  ///< of the couplings, with the diagonal
   PaddedBlocks coupled_beside_;
   std::vector<std::vector<std::uint32_t>> places_;  ///< of each chunk, by node: scratch
   std::vector<std::uint8_t> changed_;               ///< the diagonal is other than that of the bodies

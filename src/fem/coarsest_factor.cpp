@@ -77,8 +77,7 @@ void CoarsestFactor::update(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>
 void CoarsestFactor::solve(std::span<const simd::Six> b, std::span<simd::Six> x) {
   resize_with_room(vector_, order_.size());
   for (std::size_t row = 0; row < order_.size(); ++row) {
-    for (std::size_t k = 0; k < 6; ++k)
-      vector_[row][k] = static_cast<double>(at(b, order_[row]).values[k]);
+    for (std::size_t k = 0; k < 6; ++k) vector_[row][k] = static_cast<double>(at(b, order_[row]).values[k]);
   }
   factor_.solve(vector_);
   for (std::size_t row = 0; row < order_.size(); ++row) {

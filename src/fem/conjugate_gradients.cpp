@@ -124,7 +124,8 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   while (true) {
     judge(run, report);
     const bool fresh = run.iterations_since == 0;
-    const bool enough = fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
+    const bool enough =
+        fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
     const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_share);
     const bool ends = done || broken || report.iterations >= most || run.sums.residual == 0.0;
     const bool is_worn = !fresh && run.scale * std::sqrt(run.sums.residual) <= worn * run.largest;

@@ -79,8 +79,8 @@ class ConjugateGradients {
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});
-  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve with
-  /// that costs, an iteration and the update about six products each.
+  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve
+  /// with that costs, an iteration and the update about six products each.
   static constexpr int patience = 40;
 
  private:

@@ -11,7 +11,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr double long_ago = 1e-4;
-constexpr std::size_t few = 2;     // the same, with multigrid
+constexpr std::size_t few = 2;  // the same, with multigrid
 constexpr std::size_t usual_iterations = 1024;
 constexpr std::size_t enough = 4;  // iterations before there is an estimate
 

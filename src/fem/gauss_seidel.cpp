@@ -23,7 +23,8 @@ GaussSeidel::GaussSeidel(const BlockMatrix& matrix)
       inverses_(diagonal_.size()) {
   const auto colors = matrix.slices_of_color();
   for (std::size_t color = 0; color < colors.size(); ++color) {
-    for (const std::uint32_t slice : colors[color]) color_of_slice_[slice] = static_cast<std::uint32_t>(color);
+    for (const std::uint32_t slice : colors[color])
+      color_of_slice_[slice] = static_cast<std::uint32_t>(color);
   }
 }
 
@@ -63,8 +64,8 @@ void GaussSeidel::bound_couplings(const LinearSystem& system) {
         if (color_of_slice_[row / simd::slice_rows] != color_of_slice_[slice_of(term.rows[j])]) continue;
         const auto& w = term.weights;
         const std::array entries{w[0], w[5], w[10], w[1], w[2], w[6]};
-        float* place = diagonal_.data() + simd::slice_symmetric * (row / simd::slice_rows) +
-                       row % simd::slice_rows;
+        float* place =
+            diagonal_.data() + simd::slice_symmetric * (row / simd::slice_rows) + row % simd::slice_rows;
         for (std::size_t k = 0; k < 6; ++k) place[simd::slice_rows * k] += product * entries[k];
       }
     }

@@ -130,9 +130,9 @@ double ConjugateGradients::direction_size(const Run& run) {
 double ConjugateGradients::preconditioned_size(const Run& run) {
   const auto masses = run.system.masses();
   return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
-    const simd::Padded3 z = get(row_preconditioned_, row, 1.0);
-    return static_cast<double>(masses[row]) * dot(z, z);
-  }));
+           const simd::Padded3 z = get(row_preconditioned_, row, 1.0);
+           return static_cast<double>(masses[row]) * dot(z, z);
+         }));
 }
 
 simd::GradientVectors ConjugateGradients::vectors(const Run& run) {

@@ -116,11 +116,10 @@ double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, 
     simd::turned_residual(rows, r.data(), vector_.data(), turned_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
-  parallel::for_chunks(threads, coarse.size(), node_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::gather_points(restriction_.rows(), turned_.data(), coarse.right_side().data(),
-                                             begin, end);
-                       });
+  parallel::for_chunks(
+      threads, coarse.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::gather_points(restriction_.rows(), turned_.data(), coarse.right_side().data(), begin, end);
+      });
   coarse.solve(threads, std::span(levels_).subspan(1));
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
     simd::spread_to_points(transfer_.rows(), coarse.solution().data(), turned_.data(),

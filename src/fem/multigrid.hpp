@@ -66,15 +66,15 @@ class Multigrid {
   const BlockMatrix* matrix_;
   std::vector<Vec3> reference_;
   int worn_ = 0;
-  std::vector<double> factors_;         ///< of the elements, when it was made
-  std::vector<double> diagonal_;        ///< the same of the points
-  std::vector<std::uint32_t> rows_;     ///< that have a point: the nodes of the finest level
+  std::vector<double> factors_;      ///< of the elements, when it was made
+  std::vector<double> diagonal_;     ///< the same of the points
+  std::vector<std::uint32_t> rows_;  ///< that have a point: the nodes of the finest level
   std::vector<std::uint32_t> node_of_row_;
-  PaddedBlocks transfer_;               ///< by row
-  PaddedBlocks restriction_;            ///< columns are rows
+  PaddedBlocks transfer_;     ///< by row
+  PaddedBlocks restriction_;  ///< columns are rows
   std::vector<CoarseLevel> levels_;
-  std::vector<GaussSeidel> smoother_;   ///< one, once it is made
-  simd::AlignedVector<float> edges_;    ///< simd::EdgeRows
+  std::vector<GaussSeidel> smoother_;  ///< one, once it is made
+  simd::AlignedVector<float> edges_;   ///< simd::EdgeRows
   simd::AlignedVector<float> rotations_;
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t few_nodes = 40;    // what is factored at once
 constexpr double least_reduction = 0.8;  // of the nodes, by a level more
-constexpr double strong = 0.05;         // connections of coarse nodes, by the blocks on the diagonal
+constexpr double strong = 0.05;          // connections of coarse nodes, by the blocks on the diagonal
 constexpr std::size_t slice_grain = 16;
 
 Matrix3 minus(const Matrix3& a) {
@@ -119,9 +119,7 @@ std::vector<Node> Multigrid::points_as_nodes() const {
   std::vector<Node> nodes;
   for (const std::uint32_t row : rows_) {
     const Index point = matrix_->point_of_row()[row];
-    nodes.push_back({.middle = at(reference_positions(), point),
-                     .radius = 0.0,
-                     .body = at(bodies, point)});
+    nodes.push_back({.middle = at(reference_positions(), point), .radius = 0.0, .body = at(bodies, point)});
   }
   return nodes;
 }

@@ -41,7 +41,8 @@ template <std::size_t N>
 Dense<N, 6> rigid_motion(const Node& part, const Node& whole);
 
 /// Aggregate of each node: those next to a node of which none has an aggregate yet, then what is left joins
-/// its neighbours. All connections count alike. \param order  of the nodes, ascending where empty. O(pattern).
+/// its neighbours. All connections count alike. \param order  of the nodes, ascending where empty.
+/// O(pattern).
 std::vector<Index> aggregate(std::span<const std::uint32_t> begin, std::span<const std::uint32_t> columns);
 
 /// What the aggregates are as nodes.

@@ -110,7 +110,8 @@ double store_slices(const Quad* z, const float* r, float* values, std::size_t be
 
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) scalar::coupling_products(couplings, x, products, list[i], list[i] + 1);
+  for (std::size_t i = 0; i < count; ++i)
+    scalar::coupling_products(couplings, x, products, list[i], list[i] + 1);
 }
 
 void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,

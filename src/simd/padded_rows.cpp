@@ -83,8 +83,7 @@ HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t ro
   for (const PaddedRows* part : {&a.first, &a.second}) {
     for (std::size_t k = part->begin[row]; k < part->begin[row + 1]; ++k) {
       const std::size_t column = part->columns[k];
-      if (column >= low && column < high)
-        sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
+      if (column >= low && column < high) sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
     }
   }
   return sums.total();

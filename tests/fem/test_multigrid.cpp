@@ -94,8 +94,7 @@ TEST(Transfer, GalerkinProductEqualsTheDenseOne) {
   const Eigen::MatrixXd p = dense(transfer, aggregates.size());
   const Eigen::MatrixXd expected = p.transpose() * dense(a, a.size()) * p;
   for (const int threads : {1, 3}) {
-    const BlockRows<6, 6> coarse =
-        galerkin<3>(parallel::Threads(threads), a, transfer, aggregates.size());
+    const BlockRows<6, 6> coarse = galerkin<3>(parallel::Threads(threads), a, transfer, aggregates.size());
     EXPECT_LT((dense(coarse, aggregates.size()) - expected).norm(), 1e-13 * expected.norm());
   }
 }
@@ -157,9 +156,9 @@ TEST(Multigrid, IsSymmetricAndPositiveAndNearTheInverse) {
   const Eigen::LLT<Eigen::MatrixXd> factor(a);
   ASSERT_EQ(factor.info(), Eigen::Success);
   const Eigen::MatrixXd l = factor.matrixL();
-  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l.transpose() * whole * l,
-                                                                                 Eigen::EigenvaluesOnly)
-                                     .eigenvalues();
+  const Eigen::VectorXd values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l.transpose() * whole * l, Eigen::EigenvaluesOnly)
+          .eigenvalues();
   EXPECT_GT(values.minCoeff(), 0.02);
   EXPECT_LT(values.maxCoeff(), 1.5);
 }

@@ -187,9 +187,9 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
           simd::scalar::add_six, simd::scalar::relax_forward, simd::scalar::relax_backward,
           simd::scalar::relax_onward, simd::scalar::residual_above);
   palpate::test::for_each_simd_target([&](const char* target) {
-    const auto found = all(simd::gather_points, simd::spread_to_points, simd::multiply_six, simd::add_six,
-                           simd::relax_forward, simd::relax_backward, simd::relax_onward,
-                           simd::residual_above);
+    const auto found =
+        all(simd::gather_points, simd::spread_to_points, simd::multiply_six, simd::add_six,
+            simd::relax_forward, simd::relax_backward, simd::relax_onward, simd::residual_above);
     for (std::size_t k = 0; k < expected.size(); ++k) expect_near(found[k], expected[k], target);
   });
 }
