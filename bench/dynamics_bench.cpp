@@ -132,9 +132,9 @@ Json measure(const Body& c) {
   std::vector<double> eigen_update;
   std::vector<double> eigen_solve;
   std::vector<double> our_update;
-  std::array<std::vector<double>, 4> our_solve;
-  std::array<double, 4> our_error{};
-  std::array<int, 4> our_iterations{};
+  std::array<std::vector<double>, 3> our_solve;
+  std::array<double, 3> our_error{};
+  std::array<int, 3> our_iterations{};
   std::vector<double> product;
   const simd::AlignedVector<simd::Quad> product_x(ours.matrix.row_count(), {1.0F, 2.0F, 3.0F, 0.0F});
   simd::AlignedVector<float> product_y(3 * product_x.size());
@@ -156,7 +156,7 @@ Json measure(const Body& c) {
       const EigenRun cholesky = calibrated<Incomplete>(eigen, exact);
       incomplete = cholesky.time < diagonal.time && cholesky.error <= goal;
       tolerance = incomplete ? cholesky.tolerance : diagonal.tolerance;
-      for (int k = 0; k < 4; ++k) ours.solve(static_cast<Preconditioner>(k), goal, positions);
+      for (int k = 0; k < 3; ++k) ours.solve(static_cast<Preconditioner>(k), goal, positions);
       continue;
     }
     eigen_update.push_back(eigen_time);
@@ -166,7 +166,7 @@ Json measure(const Body& c) {
     eigen_solve.push_back(run.time);
     eigen_error = std::max(eigen_error, run.error);
     iterations = run.iterations;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       our_solve[k].push_back(milliseconds([&] {
         our_iterations[k] = ours.solve(static_cast<Preconditioner>(k), goal, positions).iterations;
       }));
@@ -196,7 +196,7 @@ Json measure(const Body& c) {
               {"bytes", bytes},
               {"GB_per_s", static_cast<double>(bytes) / median(product) * 1e-6},
               {"read_GB_per_s", read_bandwidth(bytes)}}}};
-  for (std::size_t k = 0; k < 4; ++k) {
+  for (std::size_t k = 0; k < 3; ++k) {
     json["solve"][std::string(preconditioner_names[k])] = {
         {"ms", median(our_solve[k])}, {"iterations", our_iterations[k]}, {"largest_error", our_error[k]}};
     if (!(our_error[k] <= 2.0 * goal)) {

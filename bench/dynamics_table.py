@@ -8,7 +8,7 @@ In MARKDOWN the text between the two marks 'dynamics table' is replaced.
 
 import page
 
-PRECONDITIONERS = ("jacobi", "two-level", "factor", "auto")
+PRECONDITIONERS = ("jacobi", "multigrid", "auto")
 
 
 def update_rows(cases):

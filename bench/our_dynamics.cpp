@@ -15,8 +15,7 @@ OurDynamics::OurDynamics(const Bodies& bodies, const Material& material,
                std::vector<std::uint8_t>(static_cast<std::size_t>(bodies.body_count()), 0)),
       matrix(elements, free),
       system(matrix, couplings, free),
-      coarse(bodies, free),
-      factor(matrix),
+      multigrid(matrix),
       right_side(free.size()),
       solution(free.size()) {
   const double share = time_step * (material.stiffness_damping + time_step);
@@ -47,7 +46,7 @@ fem::SolveReport OurDynamics::solve(Preconditioner preconditioner, double goal,
                                                 .of_solution = true,
                                                 .preconditioner = preconditioner,
                                                 .stage = stage},
-                                               &coarse, positions, &factor);
+                                               &multigrid, positions);
   if (preconditioner == Preconditioner::automatic) stage = report.stage;
   return report;
 }

@@ -30,9 +30,8 @@ struct OurDynamics {
   fem::BlockMatrix matrix;
   fem::CouplingSystem couplings;
   fem::LinearSystem system;
-  fem::CoarseSpace coarse;
-  fem::RestFactor factor;
-  fem::Stage stage = fem::Stage::start;
+  fem::Multigrid multigrid;
+  fem::Stage stage = fem::Stage::jacobi;
   fem::ConjugateGradients solver;
   std::vector<simd::Padded3> right_side;
   std::vector<simd::Padded3> solution;

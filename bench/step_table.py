@@ -8,7 +8,7 @@ In MARKDOWN the text between the two marks 'step table' is replaced.
 
 import page
 
-PRECONDITIONERS = ("auto", "jacobi", "two-level", "factor")
+PRECONDITIONERS = ("auto", "jacobi", "multigrid")
 
 
 def rows(cases):

@@ -155,7 +155,7 @@ std::size_t dynamics(const CountTask& task) {
   const simd::AlignedVector<float> r(3 * x.size(), 1.0F);
   simd::AlignedVector<float> y(3 * x.size());
   ours.update(threads, deformed(rest, 0));
-  ours.solve(Preconditioner::factor, 1e-3, deformed(rest, 0));  // makes preconditioner and factor
+  ours.solve(Preconditioner::multigrid, 1e-3, deformed(rest, 0));  // makes preconditioner and hierarchy
   CALLGRIND_START_INSTRUMENTATION;
   std::size_t units = 0;
   for (std::uint32_t f = 1; f <= task.frames; ++f) {
@@ -177,7 +177,7 @@ std::size_t dynamics(const CountTask& task) {
       count([&] { ours.solver.solve(threads, ours.system, ours.right_side, ours.solution, goal); });
       units += points * iterations;
     } else {
-      count([&] { ours.factor.apply(threads, r, y); });
+      count([&] { ours.multigrid.apply(threads, ours.system, r, y); });
       units += points;
     }
   }

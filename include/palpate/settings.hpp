@@ -41,16 +41,12 @@ enum class CellSizeRule {
 /// A rule, or the length itself (> 0).
 using CellSize = std::variant<CellSizeRule, double>;
 
-/// What speeds up the conjugate gradients of a step. Where they end depends on it by no more than the
+/// Preconditioner of the conjugate gradients of a step. Affects convergence only: results agree within the
 /// tolerance.
 enum class Preconditioner {
-  automatic,  ///< block Jacobi; once a solve takes many iterations a factor, and where that does not help two
-              ///< levels
+  automatic,  ///< block Jacobi while solves take few iterations, else multigrid; by counts, never by time
   jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
-  two_level,  ///< and the rigid motions of parts of bodies: for stiff or slender bodies, stacks, large meshes
-  /// The Cholesky factor of bodies at rest, turned with their points; those in contact as jacobi has them.
-  /// Where it would be too large: two levels.
-  factor,
+  multigrid,  ///< smoothed aggregation: for stiff or slender bodies, contacts, bad elements, large meshes
 };
 /// What the tolerance of a solve is of.
 enum class ToleranceOf {
@@ -65,8 +61,7 @@ enum class ToleranceOf {
 };
 
 /// The names that scenes and command lines use; index = enum value.
-inline constexpr std::array<std::string_view, 4> preconditioner_names{"auto", "jacobi", "two-level",
-                                                                      "factor"};
+inline constexpr std::array<std::string_view, 3> preconditioner_names{"auto", "jacobi", "multigrid"};
 inline constexpr std::array<std::string_view, 2> tolerance_of_names{"residual", "solution"};
 inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
                                                                  "brute"};

@@ -75,19 +75,60 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
   slot_of_column_.assign(columns_.size(), no_slot);
 }
 
+/// Greedy colours along the curve: no two points of an element have the same.
+std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
+  std::vector<int> color(diagonal_.size(), -1);
+  std::vector<std::size_t> taken_by;  // of each colour: the last point that could not have it
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    for (const std::uint32_t other : columns(points[k])) {
+      const int used = color[other];
+      if (used >= 0) at(taken_by, used) = k + 1;
+    }
+    const auto least = std::ranges::find_if(taken_by, [&](std::size_t last) { return last != k + 1; });
+    at(color, points[k]) = static_cast<int>(least - taken_by.begin());
+    if (least == taken_by.end()) taken_by.push_back(0);
+  }
+  slices_of_color_.assign(taken_by.size(), {});
+  return color;
+}
+
 void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
-  point_of_row_ = points_along_curve(elements_->points_rest(), body_of_point(), free);
-  // A window is what a slice may take its rows from: some slices, so that what is near in space stays so.
-  constexpr std::size_t window = 16 * simd::slice_rows;
-  const auto more_blocks = [&](Index a, Index b) { return columns(a).size() > columns(b).size(); };
-  for (std::size_t first = 0; first < point_of_row_.size(); first += window) {
-    const auto begin = point_of_row_.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::size_t last = std::min(first + window, point_of_row_.size());
-    std::stable_sort(begin, point_of_row_.begin() + static_cast<std::ptrdiff_t>(last), more_blocks);
+  const std::vector<Index> points = points_along_curve(elements_->points_rest(), body_of_point(), free);
+  const std::vector<int> color = color_points(points);
+  // A window is what a slice may take its rows from: large enough for whole slices of each colour, small
+  // enough that what is near in space stays so.
+  constexpr std::size_t window = 4096;
+  const auto before = [&](Index a, Index b) {
+    const int color_a = at(color, a);
+    const int color_b = at(color, b);
+    return color_a != color_b ? color_a < color_b : columns(a).size() > columns(b).size();
+  };
+  std::vector<Index> sorted;
+  for (std::size_t first = 0; first < points.size(); first += window) {
+    const std::size_t last = std::min(first + window, points.size());
+    sorted.assign(points.begin() + static_cast<std::ptrdiff_t>(first),
+                  points.begin() + static_cast<std::ptrdiff_t>(last));
+    std::ranges::stable_sort(sorted, before);
+    int current = -1;
+    for (const Index point : sorted) {
+      if (at(color, point) != current) pad_slice();
+      current = at(color, point);
+      if (point_of_row_.size() % simd::slice_rows == 0) {
+        at(slices_of_color_, current)
+            .push_back(static_cast<std::uint32_t>(point_of_row_.size() / simd::slice_rows));
+      }
+      point_of_row_.push_back(point);
+    }
+    pad_slice();
   }
   row_of_point_.assign(free.size(), -1);
-  for (std::size_t row = 0; row < point_of_row_.size(); ++row)
-    at(row_of_point_, point_of_row_[row]) = static_cast<Index>(row);
+  for (std::size_t row = 0; row < point_of_row_.size(); ++row) {
+    if (point_of_row_[row] >= 0) at(row_of_point_, point_of_row_[row]) = static_cast<Index>(row);
+  }
+}
+
+void BlockMatrix::pad_slice() {
+  while (point_of_row_.size() % simd::slice_rows != 0) point_of_row_.push_back(-1);
 }
 
 /// Slots and terms of a slice. The blocks of a row go by the number of their terms, so that those of a slot
@@ -101,8 +142,8 @@ void BlockMatrix::build_slice(std::size_t slice) {
   std::size_t slots = 0;
   for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
     const std::size_t row = simd::slice_rows * slice + lane;
-    if (row >= point_of_row_.size()) continue;
-    const Index point = point_of_row_[row];
+    const Index point = row < point_of_row_.size() ? point_of_row_[row] : -1;
+    if (point < 0) continue;
     for (std::uint32_t place = at(column_begin_, point); place < at(column_begin_, point + 1); ++place) {
       if (columns_[place] != static_cast<std::uint32_t>(point)) lanes[lane].push_back({place, {}});
     }
@@ -168,7 +209,7 @@ bool BlockMatrix::has_mixed_bodies() const {
 void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const double> diagonal) {
   std::copy(diagonal.begin(), diagonal.end(), diagonal_.begin());
   for (std::size_t row = 0; row < point_of_row_.size(); ++row)
-    masses_[row] = static_cast<float>(at(diagonal, point_of_row_[row]));
+    masses_[row] = point_of_row_[row] < 0 ? 0.0F : static_cast<float>(at(diagonal, point_of_row_[row]));
   const simd::SlicedAssembly rows{.slot_begin = slot_begin_.data(),
                                   .term_begin = term_begin_.data(),
                                   .terms = terms_.data(),

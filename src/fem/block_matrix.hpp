@@ -19,8 +19,10 @@ namespace palpate::fem {
 /// LinearSystem::multiply_exactly().
 ///
 /// Rows have an order of their own: along a Z-curve through the rest positions of each body, so that what is
-/// near in space is near in memory, and within windows by the number of their blocks, so that the slices of
-/// 16 rows (simd/sliced_rows.hpp) have little to fill up. Assembly gathers: each block adds up its own terms,
+/// near in space is near in memory, and within windows by colour and by the number of their blocks, so that
+/// the slices of 16 rows (simd/sliced_rows.hpp) have little to fill up. No two points of an element have the
+/// same colour, and a slice has rows of one colour: a smoother can do them at once. Rows that fill up a slice
+/// have no point. Assembly gathers: each block adds up its own terms,
 /// elements ascending, so that no two threads write one block and the bits do not depend on the thread count.
 class BlockMatrix {
  public:
@@ -49,7 +51,11 @@ class BlockMatrix {
   [[nodiscard]] std::size_t row_count() const { return simd::slice_rows * slice_count(); }
   [[nodiscard]] std::size_t slice_count() const { return slot_begin_.size() - 1; }
   [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: none
-  [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< of those that are
+  [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< -1: fills up
+  /// Slices of each colour, ascending. The last slice is of none: its rows are zero.
+  [[nodiscard]] std::span<const std::vector<std::uint32_t>> slices_of_color() const {
+    return slices_of_color_;
+  }
   [[nodiscard]] std::vector<Index> body_of_point() const;  ///< (n_points), 0 without an element
   /// What products read.
   [[nodiscard]] simd::SlicedRows rows() const;
@@ -67,7 +73,9 @@ class BlockMatrix {
   };
   void gather_corners();
   void list_columns(std::span<const std::uint8_t> free);
+  std::vector<int> color_points(std::span<const Index> points);
   void order_rows(std::span<const std::uint8_t> free);
+  void pad_slice();
   void build_slice(std::size_t slice);
   [[nodiscard]] bool has_mixed_bodies() const;
 
@@ -79,6 +87,7 @@ class BlockMatrix {
   std::vector<std::uint32_t> slot_of_column_;    ///< as columns_; no_slot on the diagonal
   std::vector<Index> row_of_point_;
   std::vector<Index> point_of_row_;
+  std::vector<std::vector<std::uint32_t>> slices_of_color_;
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)

@@ -12,16 +12,6 @@ constexpr double estimated_share = 0.9;
 constexpr double drift_share = 0.1;
 /// A float residual that has become so much smaller has little left that is true.
 constexpr double worn = 1e-5;
-/// Iterations with the factor before there is an estimate: each lowers the error so much that two tell
-/// enough.
-constexpr std::size_t few = 2;
-
-/// Iterations with the factor after which it does not help.
-int most_of_factor(int patience) {
-  constexpr int least = 30;
-  return std::max(least, patience);
-}
-
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -31,9 +21,16 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 /// How far the iterations are by their own account.
 void ConjugateGradients::judge(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
-  const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate_.error());
+  double estimate = report.multigrid ? change_estimate_.error() : estimate_.error();
+  if (report.multigrid && run.iterations_since == 0) estimate = change_estimate_.before(run.next_change);
+  const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate);
   report.relative_residual = residual / run.residual_unit();
   report.relative_error = error / run.solution_unit();
+}
+
+void ConjugateGradients::clear_estimates() {
+  estimate_.clear();
+  change_estimate_.clear();
 }
 
 bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double share) {
@@ -64,102 +61,71 @@ double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   run.sums = advance(run, 0.0);
   precondition(run, report);
   run.iterations_since = 0;
+  if (report.multigrid) run.next_change = preconditioned_size(run);
   const double now = run.scale * run.scale * run.sums.preconditioned;
   return run.direction_holds && run.last_preconditioned > 0.0 ? now / run.last_preconditioned : 0.0;
 }
 
-/// Makes of the residual preconditioned by block Jacobi what else there is.
+/// In place of the residual preconditioned by block Jacobi, that by multigrid.
 void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
-  if (report.factor)
-    run.sums.preconditioned = run.factor->apply(run.threads, row_residual_, row_preconditioned_);
-  if (report.two_level)
-    run.sums.preconditioned += run.coarse->correct(run.threads, row_residual_, row_preconditioned_);
+  if (report.multigrid)
+    run.sums.preconditioned =
+        run.multigrid->apply(run.threads, run.system, row_residual_, row_preconditioned_);
 }
 
 /// What the solve begins with, and when it changes.
 void ConjugateGradients::choose(Run& run, SolveReport& report) {
-  constexpr int never = std::numeric_limits<int>::max();
-  const auto factor_patience = [&]() -> std::optional<int> {
-    return run.factor != nullptr ? run.factor->patience() : std::nullopt;
-  };
-  run.change_at = never;
+  run.change_at = std::numeric_limits<int>::max();
   report.stage = run.goal.stage;
-  if (run.coarse == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
-  if (run.goal.preconditioner == Preconditioner::two_level) report.stage = Stage::two_level;
-  if (run.goal.preconditioner == Preconditioner::factor) report.stage = Stage::factor;
-  const bool may_factor = report.stage <= Stage::factor && factor_patience().has_value();
-  if (!may_factor && report.stage == Stage::factor) report.stage = Stage::two_level;
-  if (!may_factor && report.stage == Stage::start) report.stage = Stage::jacobi;
-  const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
-  switch (report.stage) {
-    case Stage::start:
-      run.change_at = *factor_patience();
-      break;
-    case Stage::factor:
-      run.factor->update(run.threads, run.system.couplings(), run.positions);
-      report.factor = true;
-      if (automatic) run.change_at = most_of_factor(*factor_patience());
-      break;
-    case Stage::jacobi:
-      run.change_at = patience(*run.coarse);
-      break;
-    case Stage::two_level:
-      run.system.update_coarse(run.threads, *run.coarse, run.positions);
-      report.two_level = true;
-      break;
+  if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
+  if (run.goal.preconditioner == Preconditioner::multigrid) report.stage = Stage::multigrid;
+  if (report.stage == Stage::multigrid) {
+    run.multigrid->update(run.threads, run.system, run.positions);
+    report.multigrid = true;
+  } else {
+    run.change_at = patience;
   }
 }
 
-/// The next preconditioner of automatic.
+/// To multigrid, in the course of a solve.
 void ConjugateGradients::change(Run& run, SolveReport& report) {
-  if (report.stage == Stage::start) {
-    run.factor->update(run.threads, run.system.couplings(), run.positions);
-    run.change_at = report.iterations + most_of_factor(*run.factor->patience());
-    report.factor = true;
-    report.stage = Stage::factor;
-  } else {
-    run.system.update_coarse(run.threads, *run.coarse, run.positions);
-    run.change_at = std::numeric_limits<int>::max();
-    report.factor = false;
-    report.two_level = true;
-    report.stage = report.stage == Stage::factor ? Stage::jacobi : Stage::two_level;
-  }
+  run.multigrid->update(run.threads, run.system, run.positions);
+  run.change_at = std::numeric_limits<int>::max();
+  report.multigrid = true;
+  report.stage = Stage::multigrid;
   run.sums = advance(run, 0.0);
   precondition(run, report);
-  run.looks_ahead = report.factor && run.system.couplings().size() == 0;
-  estimate_.clear(run.looks_ahead ? few : 4);
+  clear_estimates();
 }
 
 SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSystem& system,
                                       std::span<const simd::Padded3> b, std::span<simd::Padded3> x,
-                                      const SolveGoal& goal, CoarseSpace* coarse,
-                                      std::span<const Vec3> positions, RestFactor* factor) {
+                                      const SolveGoal& goal, Multigrid* multigrid,
+                                      std::span<const Vec3> positions) {
   resize(system);
   Run run{.threads = threads,
           .system = system,
           .b = b,
           .x = x,
           .goal = goal,
-          .coarse = coarse,
-          .factor = factor,
+          .multigrid = multigrid,
           .positions = positions};
   run.size_b = start(run);
   if (run.size_b == 0.0) return {.stage = goal.stage, .converged = true};
   load(run);
   run.sums = advance(run, 0.0);
-  estimate_.clear();
+  clear_estimates();
   SolveReport report{.stage = goal.stage};
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   double turned = 0.0;
-  double last_step = 0.0;
   bool broken = false;
   bool begun = false;
   while (true) {
     judge(run, report);
     const bool fresh = run.iterations_since == 0;
-    const bool enough = fresh ? report.iterations == 0 || run.looks_ahead || run.bounded(report)
-                              : run.looks_ahead || run.iterations_since >= 2;
+    const bool enough =
+        fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
     const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_share);
     const bool ends = done || broken || report.iterations >= most || run.sums.residual == 0.0;
     const bool is_worn = !fresh && run.scale * std::sqrt(run.sums.residual) <= worn * run.largest;
@@ -170,18 +136,15 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
       run.exact_products = run.exact_products || broken;
       broken = false;
       turned = replace(run, report);
-      if (run.looks_ahead) estimate_.look_ahead(last_step * run.scale * run.scale * run.sums.preconditioned);
       continue;
     }
     if (!begun) {  // only here, as a good guess needs no preconditioner
       choose(run, report);
       precondition(run, report);
-      run.looks_ahead = report.factor && system.couplings().size() == 0;
-      if (run.looks_ahead) estimate_.clear(few);
       begun = true;
     } else if (report.iterations >= run.change_at) {
       change(run, report);
-      turned = 0.0;  // the directions so far are conjugate in vain
+      turned = 0.0;  // restart: the preconditioner changed
     }
     turn(run, turned);
     const double curvature = multiply(run);
@@ -192,18 +155,18 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
       if (fixed) break;
       continue;
     }
-    last_step = step;
     run.last_preconditioned = run.scale * run.scale * before;
     estimate_.add(step * run.last_preconditioned);
+    if (report.multigrid) change_estimate_.add(run.scale * step * direction_size(run));
     run.sums = advance(run, step);
     precondition(run, report);
-    if (run.looks_ahead) estimate_.look_ahead(step * run.scale * run.scale * run.sums.preconditioned);
     turned = run.sums.preconditioned / before;
     ++report.iterations;
     ++run.iterations_since;
   }
   if (fixed) flush(run);
   report.converged = reached(goal, report, 1.0);
+  if (report.multigrid) multigrid->count(report.iterations);
   return report;
 }
 

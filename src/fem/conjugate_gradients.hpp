@@ -7,21 +7,17 @@
 
 #include <palpate/settings.hpp>
 
-#include "fem/coarse_space.hpp"
 #include "fem/error_estimate.hpp"
 #include "fem/linear_system.hpp"
-#include "fem/rest_factor.hpp"
+#include "fem/multigrid.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate::fem {
 
-/// What Preconditioner::automatic does, by counts of iterations and never by time. It goes on and never back:
-/// a stiff scene stays stiff, and where block Jacobi is slow the estimate of the error comes out too small.
+/// What Preconditioner::automatic begins a solve with, by counts of iterations and never by time.
 enum class Stage : std::uint8_t {
-  start,      ///< block Jacobi; after RestFactor::patience() the next
-  factor,     ///< the factor; after as many iterations two levels, and the next
-  jacobi,     ///< block Jacobi, since the factor does not help or there is none; after patience() the next
-  two_level,  ///< two levels
+  jacobi,     ///< block Jacobi; after so many iterations that multigrid would be done, multigrid, and so on
+  multigrid,  ///< multigrid
 };
 
 /// When a solve stops. Residuals are measured by their plain norm, solutions by mass, |x|^2 = sum m_i x_i^2
@@ -34,7 +30,7 @@ struct SolveGoal {
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
   /// How far automatic has come in earlier solves (SolveReport).
-  Stage stage = Stage::start;
+  Stage stage = Stage::jacobi;
   /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
   int fixed_iterations = 0;
   /// Where what the tolerance is relative to is smaller, these are.
@@ -47,13 +43,12 @@ struct SolveReport {
   int iterations = 0;  ///< products with the matrix after the first
   double relative_residual =
       0.0;  ///< |b - A x| / max(|b|, least_residual) as the recurrence has it; 0 where b = 0
-  /// Estimated error of the solution / max(|x|, least_scale), in the norm of A, which no error by mass
-  /// exceeds.
+  /// Estimated error of the solution / max(|x|, least_scale): by mass with multigrid, else in the norm of A,
+  /// which no error by mass exceeds.
   double relative_error = 0.0;
-  bool two_level = false;      ///< the preconditioner had two levels, at least in the end
-  bool factor = false;         ///< it was the factor, in the end
-  Stage stage = Stage::start;  ///< of automatic, for the next solve
-  bool converged = false;      ///< the goal is reached
+  bool multigrid = false;       ///< the preconditioner was multigrid, at least in the end
+  Stage stage = Stage::jacobi;  ///< of automatic, for the next solve
+  bool converged = false;       ///< the goal is reached
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
@@ -77,17 +72,16 @@ class ConjugateGradients {
   /// \param x  (n_points): a guess on entry, zero at points that are not free; the solution on return. A
   /// guess
   ///           that is worse than zero, by its residual, is dropped.
-  /// \param coarse     the second level of the preconditioner; nullptr: there is none, whatever the goal says
-  /// \param positions  (n_points), for its update()
-  /// \param factor     as coarse; without it, or where it does not fit, two levels take its place
+  /// \param multigrid  nullptr: there is none, whatever the goal says
+  /// \param positions   (n_points), for its update()
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
-                    std::span<simd::Padded3> x, const SolveGoal& goal, CoarseSpace* coarse = nullptr,
-                    std::span<const Vec3> positions = {}, RestFactor* factor = nullptr);
-  /// Iterations after which Preconditioner::automatic takes two levels: what these cost to set up grows with
-  /// the number of aggregates, about a product each.
-  static int patience(const CoarseSpace& coarse) { return 50 + 3 * coarse.size(); }
+                    std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
+                    std::span<const Vec3> positions = {});
+  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve
+  /// with that costs, an iteration and the update about six products each.
+  static constexpr int patience = 40;
 
  private:
   /// A solve that has begun.
@@ -97,19 +91,18 @@ class ConjugateGradients {
     std::span<const simd::Padded3> b;
     std::span<simd::Padded3> x;
     const SolveGoal& goal;
-    CoarseSpace* coarse;
-    RestFactor* factor;
+    Multigrid* multigrid;
     std::span<const Vec3> positions;
-    int change_at = 0;  ///< iteration at which automatic takes the next preconditioner
+    int change_at = 0;  ///< iteration at which automatic takes multigrid
     double size_b = 0.0;
     double scale = 1.0;                ///< of the float vectors: theirs times it are the true ones
     double largest = 0.0;              ///< residual, by its plain norm, when it last was the true one
     double last_drift = 0.0;           ///< from the true residual, by mass, when it last was looked at
     double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
+    double next_change = 0.0;          ///< size of the preconditioned true residual, by mass: of multigrid
     int iterations_since = 0;          ///< the residual last was the true one
     bool direction_holds = false;      ///< the true residual is near the one that directions come from
     bool exact_products = false;       ///< in double
-    bool looks_ahead = false;          ///< ErrorEstimate::look_ahead(): with the factor and no couplings
     simd::VectorSums sums{};           ///< of the float vectors
 
     [[nodiscard]] double residual_unit() const { return std::max(size_b, goal.least_residual); }
@@ -134,6 +127,9 @@ class ConjugateGradients {
   static bool reached(const SolveGoal& goal, const SolveReport& report, double share);
   void judge(const Run& run, SolveReport& report) const;
   double drift(const Run& run);
+  double direction_size(const Run& run);
+  double preconditioned_size(const Run& run);
+  void clear_estimates();
   double multiply(Run& run);
   simd::GradientVectors vectors(const Run& run);
   simd::VectorSums advance(const Run& run, double step);
@@ -152,6 +148,7 @@ class ConjugateGradients {
   std::vector<simd::VectorSums> partial_;
   std::vector<double> partial_sums_;
   ErrorEstimate estimate_;
+  ChangeEstimate change_estimate_;  ///< with multigrid
 };
 
 }  // namespace palpate::fem

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "room.hpp"
+#include "simd/gauss_seidel.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -109,6 +110,15 @@ void CouplingSystem::multiply(const parallel::Threads& threads, std::span<const 
   parallel::for_chunks(threads, couplings_.size(), coupling_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          simd::coupling_products(terms_.data(), x.data(), row_products_.data(), begin, end);
+                       });
+}
+
+void CouplingSystem::multiply_listed(const parallel::Threads& threads, std::span<const simd::Quad> x,
+                                     std::span<const std::uint32_t> list) {
+  parallel::for_chunks(threads, list.size(), coupling_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::listed_products(terms_.data(), x.data(), row_products_.data(),
+                                               list.data() + begin, end - begin);
                        });
 }
 

@@ -58,6 +58,11 @@ class CouplingSystem {
   /// Phase 1 in float, as order() has it, and what phase 2 reads.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
   [[nodiscard]] simd::CouplingRows rows() const;
+  /// Phase 1 in float of these couplings only.
+  void multiply_listed(const parallel::Threads& threads, std::span<const simd::Quad> x,
+                       std::span<const std::uint32_t> list);
+  /// What order() made: rows and coefficients of each coupling.
+  [[nodiscard]] std::span<const simd::CouplingTerm> terms() const { return terms_; }
   /// Whether a free point is in any coupling.
   [[nodiscard]] bool holds(Index point) const { return at(begin_, point + 1) > at(begin_, point); }
   /// The block of W on the diagonal at a free point.

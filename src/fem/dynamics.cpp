@@ -103,8 +103,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
-      coarse_(bodies, free_),
-      factor_(matrix_),
+      multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
       turns_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
@@ -295,7 +294,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
                          "finite forces, positions and velocities");
   }
   const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, goal, &coarse_, positions_, &factor_);
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
   if (goal.preconditioner == Preconditioner::automatic) stage_ = report.stage;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
@@ -407,7 +406,9 @@ DynamicsState Dynamics::state() const {
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
           .inverted_steps = inverted_steps_,
-          .stage = stage_};
+          .stage = stage_,
+          .multigrid_reference = multigrid_.reference(),
+          .multigrid_worn = multigrid_.worn()};
 }
 
 void Dynamics::set_state(const DynamicsState& state) {
@@ -415,6 +416,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocities, "velocities");
   check_points(state.velocity_changes, "velocity_changes");
   check_strains(state.plastic_strains);
+  if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
   set_inverted_steps(state.inverted_steps);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
   // Not through set_velocities(): what moves on rails has a velocity that friction feels.
@@ -422,6 +424,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
   stage_ = state.stage;
+  multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
   updated_ = false;
 }
 

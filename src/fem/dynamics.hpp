@@ -26,7 +26,9 @@ struct DynamicsState {
   std::vector<Vec3> velocity_changes;  ///< (n_points x 3), m/s: the guess of the next step
   std::vector<SymmetricMatrix3> plastic_strains;
   std::vector<Index> inverted_steps;
-  Stage stage = Stage::start;  ///< of the automatic preconditioner
+  Stage stage = Stage::jacobi;            ///< of the automatic preconditioner
+  std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
+  int multigrid_worn = 0;                 ///< Multigrid::worn()
 };
 
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
@@ -178,8 +180,7 @@ class Dynamics {
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
-  CoarseSpace coarse_;
-  RestFactor factor_;
+  Multigrid multigrid_;
   ConjugateGradients solver_;
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
@@ -204,10 +205,10 @@ class Dynamics {
   std::vector<simd::Padded3> turn_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;     ///< of the solution, by mass: that of gravity and external forces alone
-  double time_step_ = 0.0;      ///< of the step that has begun; that of diagonal_ and factors_
-  Stage stage_ = Stage::start;  ///< of the automatic preconditioner
-  bool updated_ = false;        ///< elements_ are as the positions and the plastic strains are now
+  double load_scale_ = 0.0;      ///< of the solution, by mass: that of gravity and external forces alone
+  double time_step_ = 0.0;       ///< of the step that has begun; that of diagonal_ and factors_
+  Stage stage_ = Stage::jacobi;  ///< of the automatic preconditioner
+  bool updated_ = false;         ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

@@ -11,18 +11,23 @@ namespace palpate::fem {
 namespace {
 
 constexpr double long_ago = 1e-4;
+constexpr std::size_t few = 2;  // the same, with multigrid
+constexpr std::size_t usual_iterations = 1024;
+constexpr std::size_t enough = 4;  // iterations before there is an estimate
+
+void clear_lists(std::vector<double>& values, std::vector<double>& tails) {
+  if (values.capacity() == 0) {
+    values.reserve(usual_iterations);
+    tails.reserve(usual_iterations);
+  }
+  values.clear();
+  tails.clear();
+}
 
 }  // namespace
 
-void ErrorEstimate::clear(std::size_t enough) {
-  enough_ = enough;
-  constexpr std::size_t usual_iterations = 1024;
-  if (decreases_.capacity() == 0) {
-    decreases_.reserve(usual_iterations);
-    tails_.reserve(usual_iterations);
-  }
-  decreases_.clear();
-  tails_.clear();
+void ErrorEstimate::clear() {
+  clear_lists(decreases_, tails_);
   error_ = std::numeric_limits<double>::infinity();
 }
 
@@ -30,20 +35,37 @@ void ErrorEstimate::add(double decrease) {
   decreases_.push_back(decrease);
   tails_.push_back(0.0);
   for (double& tail : tails_) tail += decrease;
-  if (decreases_.size() < enough_) return;
+  if (decreases_.size() < enough) return;
   std::size_t first = decreases_.size() - 1;
   while (first > 0 && decrease > long_ago * tails_[first]) --first;
-  ratio_ = 1.0;
-  for (std::size_t l = first; l < tails_.size(); ++l) ratio_ = std::max(ratio_, tails_[l] / decreases_[l]);
+  double ratio = 1.0;
+  for (std::size_t l = first; l < tails_.size(); ++l) ratio = std::max(ratio, tails_[l] / decreases_[l]);
   // Decreases go up and down on their way; the largest of late says more than the last.
-  const std::size_t late = std::max(enough_, decreases_.size() / 4);
+  const std::size_t late = std::max(enough, decreases_.size() / 4);
   error_ = std::sqrt(
-      ratio_ * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));
+      ratio * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));
 }
 
-void ErrorEstimate::look_ahead(double next_decrease) {
-  constexpr double safety = 2.0;
-  if (decreases_.size() >= enough_) error_ = std::sqrt(safety * ratio_ * next_decrease);
+void ChangeEstimate::clear() {
+  clear_lists(sizes_, tails_);
+  error_ = std::numeric_limits<double>::infinity();
+}
+
+void ChangeEstimate::add(double size) {
+  constexpr double vanished = 1e-2;  // a change that says no more of how fast they shrink
+  sizes_.push_back(size);
+  tails_.push_back(0.0);
+  for (double& tail : tails_) tail += size;
+  if (sizes_.size() < few) return;
+  std::size_t first = sizes_.size() - 1;
+  while (first > 0 && size > vanished * tails_[first]) --first;
+  ratio_ = 1.0;
+  for (std::size_t l = first; l < tails_.size(); ++l) ratio_ = std::max(ratio_, tails_[l] / sizes_[l]);
+  error_ = ratio_ * size;
+}
+
+double ChangeEstimate::before(double size) const {
+  return sizes_.size() < few ? std::numeric_limits<double>::infinity() : ratio_ * size;
 }
 
 }  // namespace palpate::fem

@@ -15,13 +15,9 @@ namespace palpate::fem {
 /// wait; this takes S d_k as the estimate, with no wait.
 class ErrorEstimate {
  public:
-  /// \param enough  iterations before there is an estimate
-  void clear(std::size_t enough = 4);
+  void clear();
   /// Takes d_k of the next iteration. O(k).
   void add(double decrease);
-  /// What the next iteration would lower it by, if its step is as long as the last: where each lowers it a
-  /// lot, that says how large the error is now, without an iteration more. Twice that, as steps differ.
-  void look_ahead(double next_decrease);
   /// Estimate of |e_k|_A before the iteration of the last add(): the error now is smaller. Infinite before
   /// there are enough iterations to judge by.
   [[nodiscard]] double error() const { return error_; }
@@ -29,7 +25,27 @@ class ErrorEstimate {
  private:
   std::vector<double> decreases_;
   std::vector<double> tails_;  ///< sum of the decreases from each on
-  std::size_t enough_ = 4;
+  double error_ = 0.0;
+};
+
+/// The error of conjugate gradients by mass, where each iteration lowers it a lot: from the sizes of the
+/// changes of the solution, whose sum bounds it. The changes to come are taken to be as those that have been,
+/// |e_k| ~ S |change k|, with S the largest ratio of the sum of all changes from one on to that change, over
+/// the late ones. Where the energy of the error says how stiff the tissue is, this says how far points are
+/// from where they should be.
+class ChangeEstimate {
+ public:
+  void clear();
+  /// Takes the size of the next change. O(k).
+  void add(double size);
+  /// Estimate of the error before the last change: it is smaller now. Infinite before there are enough.
+  [[nodiscard]] double error() const { return error_; }
+  /// The same before a change of this size, which is not made yet.
+  [[nodiscard]] double before(double size) const;
+
+ private:
+  std::vector<double> sizes_;
+  std::vector<double> tails_;
   double ratio_ = 1.0;
   double error_ = 0.0;
 };

@@ -84,6 +84,7 @@ void ConjugateGradients::load(Run& run) {
   const auto ratio = static_cast<float>(before * inverse);
   const auto points = run.system.blocks().point_of_row();
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
     const auto point = static_cast<std::size_t>(points[row]);
     set(row_residual_, row, residual_[point], inverse);
     set(row_guess_, row, run.x[point], inverse);
@@ -97,6 +98,7 @@ void ConjugateGradients::load(Run& run) {
 void ConjugateGradients::flush(Run& run) {
   const auto points = run.system.blocks().point_of_row();
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
     simd::Padded3& x = at(run.x, points[row]);
     const simd::Padded3 change = get(row_solution_, row, run.scale);
     x = {x.x + change.x, x.y + change.y, x.z + change.z, 0.0};
@@ -109,9 +111,28 @@ void ConjugateGradients::flush(Run& run) {
 double ConjugateGradients::drift(const Run& run) {
   const auto points = run.system.blocks().point_of_row();
   return std::sqrt(parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
+    if (points[row] < 0) return 0.0;
     const simd::Padded3 d = minus(at(residual_, points[row]), get(row_residual_, row, run.scale));
     return dot(d, d) / run.system.blocks().diagonal()[static_cast<std::size_t>(points[row])];
   }));
+}
+
+/// Of the direction as it is, by mass.
+double ConjugateGradients::direction_size(const Run& run) {
+  const auto masses = run.system.masses();
+  return std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
+    const simd::Quad& p = direction_[row];
+    return static_cast<double>(masses[row] * (p.x * p.x + p.y * p.y + p.z * p.z));
+  }));
+}
+
+/// Of the preconditioned residual as it is, by mass.
+double ConjugateGradients::preconditioned_size(const Run& run) {
+  const auto masses = run.system.masses();
+  return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
+           const simd::Padded3 z = get(row_preconditioned_, row, 1.0);
+           return static_cast<double>(masses[row]) * dot(z, z);
+         }));
 }
 
 simd::GradientVectors ConjugateGradients::vectors(const Run& run) {
@@ -156,15 +177,17 @@ double ConjugateGradients::multiply(Run& run) {
   const auto points = run.system.blocks().point_of_row();
   // The residual by point is not needed before the next check.
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
     const simd::Quad& p = direction_[row];
     at(residual_, points[row]) = {static_cast<double>(p.x), static_cast<double>(p.y),
                                   static_cast<double>(p.z), 0.0};
   });
   run.system.multiply_exactly(run.threads, residual_, product_);
-  parallel::for_each(run.threads, points.size(), point_grain,
-                     [&](std::size_t row) { set(row_product_, row, at(product_, points[row]), 1.0); });
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] >= 0) set(row_product_, row, at(product_, points[row]), 1.0);
+  });
   return parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
-    return dot(at(residual_, points[row]), at(product_, points[row]));
+    return points[row] < 0 ? 0.0 : dot(at(residual_, points[row]), at(product_, points[row]));
   });
 }
 

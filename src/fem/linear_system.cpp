@@ -33,6 +33,7 @@ void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
                           own(std::span(diagonal_), simd::slice_symmetric).begin());
         for (std::size_t row = simd::slice_rows * begin; row < std::min(simd::slice_rows * end, rows.size());
              ++row) {
+          if (rows[row] < 0) continue;
           inverse_masses_[row] = 1.0F / blocks_->masses()[row];
           if (!couplings_->holds(rows[row])) continue;
           const SymmetricMatrix3 share = couplings_->diagonal_block(rows[row]);
@@ -43,11 +44,6 @@ void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
         }
         simd::invert_slices(diagonal_.data(), inverse_diagonal_.data(), begin, end);
       });
-}
-
-void LinearSystem::update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
-                                 std::span<const Vec3> positions) const {
-  coarse.update(threads, *blocks_, *couplings_, positions);
 }
 
 void LinearSystem::multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "fem/block_matrix.hpp"
-#include "fem/coarse_space.hpp"
 #include "fem/coupling.hpp"
 
 namespace palpate::fem {
@@ -28,6 +27,7 @@ class LinearSystem {
   [[nodiscard]] std::span<const std::uint8_t> free() const { return free_; }
   [[nodiscard]] const BlockMatrix& blocks() const { return *blocks_; }
   [[nodiscard]] const CouplingSystem& couplings() const { return *couplings_; }
+  [[nodiscard]] CouplingSystem& couplings() { return *couplings_; }
 
   /// diag(A) of rows: a lower bound of A, since the rest is positive semi-definite; and its inverse, 0 where
   /// there is no row.
@@ -37,10 +37,6 @@ class LinearSystem {
   /// Takes over the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
-  /// CoarseSpace::update() with A as it is now.
-  void update_coarse(const parallel::Threads& threads, CoarseSpace& coarse,
-                     std::span<const Vec3> positions) const;
-
   /// y = A x at free points, 0 elsewhere, in double; x and y are of (n_points), and x may be other than zero
   /// at points that are not free. O(n_elements).
   void multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
@@ -49,6 +45,8 @@ class LinearSystem {
   /// \param x  (row_count)
   /// \param y  simd::slice_values a slice
   double multiply(const parallel::Threads& threads, std::span<const simd::Quad> x, std::span<float> y);
+  /// The diagonal blocks of A, simd::slice_symmetric a slice.
+  [[nodiscard]] std::span<const float> diagonal() const { return diagonal_; }
   /// The inverted diagonal blocks of A, simd::slice_symmetric a slice.
   [[nodiscard]] std::span<const float> inverse_diagonal() const { return inverse_diagonal_; }
 
@@ -57,7 +55,7 @@ class LinearSystem {
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;
   simd::AlignedVector<float> inverse_masses_;
-  simd::AlignedVector<float> diagonal_;  ///< blocks with couplings, scratch
+  simd::AlignedVector<float> diagonal_;  ///< blocks with couplings
   simd::AlignedVector<float> inverse_diagonal_;
   std::vector<double> partial_;
 };

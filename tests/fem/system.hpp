@@ -117,6 +117,7 @@ inline SolveReport solve(System& s, ConjugateGradients& solver, std::span<const 
 inline std::vector<simd::Quad> quads_by_row(const System& s, std::span<const Vec3> values) {
   std::vector<simd::Quad> rows(s.matrix.row_count());
   for (std::size_t row = 0; row < s.matrix.point_of_row().size(); ++row) {
+    if (s.matrix.point_of_row()[row] < 0) continue;
     const Vec3& v = at(values, s.matrix.point_of_row()[row]);
     rows[row] = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
   }
@@ -137,6 +138,7 @@ inline std::vector<Vec3> by_point(const System& s, std::span<const float> rows) 
   std::vector<Vec3> values(s.free.size());
   for (std::size_t row = 0; row < s.matrix.point_of_row().size(); ++row) {
     const float* place = rows.data() + simd::slice_values * (row / 16) + row % 16;
+    if (s.matrix.point_of_row()[row] < 0) continue;
     at(values, s.matrix.point_of_row()[row]) = {static_cast<double>(place[0]), static_cast<double>(place[16]),
                                                 static_cast<double>(place[32])};
   }

@@ -27,7 +27,7 @@ TEST(Allocations, ASteadyStepMakesNone) {
   EXPECT_EQ(allocations - before, 0);
 }
 
-TEST(Allocations, NorDoesOneWithTwoLevels) {
+TEST(Allocations, NorDoesOneWithMultigrid) {
   const Bodies bodies = single_body(irregular_box_mesh({8, 8, 8}, {0.5, 0.5, 0.5}, 0.2));
   Dynamics dynamics = Scene{{2e4, 0.4, 1000.0, 0.0, 0.001}, {}, 2}.dynamics(bodies);
   dynamics.set_positions(noisy(bodies, 0.01, 70));
@@ -40,8 +40,8 @@ TEST(Allocations, NorDoesOneWithTwoLevels) {
   const auto step = [&](std::size_t count) {
     dynamics.begin_step(0.01, {0.0, 0.0, -9.81}, {});
     const SolveGoal goal{
-        .tolerance = 1e-6, .max_iterations = 50, .preconditioner = Preconditioner::two_level};
-    EXPECT_TRUE(dynamics.solve(std::span(couplings).first(count), goal).two_level);
+        .tolerance = 1e-6, .max_iterations = 50, .preconditioner = Preconditioner::multigrid};
+    EXPECT_TRUE(dynamics.solve(std::span(couplings).first(count), goal).multigrid);
     dynamics.end_step();
   };
   step(200);

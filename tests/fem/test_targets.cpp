@@ -7,7 +7,6 @@
 #include "fem/meshes.hpp"
 #include "fem/system.hpp"
 #include "simd/element_pass.hpp"
-#include "simd/factor_columns.hpp"
 #include "simd/sliced_rows.hpp"
 #include "support/simd_targets.hpp"
 
@@ -247,82 +246,6 @@ TEST(SimdTargets, InversesOfDiagonalBlocksAreThose) {
       EXPECT_LT((product - Eigen::Matrix3f::Identity()).norm(), 1e-2F) << target << row;
     }
     EXPECT_EQ(whole(inverses, 31).norm(), 0.0F) << "a row of zeros";
-  });
-}
-
-TEST(SimdTargets, FactorKernelsEqualTheirTwins) {
-  // Two columns that two others wait for, and rows of two slices with two slots.
-  const std::vector<std::uint32_t> begin{0, 2, 3, 4, 4};
-  const std::vector<std::uint32_t> block_rows{2, 3, 3, 3};
-  const auto blocks = random_floats(9 * 4 + 3, 110);
-  const auto inverses = random_floats(9 * 4 + 3, 111);
-  const simd::FactorColumns columns{begin.data(), block_rows.data(), blocks.data(), inverses.data()};
-  const std::vector<std::uint32_t> slots{0, 1, 2};
-  std::vector<std::uint32_t> lanes(32);
-  std::vector<std::uint32_t> places(32);
-  std::vector<float> taken(32);
-  for (std::uint32_t i = 0; i < 32; ++i) {
-    lanes[i] = (7 * i + 3) % 32;
-    places[i] = (11 * i + 5) % 32;
-    taken[i] = i % 3 == 0 ? 0.0F : 1.0F;
-  }
-  const auto edges = random_floats(2 * simd::slice_values, 112);
-  const auto r = random_floats(2 * simd::slice_values, 113);
-  const auto quads = random_quads(32, 114);
-  const auto positions = random_quads(32, 115);
-  const auto start = random_floats(2 * simd::slice_values, 116);
-  std::vector<float> turns = random_floats(2 * simd::slot_values, 117);
-  const auto rows_with = [&](std::vector<float>& rotations) {
-    return simd::TurnedRows{slots.data(),  lanes.data(), edges.data(),
-                            places.data(), taken.data(), rotations.data()};
-  };
-  std::vector<simd::Quad> solved(quads.begin(), quads.begin() + 4);
-  simd::scalar::solve_columns(columns, solved.data(), {0, 4}, {});
-  std::vector<float> rotations(turns.size());
-  simd::scalar::find_rotations(rows_with(rotations), positions.data(), 0, 2);
-  std::vector<simd::Quad> back(32);
-  simd::scalar::turn_back(rows_with(turns), r.data(), back.data(), 0, 2);
-  std::vector<float> forth = start;
-  const double inner = simd::scalar::turn_forth(rows_with(turns), r.data(), quads.data(), forth.data(), 0, 2);
-  const auto three = [](std::vector<simd::Quad> rows) {
-    for (simd::Quad& row : rows) row.w = 0.0F;
-    return flat(rows);
-  };
-  palpate::test::for_each_simd_target([&](const char* target) {
-    std::vector<simd::Quad> b(quads.begin(), quads.begin() + 4);
-    simd::solve_columns(columns, b.data(), {0, 4}, {});
-    EXPECT_LT(distance(three(b), three(solved)), 1e-5 * size_of(three(solved))) << target;
-    std::vector<float> found(turns.size());
-    simd::find_rotations(rows_with(found), positions.data(), 0, 2);
-    EXPECT_LT(distance(found, rotations), 1e-3 * size_of(rotations)) << target;
-    std::vector<simd::Quad> turned(32);
-    simd::turn_back(rows_with(turns), r.data(), turned.data(), 0, 2);
-    EXPECT_LT(distance(three(turned), three(back)), 1e-6 * size_of(three(back))) << target;
-    std::vector<float> z = start;
-    const double sum = simd::turn_forth(rows_with(turns), r.data(), quads.data(), z.data(), 0, 2);
-    EXPECT_LT(distance(z, forth), 1e-6 * size_of(forth)) << target;
-    EXPECT_NEAR(sum, inner, 1e-5 * size_of(r) * size_of(forth)) << target;
-  });
-}
-
-/// Two bodies of four columns and of two, in both orders: the bits of one after the other.
-TEST(SimdTargets, ColumnsSideBySideAreSolvedAsAlone) {
-  const std::vector<std::uint32_t> begin{0, 2, 3, 4, 4, 5, 5};
-  const std::vector<std::uint32_t> block_rows{2, 3, 3, 3, 5};
-  const auto blocks = random_floats(9 * 5 + 3, 118);
-  const auto inverses = random_floats(9 * 6 + 3, 119);
-  const simd::FactorColumns columns{begin.data(), block_rows.data(), blocks.data(), inverses.data()};
-  const auto quads = random_quads(6, 120);
-  palpate::test::for_each_simd_target([&](const char* target) {
-    std::vector<simd::Quad> alone = quads;
-    simd::solve_columns(columns, alone.data(), {0, 4}, {});
-    simd::solve_columns(columns, alone.data(), {4, 6}, {});
-    std::vector<simd::Quad> together = quads;
-    simd::solve_columns(columns, together.data(), {0, 4}, {4, 6});
-    EXPECT_EQ(flat(together), flat(alone)) << target;
-    together = quads;
-    simd::solve_columns(columns, together.data(), {4, 6}, {0, 4});
-    EXPECT_EQ(flat(together), flat(alone)) << target;
   });
 }
 

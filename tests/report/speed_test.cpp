@@ -58,7 +58,7 @@ Json dynamics_cases() {
     cases.push_back({{"name", name},
                      {"eigen", {{"update_ms", 10.0}, {"solve_ms", 100.0}, {"preconditioner", "diagonal"}}},
                      {"update_ms", 0.5},
-                     {"solve", {{"jacobi", {{"ms", 5.0}}}, {"factor", {{"ms", 4.0}}}}},
+                     {"solve", {{"jacobi", {{"ms", 5.0}}}, {"multigrid", {{"ms", 4.0}}}}},
                      {"product", {{"GB_per_s", 80.0}, {"read_GB_per_s", 100.0}}}});
   }
   return cases;
@@ -70,7 +70,7 @@ Json step_cases() {
     cases.push_back({{"name", name},
                      {"sofa_scaled_ms", 24.0},
                      {"fixed", {{"ms", 2.0}}},
-                     {"converged", {{"auto", {{"ms", 6.0}}}, {"two-level", {{"ms", 4.0}}}}}});
+                     {"converged", {{"auto", {{"ms", 6.0}}}, {"multigrid", {{"ms", 4.0}}}}}});
   }
   return cases;
 }

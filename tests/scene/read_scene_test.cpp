@@ -121,7 +121,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("solver": {"fixed_iterations": 0})"),
        "solver.fixed_iterations: found 0, expected an integer >= 1"},
       {with(R"("solver": {"preconditioner": "cholesky"})"),
-       "solver.preconditioner: found \"cholesky\", expected one of 'auto', 'jacobi', 'two-level', 'factor'"},
+       "solver.preconditioner: found \"cholesky\", expected one of 'auto', 'jacobi', 'multigrid'"},
       {with(R"("rest": {"zzzzzz": 1})"), "rest.zzzzzz: found unknown key, expected one of 'speed', 'time'"},
       {with(R"("output": {"picture": {"size": [0, 100]}})"),
        "output.picture.size[0]: found 0, expected an integer in [16, 16384]"},

@@ -137,7 +137,7 @@ TEST(Simulation, SolvesInEachWayAndSaysHow) {
   const StepMetrics exact = pressed_block({.tolerance = 1e-10, .max_iterations = 2000});
   for (const ToleranceOf of : {ToleranceOf::residual, ToleranceOf::solution}) {
     for (const Preconditioner way :
-         {Preconditioner::automatic, Preconditioner::jacobi, Preconditioner::two_level}) {
+         {Preconditioner::automatic, Preconditioner::jacobi, Preconditioner::multigrid}) {
       const StepMetrics metrics = pressed_block(
           {.tolerance = 1e-6, .tolerance_of = of, .preconditioner = way, .max_iterations = 2000});
       EXPECT_TRUE(metrics.solver_converged);

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fem/coarsest_factor.hpp"
+#include "fem/coupling.hpp"
+#include "fem/transfer.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
+#include "simd/padded_rows.hpp"
+
+namespace palpate::fem {
+
+/// What couplings have of the nodes of a level: the relative velocity that an unknown makes.
+struct CouplingParts {
+  struct Part {
+    std::uint32_t node = 0;
+    Dense<3, 6> motion{};
+  };
+  std::vector<std::uint32_t> begin;  ///< (n_couplings + 1) into parts
+  std::vector<std::uint32_t> count;  ///< of those used from there
+  std::vector<Part> parts;
+
+  [[nodiscard]] std::span<const Part> of(std::size_t coupling) const {
+    return std::span(parts).subspan(begin[coupling], count[coupling]);
+  }
+  /// The part of a coupling at a node, which is made where there is none yet.
+  Part& part(std::size_t coupling, std::uint32_t node);
+  /// Room for so many parts of each coupling, which `most` has; none is used yet.
+  void reset(std::size_t couplings, const std::vector<std::uint32_t>& most);
+};
+
+/// Blocks in float as the kernels read them.
+struct PaddedBlocks {
+  std::vector<std::uint32_t> begin{0};
+  std::vector<std::uint32_t> columns;
+  simd::AlignedVector<float> blocks;
+  [[nodiscard]] simd::PaddedRows rows() const { return {begin.data(), columns.data(), blocks.data()}; }
+};
+/// Block of N x M to memory, columns filled up.
+template <std::size_t N, std::size_t M>
+void store_padded(const Dense<N, M>& block, float* place);
+template <std::size_t N, std::size_t M>
+PaddedBlocks padded(const BlockRows<N, M>& rows);
+
+/// A level of a hierarchy below the finest, six unknowns a node: the matrix of the bodies, which stays, and
+/// that of the couplings, which each update() makes anew.
+class CoarseLevel {
+ public:
+  explicit CoarseLevel(BlockRows<6, 6> bodies);
+  /// \param transfer  from the nodes of the next level
+  void connect(const BlockRows<6, 6>& transfer, std::size_t next_count);
+
+  [[nodiscard]] std::size_t size() const { return bodies_.size(); }
+  [[nodiscard]] const BlockRows<6, 6>& bodies() const { return bodies_; }
+  [[nodiscard]] const BlockRows<6, 6>& couplings() const { return coupled_; }
+  [[nodiscard]] CouplingParts& parts() { return parts_; }
+  /// What it brings to the right side, and its solution (n_nodes).
+  [[nodiscard]] std::span<simd::Six> right_side() { return right_side_; }
+  [[nodiscard]] std::span<simd::Six> solution() { return solution_; }
+
+  /// Takes the couplings over from parts(), hands them on. \param next  nullptr: this is the coarsest.
+  void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
+  /// Two cycles of Gauss-Seidel and the levels below for the solution, from zero; exact on the coarsest.
+  void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);
+
+ private:
+  /// A coupling that holds a node.
+  struct Entry {
+    std::uint32_t coupling = 0;
+    std::uint32_t part = 0;
+  };
+  void list_couplings();
+  void find_columns(const parallel::Threads& threads);
+  void add_blocks(const parallel::Threads& threads, const CouplingSystem& couplings);
+  void invert_diagonal(std::size_t node);
+  void hand_on(const parallel::Threads& threads, CouplingParts& next);
+  template <class Body>
+  void for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body);
+  void correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
+               std::span<const simd::Six> change);
+  [[nodiscard]] simd::SixMatrix matrix() const;
+
+  BlockRows<6, 6> bodies_;
+  PaddedBlocks beside_;       ///< of the bodies, without the diagonal
+  PaddedBlocks transfer_;     ///< from the next level
+  PaddedBlocks restriction_;  ///< to the next level
+  CouplingParts parts_;
+  std::vector<std::uint32_t> entry_begin_;  ///< (n_nodes + 1)
+  std::vector<std::uint32_t> next_entry_;   ///< scratch
+  std::vector<Entry> entries_;
+  BlockRows<6, 6> coupled_;  ///< of the couplings, with the diagonal
+  PaddedBlocks coupled_beside_;
+  std::vector<std::vector<std::uint32_t>> places_;  ///< of each chunk, by node: scratch
+  std::vector<std::uint8_t> changed_;               ///< the diagonal is other than that of the bodies
+  simd::AlignedVector<float> inverses_;
+  simd::AlignedVector<simd::Six> right_side_;
+  simd::AlignedVector<simd::Six> solution_;
+  simd::AlignedVector<simd::Six> residual_;
+  simd::AlignedVector<simd::Six> change_;  ///< scratch
+  std::vector<std::uint32_t> most_parts_;  ///< scratch
+  CoarsestFactor factor_;
+};
+
+}  // namespace palpate::fem

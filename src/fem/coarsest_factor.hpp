@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fem/envelope_cholesky.hpp"
+#include "fem/transfer.hpp"
+#include "simd/padded_rows.hpp"
+
+namespace palpate::fem {
+
+/// The coarsest level of a hierarchy, solved exactly: all bodies together, with the couplings between them.
+/// Rows are ordered anew in each update(), as contacts change.
+class CoarsestFactor {
+ public:
+  /// Factors the sum of two matrices. O(sum of squared row lengths).
+  void update(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings);
+  /// x = A^-1 b. O(blocks of the factor).
+  void solve(std::span<const simd::Six> b, std::span<simd::Six> x);
+
+ private:
+  void order(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings);
+
+  std::vector<Index> order_;         ///< nodes in the order of rows
+  std::vector<Index> row_;           ///< of each node
+  std::vector<Index> first_;         ///< of each row
+  std::vector<Index> degree_order_;  ///< scratch
+  EnvelopeCholesky factor_;
+  std::vector<Vector6> vector_;  ///< by row
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,138 @@
+#include "fem/multigrid.hpp"
+
+#include <algorithm>
+
+#include "room.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t slice_grain = 16;
+constexpr std::size_t node_grain = 64;
+constexpr std::size_t coupling_grain = 64;
+constexpr int many = 20;       // iterations of a solve with a hierarchy that should be made anew
+constexpr int worn_out = 200;  // iterations of such solves: what it costs to make it
+
+}  // namespace
+
+bool Multigrid::is_current() const {
+  return !levels_.empty() && std::ranges::equal(factors_, matrix_->elements().factors()) &&
+         std::ranges::equal(diagonal_, matrix_->diagonal());
+}
+
+void Multigrid::count(int iterations) {
+  if (iterations > many) worn_ += iterations;
+}
+
+void Multigrid::set_reference(std::span<const Vec3> reference, int worn) {
+  worn_ = worn;
+  if (std::ranges::equal(reference_, reference)) return;
+  reference_.assign(reference.begin(), reference.end());
+  levels_.clear();
+}
+
+void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  const auto points = matrix_->point_of_row();
+  const Vec3 origin = at(positions, points[rows_.front()]);  // floats are finer near zero
+  parallel::for_each(threads, points.size(), simd::slice_rows * slice_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
+    const Vec3 p = at(positions, points[row]) - origin;
+    positions_[row] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0.0F};
+  });
+  const simd::SlicedRows all = matrix_->rows();
+  const simd::EdgeRows edges{.slot_begin = all.slot_begin, .columns = all.columns, .edges = edges_.data()};
+  parallel::for_chunks(threads, matrix_->slice_count(), slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::find_rotations(edges, positions_.data(), rotations_.data(), begin, end);
+                       });
+}
+
+/// J_c R P of each coupling.
+void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingSystem& couplings) {
+  const auto row_of = matrix_->row_of_point();
+  const auto row = [&](const Coupling& coupling, std::size_t k) {
+    return coupling.points[k] >= 0 ? at(row_of, coupling.points[k]) : -1;
+  };
+  const auto all = couplings.couplings();
+  assign_with_room(most_parts_, all.size(), 0U);
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    for (std::size_t k = 0; k < 5; ++k) {
+      const Index r = row(all[c], k);
+      if (r >= 0) most_parts_[c] += at(transfer_.begin, r + 1) - at(transfer_.begin, r);
+    }
+  }
+  CouplingParts& parts = levels_.front().parts();
+  parts.reset(all.size(), most_parts_);
+  parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
+    for (std::size_t k = 0; k < 5; ++k) {
+      if (row(all[c], k) < 0) continue;
+      const auto r = static_cast<std::size_t>(row(all[c], k));
+      Dense<3, 3> turn{};
+      for (std::size_t e = 0; e < 9; ++e) {
+        turn[e] = all[c].coefficients[k] *
+                  static_cast<double>(rotations_[simd::slot_values * (r / simd::slice_rows) +
+                                                 simd::slice_rows * e + r % simd::slice_rows]);
+      }
+      for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
+        Dense<3, 6>& motion = parts.part(c, transfer_.columns[p]).motion;
+        const float* block = transfer_.blocks.data() + simd::three_by_six * p;
+        for (std::size_t i = 0; i < 3; ++i) {
+          for (std::size_t j = 0; j < 6; ++j) {
+            for (std::size_t e = 0; e < 3; ++e)
+              motion[6 * i + j] += turn[3 * i + e] * static_cast<double>(block[4 * j + e]);
+          }
+        }
+      }
+    }
+  });
+}
+
+void Multigrid::update(const parallel::Threads& threads, const LinearSystem& system,
+                       std::span<const Vec3> positions) {
+  if (worn_ >= worn_out && !std::ranges::equal(reference_, positions)) {
+    set_reference(positions, 0);
+  }
+  if (!is_current()) build(threads);
+  rotate(threads, positions);
+  smoother_.front().update(threads, system);
+  take_couplings(threads, system.couplings());
+  for (std::size_t l = 0; l < levels_.size(); ++l)
+    levels_[l].update(threads, system.couplings(), l + 1 < levels_.size() ? &levels_[l + 1] : nullptr);
+}
+
+double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
+                        std::span<float> z) {
+  const GaussSeidel& smoother = smoother_.front();
+  const auto for_slices = [&](auto&& body) {
+    parallel::for_chunks(
+        threads, matrix_->slice_count(), slice_grain,
+        [&](std::size_t begin, std::size_t end, std::size_t chunk) { body(begin, end, chunk); });
+  };
+  std::ranges::fill(vector_, simd::Quad{});
+  smoother.forward(threads, system, r, vector_);
+  system.couplings().multiply(threads, vector_);
+  const simd::SmootherRows rows = smoother.rows(system, rotations_.data());
+  for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::turned_residual(rows, r.data(), vector_.data(), turned_.data(), begin, end);
+  });
+  CoarseLevel& coarse = levels_.front();
+  parallel::for_chunks(
+      threads, coarse.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::gather_points(restriction_.rows(), turned_.data(), coarse.right_side().data(), begin, end);
+      });
+  coarse.solve(threads, std::span(levels_).subspan(1));
+  for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::spread_to_points(transfer_.rows(), coarse.solution().data(), turned_.data(),
+                           simd::slice_rows * begin, simd::slice_rows * end);
+    simd::add_turned(rows, turned_.data(), vector_.data(), begin, end);
+  });
+  smoother.backward(threads, system, r, vector_);
+  for_slices([&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    partial_[chunk] = simd::store_slices(vector_.data(), r.data(), z.data(), begin, end);
+  });
+  double sum = 0.0;
+  for (const double part : partial_) sum += part;
+  return sum;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,227 @@
+// The hierarchy, from the bodies at rest or at the reference.
+#include <algorithm>
+#include <cmath>
+
+#include "fem/matrix.hpp"
+#include "fem/multigrid.hpp"
+#include "fem/rotation.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t few_nodes = 40;    // what is factored at once
+constexpr double least_reduction = 0.8;  // of the nodes, by a level more
+constexpr double strong = 0.05;          // connections of coarse nodes, by the blocks on the diagonal
+constexpr std::size_t slice_grain = 16;
+
+Matrix3 minus(const Matrix3& a) {
+  return Matrix3{} - a;
+}
+
+double squared_norm(const Dense<6, 6>& block) {
+  double sum = 0.0;
+  for (const double value : block) sum += value * value;
+  return sum;
+}
+
+/// Aggregates of nodes whose connections are strong: smoothed transfers join nodes that are far from each
+/// other, and weakly; with these, aggregates would be too large for the smoother.
+std::vector<Index> aggregate_strong(const BlockRows<6, 6>& a) {
+  std::vector<double> diagonal(a.size(), 0.0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+      if (a.columns[k] == i) diagonal[i] = std::sqrt(squared_norm(a.blocks[k]));
+    }
+  }
+  std::vector<std::uint32_t> begin{0};
+  std::vector<std::uint32_t> columns;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+      const std::uint32_t j = a.columns[k];
+      if (squared_norm(a.blocks[k]) >= strong * strong * diagonal[i] * diagonal[j]) columns.push_back(j);
+    }
+    begin.push_back(static_cast<std::uint32_t>(columns.size()));
+  }
+  return aggregate(begin, columns);
+}
+
+}  // namespace
+
+std::span<const Vec3> Multigrid::reference_positions() const {
+  return reference_.empty() ? matrix_->elements().points_rest() : std::span<const Vec3>(reference_);
+}
+
+/// Of each element from rest to the reference.
+std::vector<Matrix3> Multigrid::element_rotations() const {
+  const auto corners = matrix_->elements().corners();
+  const auto edges = [](std::span<const Vec3> points, const Tet& tet) {
+    const Vec3& first = at(points, tet[0]);
+    return from_rows(at(points, tet[1]) - first, at(points, tet[2]) - first, at(points, tet[3]) - first);
+  };
+  std::vector<Matrix3> rotations(corners.size(), identity());
+  if (reference_.empty()) return rotations;
+  for (std::size_t e = 0; e < corners.size(); ++e) {
+    const Matrix3 to_rest = inverse(edges(matrix_->elements().points_rest(), corners[e]));
+    const Matrix3 now = edges(reference_, corners[e]);
+    Matrix3 f;
+    for (int k = 0; k < 3; ++k) {
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) f(j, i) += to_rest(i, k) * now(k, j);
+      }
+    }
+    rotations[e] = nearest_rotation(f);
+  }
+  return rotations;
+}
+
+/// Rows of the nodes, which are the points that have a row, in the order of rows.
+BlockRows<3, 3> Multigrid::matrix_at_reference() const {
+  const std::vector<Matrix3> rotations = element_rotations();
+  const Elements& elements = matrix_->elements();
+  const auto row_of = matrix_->row_of_point();
+  BlockRows<3, 3> result;
+  std::vector<std::uint32_t> near;
+  for (const std::uint32_t row : rows_) {
+    const Index point = matrix_->point_of_row()[row];
+    near.clear();
+    for (const std::uint32_t other : matrix_->columns(point)) {
+      if (row_of[other] >= 0) near.push_back(at(node_of_row_, row_of[other]));
+    }
+    std::ranges::sort(near);
+    const std::size_t first = result.columns.size();
+    result.columns.insert(result.columns.end(), near.begin(), near.end());
+    result.blocks.resize(result.columns.size());
+    result.begin.push_back(static_cast<std::uint32_t>(result.columns.size()));
+    const auto block = [&](Index other) -> Dense<3, 3>& {
+      const auto place = std::ranges::lower_bound(near, at(node_of_row_, at(row_of, other)));
+      return result.blocks[first + static_cast<std::size_t>(place - near.begin())];
+    };
+    const double m = at(matrix_->diagonal(), point);
+    for (std::size_t k = 0; k < 3; ++k) block(point)[4 * k] = m;
+    for (const Index e : matrix_->elements_of_point()[point]) {
+      const Tet& corners = at(elements.corners(), e);
+      const auto own = static_cast<int>(std::ranges::find(corners, point) - corners.begin());
+      for (int j = 0; j < 4; ++j) {
+        const Index other = at(corners, j);
+        if (at(row_of, other) < 0) continue;
+        Dense<3, 3> turned{};
+        add_product<3, 3, 3>(turned, at(rotations, e).values, elements.stiffness_rest(e, own, j).values);
+        subtract_product_transposed<3, 3, 3>(block(other), turned, minus(at(rotations, e)).values);
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<Node> Multigrid::points_as_nodes() const {
+  const std::vector<Index> bodies = matrix_->body_of_point();
+  std::vector<Node> nodes;
+  for (const std::uint32_t row : rows_) {
+    const Index point = matrix_->point_of_row()[row];
+    nodes.push_back({.middle = at(reference_positions(), point), .radius = 0.0, .body = at(bodies, point)});
+  }
+  return nodes;
+}
+
+/// The transfer by rows in place of nodes.
+void Multigrid::connect_rows(const BlockRows<3, 6>& transfer, std::size_t count) {
+  BlockRows<3, 6> by_row;
+  by_row.columns = transfer.columns;
+  by_row.blocks = transfer.blocks;
+  std::size_t node = 0;
+  for (std::size_t row = 0; row < matrix_->row_count(); ++row) {
+    if (node < rows_.size() && rows_[node] == row) ++node;
+    by_row.begin.push_back(transfer.begin[node]);
+  }
+  transfer_ = padded(by_row);
+  restriction_ = padded(transposed(by_row, count));
+}
+
+void Multigrid::build(const parallel::Threads& threads) {
+  factors_.assign(matrix_->elements().factors().begin(), matrix_->elements().factors().end());
+  diagonal_.assign(matrix_->diagonal().begin(), matrix_->diagonal().end());
+  if (smoother_.empty()) {
+    smoother_.emplace_back(*matrix_);
+    node_of_row_.assign(matrix_->row_count(), 0);
+    for (std::size_t row = 0; row < matrix_->point_of_row().size(); ++row) {
+      if (matrix_->point_of_row()[row] < 0) continue;
+      node_of_row_[row] = static_cast<std::uint32_t>(rows_.size());
+      rows_.push_back(static_cast<std::uint32_t>(row));
+    }
+  }
+  place_edges();
+  levels_.clear();
+  std::vector<Node> nodes = points_as_nodes();
+  BlockRows<3, 3> a = matrix_at_reference();
+  std::vector<Index> of = aggregate(a.begin, a.columns);
+  std::vector<Node> aggregates = nodes_of(of, nodes);
+  BlockRows<6, 6> coarse;
+  {
+    const BlockRows<3, 6> transfer = least_energy_transfer<3>(threads, a, nodes, of, aggregates);
+    connect_rows(transfer, aggregates.size());
+    coarse = galerkin<3>(threads, a, transfer, aggregates.size());
+  }
+  nodes = std::move(aggregates);
+  levels_.emplace_back(coarse);
+  while (nodes.size() > few_nodes) {
+    of = aggregate_strong(coarse);
+    aggregates = nodes_of(of, nodes);
+    if (static_cast<double>(aggregates.size()) > least_reduction * static_cast<double>(nodes.size())) break;
+    const BlockRows<6, 6> transfer = least_energy_transfer<6>(threads, coarse, nodes, of, aggregates);
+    levels_.back().connect(transfer, aggregates.size());
+    coarse = galerkin<6>(threads, coarse, transfer, aggregates.size());
+    nodes = std::move(aggregates);
+    levels_.emplace_back(coarse);
+  }
+}
+
+/// e_ij = S^-1 (X_j - X_i), with S the sum of their squares, so that F is the least-squares fit to the edges
+/// of a row. Edges to points that have no row, and those of rows whose edges lie in a plane, do not count.
+void Multigrid::place_edges() {
+  const simd::SlicedRows all = matrix_->rows();
+  const auto points = matrix_->point_of_row();
+  const auto rest = reference_positions();
+  edges_.assign(simd::slice_values * all.slot_begin[matrix_->slice_count()], 0.0F);
+  for (const std::uint32_t row : rows_) {
+    const std::size_t slice = row / simd::slice_rows;
+    const std::size_t lane = row % simd::slice_rows;
+    const auto for_each_edge = [&](auto&& body) {
+      for (std::size_t slot = all.slot_begin[slice]; slot < all.slot_begin[slice + 1]; ++slot) {
+        const std::uint32_t other = all.columns[simd::slice_rows * slot + lane];
+        if (other < points.size()) body(slot, at(rest, points[other]) - at(rest, points[row]));
+      }
+    };
+    Matrix3 squares;
+    double size = 0.0;
+    for_each_edge([&](std::size_t, const Vec3& edge) {
+      add_outer(squares, 1.0, edge, edge);
+      size += squared_length(edge);
+    });
+    if (!(determinant(squares) > 1e-6 * size * size * size)) continue;
+    const Matrix3 inverted = inverse(squares);
+    for_each_edge([&](std::size_t slot, const Vec3& edge) {
+      const Vec3 e = inverted * edge;
+      float* place = edges_.data() + simd::slice_values * slot + lane;
+      place[0] = static_cast<float>(e.x);
+      place[simd::slice_rows] = static_cast<float>(e.y);
+      place[2 * simd::slice_rows] = static_cast<float>(e.z);
+    });
+  }
+  const std::size_t slices = matrix_->slice_count();
+  rotations_.resize(simd::slot_values * slices);
+  positions_.resize(simd::slice_rows * slices);
+  vector_.resize(simd::slice_rows * slices);
+  turned_.resize(simd::slice_rows * slices);
+  partial_.resize(parallel::chunk_count(slices, slice_grain));
+}
+
+double Multigrid::operator_complexity() const {
+  const auto fine = static_cast<double>(matrix_->rows().slot_begin[matrix_->slice_count()]) *
+                    static_cast<double>(simd::slot_values);
+  double all = fine;
+  for (const CoarseLevel& level : levels_) all += 36.0 * static_cast<double>(level.bodies().columns.size());
+  return all / fine;
+}
+
+}  // namespace palpate::fem

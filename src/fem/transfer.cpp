@@ -1,0 +1,294 @@
+#include "fem/transfer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fem/matrix.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t node_grain = 256;
+constexpr int sweeps = 2;
+
+}  // namespace
+
+template <std::size_t N, std::size_t M>
+BlockRows<M, N> transposed(const BlockRows<N, M>& rows, std::size_t count) {
+  BlockRows<M, N> result;
+  result.begin.assign(count + 1, 0);
+  for (const std::uint32_t column : rows.columns) ++result.begin[column + 1];
+  for (std::size_t i = 0; i < count; ++i) result.begin[i + 1] += result.begin[i];
+  std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
+  result.columns.resize(rows.columns.size());
+  result.blocks.resize(rows.columns.size());
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (std::uint32_t k = rows.begin[row]; k < rows.begin[row + 1]; ++k) {
+      const std::uint32_t place = next[rows.columns[k]]++;
+      result.columns[place] = static_cast<std::uint32_t>(row);
+      for (std::size_t i = 0; i < N; ++i) {
+        for (std::size_t j = 0; j < M; ++j) result.blocks[place][N * j + i] = rows.blocks[k][M * i + j];
+      }
+    }
+  }
+  return result;
+}
+
+template <std::size_t N>
+Dense<N, 6> rigid_motion(const Node& part, const Node& whole) {
+  const Vec3 d = part.middle - whole.middle;
+  const double inverse = whole.radius > 0.0 ? 1.0 / whole.radius : 0.0;
+  Dense<N, 6> motion{};
+  for (std::size_t k = 0; k < 3; ++k) motion[7 * k] = 1.0;
+  motion[4] = inverse * d.z;
+  motion[5] = -inverse * d.y;
+  motion[9] = -inverse * d.z;
+  motion[11] = inverse * d.x;
+  motion[15] = inverse * d.y;
+  motion[16] = -inverse * d.x;
+  if constexpr (N == 6) {
+    for (std::size_t k = 3; k < 6; ++k) motion[7 * k] = inverse * part.radius;
+  }
+  return motion;
+}
+
+std::vector<Index> aggregate(std::span<const std::uint32_t> begin, std::span<const std::uint32_t> columns) {
+  const std::size_t count = begin.size() - 1;
+  std::vector<Index> of(count, -1);
+  const auto near = [&](std::size_t i) { return columns.subspan(begin[i], begin[i + 1] - begin[i]); };
+  Index next = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (of[i] >= 0 || std::ranges::any_of(near(i), [&](auto j) { return of[j] >= 0; })) continue;
+    of[i] = next;
+    for (const std::uint32_t j : near(i)) of[j] = next;
+    ++next;
+  }
+  // To the aggregate that most of the neighbours had before.
+  std::vector<Index> joined = of;
+  std::vector<Index> around;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (of[i] >= 0) continue;
+    around.clear();
+    for (const std::uint32_t j : near(i)) {
+      if (of[j] >= 0) around.push_back(of[j]);
+    }
+    std::ranges::sort(around);
+    std::ptrdiff_t most = 0;
+    for (auto first = around.begin(); first != around.end();) {
+      const auto last = std::upper_bound(first, around.end(), *first);
+      if (last - first > most) joined[i] = *first;
+      most = std::max(most, last - first);
+      first = last;
+    }
+  }
+  return joined;
+}
+
+std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<const Node> nodes) {
+  const Index count = aggregate_of_node.empty() ? 0 : std::ranges::max(aggregate_of_node) + 1;
+  std::vector<Node> aggregates(static_cast<std::size_t>(count));
+  std::vector<double> members(aggregates.size(), 0.0);
+  std::vector<double> own(aggregates.size(), 0.0);  // squared radii of the members
+  std::vector<Matrix3> squares(aggregates.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    Node& whole = at(aggregates, aggregate_of_node[i]);
+    whole.middle += nodes[i].middle;
+    whole.body = nodes[i].body;
+    at(members, aggregate_of_node[i]) += 1.0;
+  }
+  for (std::size_t a = 0; a < aggregates.size(); ++a)
+    aggregates[a].middle = (1.0 / members[a]) * aggregates[a].middle;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vec3 d = nodes[i].middle - at(aggregates, aggregate_of_node[i]).middle;
+    add_outer(at(squares, aggregate_of_node[i]), 1.0, d, d);
+    at(own, aggregate_of_node[i]) += nodes[i].radius * nodes[i].radius;
+  }
+  for (std::size_t a = 0; a < aggregates.size(); ++a) {
+    const Matrix3& s = squares[a];
+    const double size = s(0, 0) + s(1, 1) + s(2, 2);
+    const Matrix3 minors = cofactors(s);
+    const double flat = minors(0, 0) + minors(1, 1) + minors(2, 2);
+    constexpr double line = 1e-4;
+    const bool turns = own[a] > 0.0 || flat > line * line * size * size;
+    aggregates[a].radius = turns ? std::sqrt((size + own[a]) / members[a]) : 0.0;
+  }
+  return aggregates;
+}
+
+namespace {
+
+template <std::size_t N>
+class Minimiser {
+ public:
+  Minimiser(const parallel::Threads& threads, const BlockRows<N, N>& a, std::span<const Node> nodes,
+            std::span<const Index> aggregate_of_node, std::span<const Node> aggregates)
+      : threads_(threads), a_(a), nodes_(nodes), of_(aggregate_of_node), aggregates_(aggregates) {}
+
+  BlockRows<N, 6> run() {
+    start();
+    const std::size_t count = nodes_.size();
+    std::vector<Block> residual(transfer_.blocks.size());
+    std::vector<Block> direction(residual.size());
+    std::vector<Block> product(residual.size());
+    multiply(transfer_.blocks, residual);
+    for (Block& block : residual) {
+      for (double& value : block) value = -value;
+    }
+    Index bodies = 0;
+    for (const Node& node : nodes_) bodies = std::max(bodies, node.body + 1);
+    std::vector<double> before(static_cast<std::size_t>(bodies), 0.0);
+    std::vector<double> partial(count);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      for_each_node([&](std::size_t i) {
+        double sum = 0.0;
+        for_each_block(i, [&](std::size_t k) {
+          Block z{};
+          add_product<N, N, 6>(z, inverse_diagonal_[i], residual[k]);
+          product[k] = z;
+          for (std::size_t e = 0; e < z.size(); ++e) sum += z[e] * residual[k][e];
+        });
+        partial[i] = sum;
+      });
+      const std::vector<double> now = by_body(partial, before.size());
+      for_each_node([&](std::size_t i) {
+        const double old = at(before, nodes_[i].body);
+        const double turn = old > 0.0 ? at(now, nodes_[i].body) / old : 0.0;
+        for_each_block(i, [&](std::size_t k) {
+          for (std::size_t e = 0; e < 6 * N; ++e) direction[k][e] = product[k][e] + turn * direction[k][e];
+        });
+      });
+      before = now;
+      multiply(direction, product);
+      for_each_node([&](std::size_t i) {
+        double sum = 0.0;
+        for_each_block(i, [&](std::size_t k) {
+          for (std::size_t e = 0; e < 6 * N; ++e) sum += direction[k][e] * product[k][e];
+        });
+        partial[i] = sum;
+      });
+      const std::vector<double> curvature = by_body(partial, before.size());
+      for_each_node([&](std::size_t i) {
+        const double below = at(curvature, nodes_[i].body);
+        const double step = below > 0.0 ? at(now, nodes_[i].body) / below : 0.0;
+        for_each_block(i, [&](std::size_t k) {
+          for (std::size_t e = 0; e < 6 * N; ++e) {
+            transfer_.blocks[k][e] += step * direction[k][e];
+            residual[k][e] -= step * product[k][e];
+          }
+        });
+      });
+    }
+    return std::move(transfer_);
+  }
+
+ private:
+  using Block = Dense<N, 6>;
+
+  template <class Body>
+  void for_each_node(Body&& body) {
+    parallel::for_each(threads_, nodes_.size(), node_grain, body);
+  }
+  template <class Body>
+  void for_each_block(std::size_t i, Body&& body) {
+    for (std::size_t k = transfer_.begin[i]; k < transfer_.begin[i + 1]; ++k) body(k);
+  }
+
+  /// The pattern, and each aggregate as a rigid body.
+  void start() {
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const std::size_t first = transfer_.columns.size();
+      for (std::uint32_t k = a_.begin[i]; k < a_.begin[i + 1]; ++k)
+        transfer_.columns.push_back(static_cast<std::uint32_t>(of_[a_.columns[k]]));
+      const auto own = transfer_.columns.begin() + static_cast<std::ptrdiff_t>(first);
+      std::sort(own, transfer_.columns.end());
+      transfer_.columns.erase(std::unique(own, transfer_.columns.end()), transfer_.columns.end());
+      transfer_.begin.push_back(static_cast<std::uint32_t>(transfer_.columns.size()));
+    }
+    transfer_.blocks.assign(transfer_.columns.size(), {});
+    inverse_diagonal_.resize(nodes_.size());
+    for_each_node([&](std::size_t i) {
+      for_each_block(i, [&](std::size_t k) {
+        if (transfer_.columns[k] == static_cast<std::uint32_t>(of_[i]))
+          transfer_.blocks[k] = rigid_motion<N>(nodes_[i], at(aggregates_, of_[i]));
+      });
+      for (std::uint32_t k = a_.begin[i]; k < a_.begin[i + 1]; ++k) {
+        if (a_.columns[k] == i) inverse_diagonal_[i] = inverse_semi_definite<N>(a_.blocks[k]);
+      }
+    });
+  }
+
+  /// y = A x in the pattern, less what moves rigid motions.
+  void multiply(const std::vector<Block>& x, std::vector<Block>& y) {
+    for_each_node([&](std::size_t i) {
+      for_each_block(i, [&](std::size_t k) { y[k] = {}; });
+      const std::uint32_t* first = transfer_.columns.data() + transfer_.begin[i];
+      const std::uint32_t* last = transfer_.columns.data() + transfer_.begin[i + 1];
+      for (std::uint32_t e = a_.begin[i]; e < a_.begin[i + 1]; ++e) {
+        for_each_block(a_.columns[e], [&](std::size_t k) {
+          const std::uint32_t* place = std::lower_bound(first, last, transfer_.columns[k]);
+          if (place == last || *place != transfer_.columns[k]) return;
+          add_product<N, N, 6>(y[static_cast<std::size_t>(place - transfer_.columns.data())], a_.blocks[e],
+                               x[k]);
+        });
+      }
+      project(i, y);
+    });
+  }
+
+  /// Takes out of the row what it makes of rigid motions.
+  void project(std::size_t i, std::vector<Block>& y) {
+    Node here = at(aggregates_, of_[i]);
+    here.middle = nodes_[i].middle;
+    if (here.radius == 0.0) here.radius = 1.0;
+    Dense<6, 6> squares{};
+    Dense<N, 6> moved{};
+    for_each_block(i, [&](std::size_t k) {
+      const Dense<6, 6> motion = rigid_motion<6>(aggregates_[transfer_.columns[k]], here);
+      add_transposed_product<6, 6, 6>(squares, motion, motion);
+      add_product<N, 6, 6>(moved, y[k], motion);
+    });
+    Dense<N, 6> share{};
+    add_product<N, 6, 6>(share, moved, inverse_semi_definite<6>(squares));
+    for_each_block(i, [&](std::size_t k) {
+      subtract_product_transposed<N, 6, 6>(y[k], share,
+                                           rigid_motion<6>(aggregates_[transfer_.columns[k]], here));
+    });
+  }
+
+  std::vector<double> by_body(const std::vector<double>& partial, std::size_t bodies) {
+    std::vector<double> sums(bodies, 0.0);
+    for (std::size_t i = 0; i < partial.size(); ++i) at(sums, nodes_[i].body) += partial[i];
+    return sums;
+  }
+
+  const parallel::Threads& threads_;
+  const BlockRows<N, N>& a_;
+  std::span<const Node> nodes_;
+  std::span<const Index> of_;
+  std::span<const Node> aggregates_;
+  BlockRows<N, 6> transfer_;
+  std::vector<Dense<N, N>> inverse_diagonal_;
+};
+
+}  // namespace
+
+template <std::size_t N>
+BlockRows<N, 6> least_energy_transfer(const parallel::Threads& threads, const BlockRows<N, N>& a,
+                                      std::span<const Node> nodes, std::span<const Index> aggregate_of_node,
+                                      std::span<const Node> aggregates) {
+  return Minimiser<N>(threads, a, nodes, aggregate_of_node, aggregates).run();
+}
+
+template Dense<3, 6> rigid_motion<3>(const Node&, const Node&);
+template Dense<6, 6> rigid_motion<6>(const Node&, const Node&);
+template BlockRows<6, 3> transposed(const BlockRows<3, 6>&, std::size_t);
+template BlockRows<6, 6> transposed(const BlockRows<6, 6>&, std::size_t);
+template BlockRows<3, 6> least_energy_transfer(const parallel::Threads&, const BlockRows<3, 3>&,
+                                               std::span<const Node>, std::span<const Index>,
+                                               std::span<const Node>);
+template BlockRows<6, 6> least_energy_transfer(const parallel::Threads&, const BlockRows<6, 6>&,
+                                               std::span<const Node>, std::span<const Index>,
+                                               std::span<const Node>);
+
+}  // namespace palpate::fem

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "fem/small_matrix.hpp"
+#include "parallel/parallel.hpp"
+
+/// The parts that a hierarchy of smoothed aggregation is made of (Vanek, Mandel & Brezina, "Algebraic
+/// multigrid by smoothed aggregation", Computing 56 (1996)).
+namespace palpate::fem {
+
+/// Rows of dense blocks; columns of a row ascend.
+template <std::size_t N, std::size_t M>
+struct BlockRows {
+  std::vector<std::uint32_t> begin{0};  ///< (n_rows + 1)
+  std::vector<std::uint32_t> columns;
+  std::vector<Dense<N, M>> blocks;
+  [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
+};
+
+/// The transpose, rows in ascending order; `count` columns. O(blocks).
+template <std::size_t N, std::size_t M>
+BlockRows<M, N> transposed(const BlockRows<N, M>& rows, std::size_t count);
+
+/// A point, or an aggregate of nodes: its unknowns are its velocity and, where it is an aggregate, its
+/// angular velocity times `radius`, so that both are alike. A radius of 0: the aggregate does not turn, as
+/// its points lie on a line.
+struct Node {
+  Vec3 middle;
+  double radius = 0.0;
+  Index body = 0;
+};
+
+/// Unknowns of node `part` where `whole` moves as a rigid body, from the unknowns of this. N = 3: `part` is a
+/// point.
+template <std::size_t N>
+Dense<N, 6> rigid_motion(const Node& part, const Node& whole);
+
+/// Aggregate of each node: those next to a node of which none has an aggregate yet, then what is left joins
+/// its neighbours. All connections count alike. \param order  of the nodes, ascending where empty.
+/// O(pattern).
+std::vector<Index> aggregate(std::span<const std::uint32_t> begin, std::span<const std::uint32_t> columns);
+
+/// What the aggregates are as nodes.
+std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<const Node> nodes);
+
+/// The transfer from aggregates to nodes that reproduces all rigid motions of a body and has least energy
+/// tr(P^T A P) among those of its pattern, after two iterations of conjugate gradients (Mandel, Brezina &
+/// Vanek, "Energy optimization of algebraic multigrid bases", Computing 62 (1999); Olson, Schroder &
+/// Tuminaro, "A general interpolation strategy for algebraic multigrid using energy minimization", SIAM J.
+/// Sci. Comput. 33 (2011)). A node takes from the aggregates of its neighbours.
+template <std::size_t N>
+BlockRows<N, 6> least_energy_transfer(const parallel::Threads& threads, const BlockRows<N, N>& a,
+                                      std::span<const Node> nodes, std::span<const Index> aggregate_of_node,
+                                      std::span<const Node> aggregates);
+
+/// P^T A P.
+template <std::size_t N>
+BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>& a,
+                         const BlockRows<N, 6>& transfer, std::size_t aggregate_count);
+
+}  // namespace palpate::fem

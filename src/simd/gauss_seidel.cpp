@@ -1,0 +1,272 @@
+#include "simd/gauss_seidel.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/gauss_seidel.cpp"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+// Highway wants its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+#include "simd/slice_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+
+#if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
+
+using Four = hn::FixedTag<float, 4>;
+using Three = std::array<FloatV, 3>;
+using Matrix = std::array<FloatV, 9>;
+
+/// r less what rows of a slice take of couplings.
+HWY_INLINE void take_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
+  const std::int32_t* begin = couplings.begin + slice_rows * slice;
+  if (begin[0] == begin[slice_rows]) return;
+  const Four d;
+  for (std::size_t row = 0; row < slice_rows; ++row) {
+    if (begin[row] == begin[row + 1]) continue;
+    auto sum = hn::Zero(d);
+    for (std::int32_t e = begin[row]; e < begin[row + 1]; ++e) {
+      const CouplingEntry& entry = couplings.entries[e];
+      sum =
+          hn::MulAdd(hn::Set(d, entry.coefficient), hn::Load(d, &couplings.products[entry.coupling].x), sum);
+    }
+    alignas(16) std::array<float, 4> values;
+    hn::Store(sum, d, values.data());
+    for (std::size_t k = 0; k < 3; ++k) y[slice_rows * k + row] -= values[k];
+  }
+}
+
+/// r - A z of a slice, as the differences of simd/sliced_rows.hpp.
+HWY_INLINE void residual_of_slice(const SmootherRows& all, const float* r, const Quad* z, std::size_t slice,
+                                  float* y) {
+  const Floats d;
+  const SlicedRows& rows = all.rows;
+  constexpr std::size_t ahead = 4;
+  for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+    const QuadLanes own = load_rows_of(z + slice_rows * slice + lane);
+    const float* from = r + slice_values * slice + lane;
+    const FloatV mass = hn::LoadU(d, rows.masses + slice_rows * slice + lane);
+    FloatV y0 = hn::NegMulAdd(mass, own.x, hn::LoadU(d, from));
+    FloatV y1 = hn::NegMulAdd(mass, own.y, hn::LoadU(d, from + slice_rows));
+    FloatV y2 = hn::NegMulAdd(mass, own.z, hn::LoadU(d, from + 2 * slice_rows));
+    const std::size_t last = rows.slot_begin[slice + 1];
+    for (std::size_t slot = rows.slot_begin[slice]; slot < last; ++slot) {
+      const float* values = rows.values + slot_values * slot + lane;
+      for (std::size_t k = 0; k < 9; ++k) hwy::Prefetch(values + slot_values * ahead + slice_rows * k);
+      const QuadLanes other = load_quads(z, rows.columns + slice_rows * slot + lane);
+      const FloatV u0 = hn::Sub(own.x, other.x);
+      const FloatV u1 = hn::Sub(own.y, other.y);
+      const FloatV u2 = hn::Sub(own.z, other.z);
+      const auto entry = [&](std::size_t k) { return hn::LoadU(d, values + slice_rows * k); };
+      y0 = hn::MulAdd(entry(0), u0, hn::MulAdd(entry(1), u1, hn::MulAdd(entry(2), u2, y0)));
+      y1 = hn::MulAdd(entry(3), u0, hn::MulAdd(entry(4), u1, hn::MulAdd(entry(5), u2, y1)));
+      y2 = hn::MulAdd(entry(6), u0, hn::MulAdd(entry(7), u1, hn::MulAdd(entry(8), u2, y2)));
+    }
+    hn::Store(y0, d, y + lane);
+    hn::Store(y1, d, y + slice_rows + lane);
+    hn::Store(y2, d, y + 2 * slice_rows + lane);
+  }
+  take_couplings(all.couplings, slice, y);
+}
+
+HWY_INLINE Three load_three(const float* values) {
+  const Floats d;
+  return {hn::LoadU(d, values), hn::LoadU(d, values + slice_rows), hn::LoadU(d, values + 2 * slice_rows)};
+}
+
+void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
+                  std::size_t count) {
+  const Floats d;
+  alignas(64) std::array<float, slice_values> y;
+  for (std::size_t s = 0; s < count; ++s) {
+    const std::size_t slice = slices[s];
+    residual_of_slice(rows, r, z, slice, y.data());
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      const Three v = load_three(y.data() + lane);
+      const float* inverse = rows.inverses + slice_symmetric * slice + lane;
+      const auto entry = [&](std::size_t k) { return hn::LoadU(d, inverse + slice_rows * k); };
+      const FloatV xy = entry(3);
+      const FloatV xz = entry(4);
+      const FloatV yz = entry(5);
+      Quad* place = z + slice_rows * slice + lane;
+      QuadLanes own = load_rows_of(place);
+      own.x = hn::MulAdd(entry(0), v[0], hn::MulAdd(xy, v[1], hn::MulAdd(xz, v[2], own.x)));
+      own.y = hn::MulAdd(xy, v[0], hn::MulAdd(entry(1), v[1], hn::MulAdd(yz, v[2], own.y)));
+      own.z = hn::MulAdd(xz, v[0], hn::MulAdd(yz, v[1], hn::MulAdd(entry(2), v[2], own.z)));
+      store_rows_of(own, place);
+    }
+  }
+}
+
+HWY_INLINE Matrix load_rotation(const SmootherRows& rows, std::size_t slice, std::size_t lane) {
+  const Floats d;
+  Matrix m;
+  for (std::size_t k = 0; k < 9; ++k)
+    m[k] = hn::LoadU(d, rows.rotations + slot_values * slice + slice_rows * k + lane);
+  return m;
+}
+
+void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                     std::size_t end) {
+  alignas(64) std::array<float, slice_values> y;
+  for (std::size_t slice = begin; slice < end; ++slice) {
+    residual_of_slice(rows, r, z, slice, y.data());
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      const Three v = load_three(y.data() + lane);
+      const Matrix m = load_rotation(rows, slice, lane);
+      const auto entry = [&](std::size_t k) {
+        return hn::MulAdd(m[k], v[0], hn::MulAdd(m[k + 3], v[1], hn::Mul(m[k + 6], v[2])));
+      };
+      store_rows_of({entry(0), entry(1), entry(2), hn::Zero(Floats())}, t + slice_rows * slice + lane);
+    }
+  }
+}
+
+void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
+  for (std::size_t slice = begin; slice < end; ++slice) {
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      const Matrix m = load_rotation(rows, slice, lane);
+      const QuadLanes v = load_rows_of(u + slice_rows * slice + lane);
+      Quad* place = z + slice_rows * slice + lane;
+      QuadLanes own = load_rows_of(place);
+      own.x = hn::MulAdd(m[0], v.x, hn::MulAdd(m[1], v.y, hn::MulAdd(m[2], v.z, own.x)));
+      own.y = hn::MulAdd(m[3], v.x, hn::MulAdd(m[4], v.y, hn::MulAdd(m[5], v.z, own.y)));
+      own.z = hn::MulAdd(m[6], v.x, hn::MulAdd(m[7], v.y, hn::MulAdd(m[8], v.z, own.z)));
+      store_rows_of(own, place);
+    }
+  }
+}
+
+double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end) {
+  const Floats d;
+  Sum inner;
+  for (std::size_t slice = begin; slice < end; ++slice) {
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      const QuadLanes own = load_rows_of(z + slice_rows * slice + lane);
+      const std::size_t place = slice_values * slice + lane;
+      const Three v = load_three(r + place);
+      hn::StoreU(own.x, d, values + place);
+      hn::StoreU(own.y, d, values + place + slice_rows);
+      hn::StoreU(own.z, d, values + place + 2 * slice_rows);
+      inner.add(hn::MulAdd(v[0], own.x, hn::MulAdd(v[1], own.y, hn::Mul(v[2], own.z))));
+    }
+  }
+  return inner.total();
+}
+
+void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
+                     std::size_t count) {
+  const Four d;
+  for (std::size_t i = 0; i < count; ++i) {
+    const CouplingTerm& coupling = couplings[list[i]];
+    auto sum = hn::Zero(d);
+    for (std::size_t k = 0; k < 5; ++k) {
+      const auto row = hn::Load(d, &x[coupling.rows[k]].x);
+      sum = hn::MulAdd(hn::Set(d, coupling.coefficients[k]), row, sum);
+    }
+    const float* w = coupling.weights.data();
+    const auto first = hn::Mul(hn::Load(d, w), hn::Broadcast<0>(sum));
+    const auto second = hn::MulAdd(hn::Load(d, w + 4), hn::Broadcast<1>(sum), first);
+    hn::Store(hn::MulAdd(hn::Load(d, w + 8), hn::Broadcast<2>(sum), second), d, &products[list[i]].x);
+  }
+}
+
+HWY_INLINE FloatV cofactor(const Matrix& m, std::size_t i, std::size_t j) {
+  const std::size_t a = (i + 1) % 3;
+  const std::size_t b = (i + 2) % 3;
+  const std::size_t c = (j + 1) % 3;
+  const std::size_t e = (j + 2) % 3;
+  return hn::MulSub(m[3 * a + c], m[3 * b + e], hn::Mul(m[3 * a + e], m[3 * b + c]));
+}
+
+/// X <- (X + X^-T) / 2
+HWY_INLINE void polar_step(Matrix& m) {
+  const Floats d;
+  Matrix c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = cofactor(m, i, j);
+  }
+  const FloatV det = hn::MulAdd(m[0], c[0], hn::MulAdd(m[1], c[1], hn::Mul(m[2], c[2])));
+  const FloatV half = hn::Set(d, 0.5F);
+  const FloatV inverse = hn::Div(half, det);
+  for (std::size_t k = 0; k < 9; ++k) m[k] = hn::MulAdd(inverse, c[k], hn::Mul(half, m[k]));
+}
+
+void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+                    std::size_t end) {
+  const Floats d;
+  constexpr std::array<float, 9> unit{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (std::size_t i = begin * slice_rows; i < end * slice_rows; i += float_lanes) {
+    const std::size_t slice = i / slice_rows;
+    const std::size_t lane = i % slice_rows;
+    const QuadLanes own = load_rows_of(positions + i);
+    Matrix f;
+    f.fill(hn::Zero(d));
+    for (std::size_t slot = rows.slot_begin[slice]; slot < rows.slot_begin[slice + 1]; ++slot) {
+      const QuadLanes other = load_quads(positions, rows.columns + slice_rows * slot + lane);
+      const Three u{hn::Sub(other.x, own.x), hn::Sub(other.y, own.y), hn::Sub(other.z, own.z)};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const FloatV e = hn::LoadU(d, rows.edges + slice_values * slot + slice_rows * k + lane);
+        for (std::size_t r = 0; r < 3; ++r) f[3 * r + k] = hn::MulAdd(u[r], e, f[3 * r + k]);
+      }
+    }
+    const FloatV det = hn::MulAdd(f[0], cofactor(f, 0, 0),
+                                  hn::MulAdd(f[1], cofactor(f, 0, 1), hn::Mul(f[2], cofactor(f, 0, 2))));
+    const auto good = hn::And(hn::Gt(det, hn::Set(d, 0.1F)), hn::Lt(det, hn::Set(d, 10.0F)));
+    for (std::size_t k = 0; k < 9; ++k) f[k] = hn::IfThenElse(good, f[k], hn::Set(d, unit[k]));
+    for (int step = 0; step < 8; ++step) polar_step(f);
+    for (std::size_t k = 0; k < 9; ++k)
+      hn::StoreU(f[k], d, rotations + slot_values * slice + slice_rows * k + lane);
+  }
+}
+
+#else
+
+using scalar::add_turned;
+using scalar::find_rotations;
+using scalar::listed_products;
+using scalar::relax_slices;
+using scalar::store_slices;
+using scalar::turned_residual;
+
+#endif
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+
+HWY_EXPORT(relax_slices);
+HWY_EXPORT(turned_residual);
+HWY_EXPORT(add_turned);
+HWY_EXPORT(store_slices);
+HWY_EXPORT(listed_products);
+HWY_EXPORT(find_rotations);
+
+void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
+                  std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(relax_slices)(rows, r, z, slices, count);
+}
+void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                     std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(turned_residual)(rows, r, z, t, begin, end);
+}
+void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(add_turned)(rows, u, z, begin, end);
+}
+double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end) {
+  return HWY_DYNAMIC_DISPATCH(store_slices)(z, r, values, begin, end);
+}
+void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
+                     std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(listed_products)(couplings, x, products, list, count);
+}
+void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+                    std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(find_rotations)(rows, positions, rotations, begin, end);
+}
+
+}  // namespace palpate::simd
+#endif

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/sliced_rows.hpp"
+
+namespace palpate::simd {
+
+/// A matrix and what relaxes it.
+struct SmootherRows {
+  SlicedRows rows;
+  CouplingRows couplings;
+  const float* inverses;   ///< of blocks on the diagonal, slice_symmetric a slice
+  const float* rotations;  ///< of rows, slot_values a slice
+};
+
+/// z += D^-1 (r - A z) in the rows of these slices, at once: block Gauss-Seidel where no row of them reads
+/// another.
+void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
+                  std::size_t count);
+/// t = R^T (r - A z) in slices [begin, end).
+void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                     std::size_t end);
+/// z += R u in slices [begin, end).
+void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
+/// z to values by slices; returns the sum of r z over slices [begin, end).
+double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
+/// coupling_products() of these couplings.
+void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
+                     std::size_t count);
+
+/// Rows, and what the rotation of each is fitted to.
+struct EdgeRows {
+  const std::uint32_t* slot_begin;  ///< (n_slices + 1)
+  const std::uint32_t* columns;     ///< 16 a slot
+  const float* edges;               ///< slice_values a slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
+};
+/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows): those of eight
+/// Higham iterations, which are not exact where a row is strained by more than a tenth or so; none where F is
+/// flat or inverted. \param rotations  slot_values a slice
+void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+                    std::size_t end);
+
+/// The twins in plain C++.
+namespace scalar {
+void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
+                  std::size_t count);
+void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                     std::size_t end);
+void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
+double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
+void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
+                     std::size_t count);
+void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+                    std::size_t end);
+}  // namespace scalar
+
+}  // namespace palpate::simd

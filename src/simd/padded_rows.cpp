@@ -1,0 +1,220 @@
+#include "simd/padded_rows.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/padded_rows.cpp"
+#include <hwy/foreach_target.h>
+// Highway wants its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
+
+using Eight = hn::CappedTag<float, 8>;
+using EightV = hn::Vec<Eight>;
+constexpr std::size_t lanes = hn::MaxLanes(Eight());
+constexpr std::size_t parts = 8 / lanes;
+/// A vector of six: each value in a lane of its own, however many vectors that takes.
+using SixV = std::array<EightV, parts>;
+
+HWY_INLINE SixV load(const float* values) {
+  SixV v;
+  for (std::size_t p = 0; p < parts; ++p) v[p] = hn::Load(Eight(), values + lanes * p);
+  return v;
+}
+HWY_INLINE void store(const SixV& v, float* values) {
+  for (std::size_t p = 0; p < parts; ++p) hn::Store(v[p], Eight(), values + lanes * p);
+}
+HWY_INLINE SixV zero() {
+  SixV v;
+  v.fill(hn::Zero(Eight()));
+  return v;
+}
+
+/// A sum of products: three parts, so that none waits for itself.
+struct Sums {
+  std::array<SixV, 3> part;
+  HWY_INLINE Sums() {
+    for (SixV& sum : part) sum = zero();
+  }
+
+  /// Adds block x, of so many columns.
+  template <std::size_t columns>
+  HWY_INLINE void add(const float* block, const float* x) {
+    const Eight d;
+    for (std::size_t k = 0; k < columns; ++k) {
+      const EightV factor = hn::Set(d, x[k]);
+      for (std::size_t p = 0; p < parts; ++p)
+        part[k % 3][p] = hn::MulAdd(hn::Load(d, block + 8 * k + lanes * p), factor, part[k % 3][p]);
+    }
+  }
+  [[nodiscard]] HWY_INLINE SixV total() const {
+    SixV sum;
+    for (std::size_t p = 0; p < parts; ++p) sum[p] = hn::Add(hn::Add(part[0][p], part[1][p]), part[2][p]);
+    return sum;
+  }
+};
+
+HWY_INLINE SixV row_product(const PaddedRows& a, const Six* x, std::size_t row) {
+  Sums sums;
+  for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
+    sums.add<6>(a.blocks + six_by_six * k, x[a.columns[k]].values.data());
+  return sums.total();
+}
+
+HWY_INLINE SixV sum_of(const SixV& a, const SixV& b) {
+  SixV sum;
+  for (std::size_t p = 0; p < parts; ++p) sum[p] = hn::Add(a[p], b[p]);
+  return sum;
+}
+HWY_INLINE SixV difference_of(const SixV& a, const SixV& b) {
+  SixV difference;
+  for (std::size_t p = 0; p < parts; ++p) difference[p] = hn::Sub(a[p], b[p]);
+  return difference;
+}
+
+/// The product of the blocks of a row with columns in [low, high).
+HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
+                                std::size_t high) {
+  Sums sums;
+  for (const PaddedRows* part : {&a.first, &a.second}) {
+    for (std::size_t k = part->begin[row]; k < part->begin[row + 1]; ++k) {
+      const std::size_t column = part->columns[k];
+      if (column >= low && column < high) sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
+    }
+  }
+  return sums.total();
+}
+
+HWY_INLINE void relax_row(const SixMatrix& a, const SixV& right, Six* x, std::size_t row) {
+  Six values;
+  store(right, values.values.data());
+  Sums sums;
+  sums.add<6>(a.inverses + six_by_six * row, values.values.data());
+  store(sums.total(), x[row].values.data());
+}
+
+#endif
+
+}  // namespace
+
+#if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
+
+void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    Sums sums;
+    for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
+      sums.add<3>(a.blocks + six_by_three * k, &x[a.columns[k]].x);
+    store(sums.total(), y[row].values.data());
+  }
+}
+
+void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t row = begin; row < end; ++row) {
+    std::array sums{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
+      const float* block = a.blocks + three_by_six * k;
+      const Six& v = x[a.columns[k]];
+      for (std::size_t c = 0; c < 6; ++c)
+        sums[c % 3] = hn::MulAdd(hn::Load(d, block + 4 * c), hn::Set(d, v.values[c]), sums[c % 3]);
+    }
+    hn::Store(hn::Add(hn::Add(sums[0], sums[1]), sums[2]), d, &y[row].x);
+  }
+}
+
+void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) store(row_product(a, x, row), y[row].values.data());
+}
+
+void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row)
+    store(sum_of(load(y[row].values.data()), row_product(a, x, row)), y[row].values.data());
+}
+
+void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    const SixV known = columns_product(a, x, row, begin, row);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
+  }
+}
+
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    const SixV known = columns_product(a, x, row, begin, end);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
+  }
+}
+
+void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  for (std::size_t row = end; row-- > begin;) {
+    const SixV known = columns_product(a, x, row, begin, end);
+    relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
+  }
+}
+
+void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end) {
+  for (std::size_t row = begin; row < end; ++row) {
+    const SixV later = columns_product(a, x, row, row, ~std::size_t{0});
+    store(difference_of(zero(), later), r[row].values.data());
+  }
+}
+
+#else
+
+using scalar::add_six;
+using scalar::gather_points;
+using scalar::multiply_six;
+using scalar::relax_backward;
+using scalar::relax_forward;
+using scalar::relax_onward;
+using scalar::residual_above;
+using scalar::spread_to_points;
+
+#endif
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+
+HWY_EXPORT(gather_points);
+HWY_EXPORT(spread_to_points);
+HWY_EXPORT(multiply_six);
+HWY_EXPORT(add_six);
+HWY_EXPORT(relax_forward);
+HWY_EXPORT(relax_backward);
+HWY_EXPORT(relax_onward);
+HWY_EXPORT(residual_above);
+
+void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(gather_points)(a, x, y, begin, end);
+}
+void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(spread_to_points)(a, x, y, begin, end);
+}
+void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(multiply_six)(a, x, y, begin, end);
+}
+void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(add_six)(a, x, y, begin, end);
+}
+void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(relax_forward)(a, b, x, begin, end);
+}
+void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(relax_backward)(a, b, x, begin, end);
+}
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(relax_onward)(a, b, x, begin, end);
+}
+void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(residual_above)(a, x, r, begin, end);
+}
+
+}  // namespace palpate::simd
+#endif

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/padded.hpp"
+
+namespace palpate::simd {
+
+/// A vector of six with two more, which are zero.
+struct alignas(32) Six {
+  std::array<float, 8> values{};
+};
+
+/// Rows of blocks of six by six, three by six or six by three. Blocks are stored column by column, each
+/// filled up to eight values, where it has three to four. Columns of a row ascend.
+struct PaddedRows {
+  const std::uint32_t* begin;    ///< (n_rows + 1)
+  const std::uint32_t* columns;  ///< of each block
+  const float* blocks;
+};
+inline constexpr std::size_t six_by_six = 48;
+inline constexpr std::size_t six_by_three = 24;
+inline constexpr std::size_t three_by_six = 24;
+
+/// y = A x in rows [begin, end), with blocks of six by three.
+void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
+/// The same, three by six.
+void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
+/// y = A x, or y += A x, of six by six.
+void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
+void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
+
+/// A symmetric matrix of six by six blocks: those beside the diagonal, as the sum of two, and the inverses of
+/// those on it.
+struct SixMatrix {
+  PaddedRows first;
+  PaddedRows second;
+  const float* inverses;  ///< six_by_six a row
+};
+/// Block Gauss-Seidel for A x = b, row by row: forward from x = 0, backward from x. Columns that are not in
+/// [begin, end) do not count.
+void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+/// Forward from x.
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+/// r = b - A x in rows [begin, end), after relax_forward() of all; after relax_onward() of all
+/// with the change of x in its place.
+void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
+
+/// The twins in plain C++.
+namespace scalar {
+void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
+void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
+void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
+void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
+void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
+}  // namespace scalar
+
+}  // namespace palpate::simd

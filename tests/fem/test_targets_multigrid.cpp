@@ -1,0 +1,198 @@
+// The kernels of multigrid on every SIMD target that this processor has, against their twins in plain C++.
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "fem/block_matrix.hpp"
+#include "fem/meshes.hpp"
+#include "fem/system.hpp"
+#include "simd/gauss_seidel.hpp"
+#include "simd/padded_rows.hpp"
+#include "support/simd_targets.hpp"
+
+namespace palpate::fem::test {
+namespace {
+
+std::vector<float> random_floats(std::size_t count, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+  std::vector<float> values(count);
+  for (float& value : values) value = uniform(random);
+  return values;
+}
+
+void expect_near(std::span<const float> found, std::span<const float> expected, const char* target) {
+  ASSERT_EQ(found.size(), expected.size());
+  double size = 0.0;
+  double distance = 0.0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    size += std::pow(static_cast<double>(expected[i]), 2);
+    distance += std::pow(static_cast<double>(found[i] - expected[i]), 2);
+  }
+  EXPECT_GT(size, 0.0);
+  EXPECT_LT(distance, 1e-11 * size) << target;
+}
+void expect_near(std::span<const simd::Quad> found, std::span<const simd::Quad> expected,
+                 const char* target) {
+  const auto flat = [](std::span<const simd::Quad> quads) {
+    std::vector<float> values;
+    for (const simd::Quad& q : quads) values.insert(values.end(), {q.x, q.y, q.z});
+    return values;
+  };
+  expect_near(flat(found), flat(expected), target);
+}
+
+TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
+  System s(1);
+  const std::size_t slices = s.matrix.slice_count();
+  const auto start = quads_by_row(s, s.random_free_vector(1));
+  const auto r = floats_by_row(s, s.random_free_vector(2));
+  const auto rotations = random_floats(simd::slot_values * slices, 3);
+  s.couplings.multiply(s.threads, start);
+  const simd::SmootherRows rows{.rows = s.matrix.rows(),
+                                .couplings = s.couplings.rows(),
+                                .inverses = s.system.inverse_diagonal().data(),
+                                .rotations = rotations.data()};
+  const std::vector<std::uint32_t> list(s.matrix.slices_of_color()[1].begin(),
+                                        s.matrix.slices_of_color()[1].end());
+  auto relaxed = start;
+  simd::scalar::relax_slices(rows, r.data(), relaxed.data(), list.data(), list.size());
+  std::vector<simd::Quad> residual(start.size());
+  simd::scalar::turned_residual(rows, r.data(), start.data(), residual.data(), 0, slices);
+  auto added = start;
+  simd::scalar::add_turned(rows, residual.data(), added.data(), 0, slices);
+  std::vector<float> values(r.size());
+  const double inner = simd::scalar::store_slices(start.data(), r.data(), values.data(), 0, slices);
+  int targets = 0;
+  palpate::test::for_each_simd_target([&](const char* target) {
+    ++targets;
+    auto z = start;
+    simd::relax_slices(rows, r.data(), z.data(), list.data(), list.size());
+    expect_near(z, relaxed, target);
+    std::vector<simd::Quad> t(start.size());
+    simd::turned_residual(rows, r.data(), start.data(), t.data(), 0, slices);
+    expect_near(t, residual, target);
+    z = start;
+    simd::add_turned(rows, residual.data(), z.data(), 0, slices);
+    expect_near(z, added, target);
+    std::vector<float> stored(r.size());
+    const double sum = simd::store_slices(start.data(), r.data(), stored.data(), 0, slices);
+    EXPECT_EQ(stored, values) << target;
+    EXPECT_NEAR(sum, inner, 1e-5 * std::abs(inner)) << target;
+  });
+  EXPECT_GT(targets, 1);
+}
+
+TEST(SimdTargets, ListedProductsAreThoseOfTheCouplings) {
+  System s(1);
+  const auto x = quads_by_row(s, s.random_free_vector(4));
+  const std::vector<std::uint32_t> list{0, 3, 4, 77, 599};
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<simd::Quad> all(s.list.size());
+    simd::coupling_products(s.couplings.terms().data(), x.data(), all.data(), 0, all.size());
+    std::vector<simd::Quad> listed(s.list.size());
+    simd::listed_products(s.couplings.terms().data(), x.data(), listed.data(), list.data(), list.size());
+    for (const std::uint32_t c : list) {
+      EXPECT_EQ(listed[c].x, all[c].x) << target;
+      EXPECT_EQ(listed[c].z, all[c].z) << target;
+    }
+    EXPECT_EQ(listed[1].x, 0.0F);
+  });
+}
+
+TEST(SimdTargets, RotationsEqualTheirTwins) {
+  const std::vector<std::uint32_t> slots{0, 1, 2};
+  std::vector<std::uint32_t> lanes(32);
+  for (std::uint32_t i = 0; i < 32; ++i) lanes[i] = (7 * i + 3) % 32;
+  const auto edges = random_floats(2 * simd::slice_values, 112);
+  std::vector<simd::Quad> positions(32);
+  const auto values = random_floats(96, 115);
+  for (std::size_t i = 0; i < 32; ++i) positions[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+  const simd::EdgeRows rows{slots.data(), lanes.data(), edges.data()};
+  std::vector<float> expected(2 * simd::slot_values);
+  simd::scalar::find_rotations(rows, positions.data(), expected.data(), 0, 2);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<float> found(expected.size());
+    simd::find_rotations(rows, positions.data(), found.data(), 0, 2);
+    expect_near(found, expected, target);
+  });
+}
+
+/// Five rows of six with some blocks each, as couplings add more.
+struct PaddedCase {
+  std::vector<std::uint32_t> begin{0, 2, 4, 7, 8, 10};
+  std::vector<std::uint32_t> columns{1, 4, 0, 2, 1, 3, 4, 2, 0, 2};
+  std::vector<std::uint32_t> more_begin{0, 0, 1, 1, 2, 2};
+  std::vector<std::uint32_t> more_columns{4, 1};
+  simd::AlignedVector<float> blocks = filled(simd::six_by_six * 10, 1);
+  simd::AlignedVector<float> more = filled(simd::six_by_six * 2, 2);
+  simd::AlignedVector<float> inverses = filled(simd::six_by_six * 5, 3);
+  simd::AlignedVector<simd::Six> b = sixes(4);
+  simd::AlignedVector<simd::Six> x = sixes(5);
+
+  static simd::AlignedVector<float> filled(std::size_t count, unsigned seed) {
+    const auto values = random_floats(count, seed);
+    return {values.begin(), values.end()};
+  }
+  static simd::AlignedVector<simd::Six> sixes(unsigned seed) {
+    const auto values = random_floats(40, seed);
+    simd::AlignedVector<simd::Six> result(5);
+    for (std::size_t i = 0; i < 40; ++i) result[i / 8].values[i % 8] = values[i];
+    return result;
+  }
+  [[nodiscard]] simd::PaddedRows rows() const { return {begin.data(), columns.data(), blocks.data()}; }
+  [[nodiscard]] simd::SixMatrix matrix() const {
+    return {rows(), {more_begin.data(), more_columns.data(), more.data()}, inverses.data()};
+  }
+};
+
+std::vector<float> flat(const simd::AlignedVector<simd::Six>& rows) {
+  std::vector<float> values;
+  for (const simd::Six& row : rows) values.insert(values.end(), row.values.begin(), row.values.end());
+  return values;
+}
+
+TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
+  const PaddedCase c;
+  std::vector<simd::Quad> points(5);
+  for (std::size_t i = 0; i < 5; ++i)
+    points[i] = {c.b[i].values[0], c.b[i].values[1], c.b[i].values[2], 0.0F};
+  const auto all = [&](auto&& gather, auto&& spread, auto&& multiply, auto&& add, auto&& forward,
+                       auto&& backward, auto&& onward, auto&& residual) {
+    std::vector<std::vector<float>> results;
+    auto y = c.x;
+    gather(c.rows(), points.data(), y.data(), 1, 5);
+    results.push_back(flat(y));
+    std::vector<simd::Quad> q(5);
+    spread(c.rows(), c.x.data(), q.data(), 0, 5);
+    results.emplace_back();
+    for (const simd::Quad& v : q) results.back().insert(results.back().end(), {v.x, v.y, v.z, v.w});
+    y = c.b;
+    multiply(c.rows(), c.x.data(), y.data(), 0, 4);
+    results.push_back(flat(y));
+    add(c.rows(), c.x.data(), y.data(), 1, 5);
+    results.push_back(flat(y));
+    y = c.x;
+    forward(c.matrix(), c.b.data(), y.data(), 0, 5);
+    results.push_back(flat(y));
+    backward(c.matrix(), c.b.data(), y.data(), 1, 5);
+    results.push_back(flat(y));
+    onward(c.matrix(), c.b.data(), y.data(), 0, 4);
+    results.push_back(flat(y));
+    residual(c.matrix(), c.x.data(), y.data(), 1, 4);
+    results.push_back(flat(y));
+    return results;
+  };
+  const auto expected =
+      all(simd::scalar::gather_points, simd::scalar::spread_to_points, simd::scalar::multiply_six,
+          simd::scalar::add_six, simd::scalar::relax_forward, simd::scalar::relax_backward,
+          simd::scalar::relax_onward, simd::scalar::residual_above);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    const auto found =
+        all(simd::gather_points, simd::spread_to_points, simd::multiply_six, simd::add_six,
+            simd::relax_forward, simd::relax_backward, simd::relax_onward, simd::residual_above);
+    for (std::size_t k = 0; k < expected.size(); ++k) expect_near(found[k], expected[k], target);
+  });
+}
+
+}  // namespace
+}  // namespace palpate::fem::test
