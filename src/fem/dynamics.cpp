@@ -115,7 +115,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
     element_stiffness_damping_[e] =
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
-  inverted_steps_.resize(elements, 0);
+  inversion_clocks_.resize(elements, 0.0);
   plastic_strains_next_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
   end_positions_ = positions_;
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
@@ -337,10 +337,7 @@ void Dynamics::end_step() {
   std::swap(positions_, end_positions_);
   updated_ = false;
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
-  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
-    const bool inverted = elements_.inverted(static_cast<Index>(e));
-    inverted_steps_[e] = inverted ? inverted_steps_[e] + 1 : 0;
-  });
+  advance_inversion_clocks();
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
 }
@@ -394,19 +391,13 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
   elements_.set_plastic_strains(strains);
 }
 
-void Dynamics::set_inverted_steps(std::span<const Index> steps) {
-  check_length("inverted_steps", steps.size(), inverted_steps_.size(), "element");
-  for (const Index count : steps) require(count >= 0, "inverted_steps", count, "numbers >= 0");
-  std::ranges::copy(steps, inverted_steps_.begin());
-}
-
 DynamicsState Dynamics::state() const {
   const auto strains = elements_.plastic_strains();
   return {.positions = positions_,
           .velocities = velocities_,
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
-          .inverted_steps = inverted_steps_,
+          .inversion_clocks = inversion_clocks_,
           .stage = stage_};
 }
 
@@ -415,7 +406,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocities, "velocities");
   check_points(state.velocity_changes, "velocity_changes");
   check_strains(state.plastic_strains);
-  set_inverted_steps(state.inverted_steps);  // the last that can fail
+  set_inversion_clocks(state.inversion_clocks);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
   // Not through set_velocities(): what moves on rails has a velocity that friction feels.
   std::ranges::copy(state.velocities, velocities_.begin());

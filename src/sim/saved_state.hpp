@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 2};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 3};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -81,7 +81,7 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
-  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps);
+  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inversion_clocks);
   archive.choice(s.stage, 4);
 }
 
