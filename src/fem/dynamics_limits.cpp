@@ -14,7 +14,7 @@ constexpr std::size_t element_grain = 256;
 /// From when an element has a positive volume again, its bulk modulus returns within this time, s: some
 /// periods of one tet of soft tissue. Returning faster, it kicks neighbours that are still inverted
 /// (docs/inversion.md).
-constexpr double bulk_return_time = 0.1;
+constexpr double bulk_return_time = 0.3;
 
 }  // namespace
 
