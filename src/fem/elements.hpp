@@ -38,8 +38,8 @@ using Columns = std::array<simd::AlignedVector<double>, N>;
 ///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
 /// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
 /// stays as it is.
-/// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda may
-/// be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
+/// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
+/// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
 /// derivative; F is built from displacements, so that it is exactly I at rest.
 class Elements {
  public:

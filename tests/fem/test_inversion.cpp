@@ -105,10 +105,15 @@ TEST(Inversion, KeepsMomentum) {
   dynamics.set_positions(noisy(ball, 0.1, 7));
   dynamics.set_velocities(std::vector<Vec3>(ball.points_rest().size(), {1.0, 2.0, -1.0}));
   const Vec3 before = momentum(dynamics);
-  for (int n = 0; n < 50; ++n) dynamics.step(0.01, {}, {}, {}, 1e-12, 2000);
-  EXPECT_GT(*std::ranges::max_element(dynamics.inversion_clocks()) -
-                *std::ranges::min_element(dynamics.inversion_clocks()),
-            0.0);
+  for (int n = 0; n < 50; ++n) {
+    dynamics.step(0.01, {}, {}, {}, 1e-12, 2000);
+    if (n == 2) {
+      ASSERT_GT(*std::ranges::max_element(dynamics.inversion_clocks()), 0.0);
+    }
+    if (n == 20) {
+      ASSERT_LT(*std::ranges::min_element(dynamics.inversion_clocks()), 0.0);
+    }
+  }
   EXPECT_LT(length(momentum(dynamics) - before), 1e-10 * length(before));
 }
 

@@ -119,9 +119,7 @@ TEST(BlowUp, ATetThatStaysInverted) {
                          .fixed_points = fixed,
                          .obstacles = {1, 0}},
                         settings, 1);
-  expect_last_state_kept(
-      simulation, "body liver: tet ",
-      ", expected less than 0.4 s (limits.inverted_time)");
+  expect_last_state_kept(simulation, "body liver: tet ", ", expected less than 0.4 s (limits.inverted_time)");
   EXPECT_GT(simulation.metrics().step, 40);
 }
 

@@ -15,8 +15,8 @@ namespace {
 int inverted_tets(const Simulation& s) {
   return static_cast<int>(std::ranges::count_if(s.bodies().tets(), [&](const Tet& t) {
     const Vec3& a = at(s.positions(), t[0]);
-    return !(dot(at(s.positions(), t[1]) - a, cross(at(s.positions(), t[2]) - a, at(s.positions(), t[3]) - a)) >
-             0.0);
+    return !(dot(at(s.positions(), t[1]) - a,
+                 cross(at(s.positions(), t[2]) - a, at(s.positions(), t[3]) - a)) > 0.0);
   }));
 }
 
@@ -44,8 +44,8 @@ void expect_return(const Pull& pull, bool plate) {
   SimulationSettings settings;
   settings.time_step = pull.time_step;
   if (!plate) settings.gravity = {};
-  Simulation simulation(
-      {.bodies = std::move(bodies), .materials = materials, .obstacles = obstacles}, settings, 1);
+  Simulation simulation({.bodies = std::move(bodies), .materials = materials, .obstacles = obstacles},
+                        settings, 1);
   const auto steps = [&](double time) { return static_cast<int>(time / pull.time_step); };
   const Index grab = simulation.grab({.point = 5, .target = {0, 0, 0.06}, .stiffness = pull.stiffness});
   const std::vector<Vec3> targets{
