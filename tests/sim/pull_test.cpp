@@ -78,5 +78,29 @@ TEST(Pull, ThroughAndOverAPlateToo) {
   expect_return({5e4, 0.49, 1e4, 0.01}, true);
 }
 
+/// A soft ball thrown at a plate so that it is crushed flat, and inside out in parts.
+TEST(Pull, ABodyCrushedAgainstAPlateComesBack) {
+  for (const double nu : {0.3, 0.4, 0.49}) {
+    Bodies bodies;
+    bodies.add("ball", test::ball_mesh(4, {0.0, 0.0, 0.06}, 0.05));
+    bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.0}));
+    const Material material{.young_modulus = 5e3, .poisson_ratio = nu, .stiffness_damping = 0.002};
+    std::vector<Vec3> velocities(bodies.points_rest().size());
+    std::fill_n(velocities.begin(), bodies.bodies()[0].points.size(), Vec3{0.0, 0.0, -12.0});
+    Simulation simulation({.bodies = std::move(bodies),
+                           .materials = {material, material},
+                           .obstacles = {0, 1},
+                           .velocities = velocities},
+                          {}, 1);
+    int most = 0;
+    for (int n = 0; n < 300; ++n) {
+      ASSERT_NO_THROW(simulation.step());
+      most = std::max(most, inverted_tets(simulation));
+    }
+    EXPECT_GT(most, 20);
+    EXPECT_EQ(inverted_tets(simulation), 0) << "nu " << nu << ", at most " << most;
+  }
+}
+
 }  // namespace
 }  // namespace palpate
