@@ -11,6 +11,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t element_grain = 256;
+/// The most lambda / mu while inverted: that of nu = 1/3.
+constexpr double inverted_ratio = 2.0;
 /// From when an element has a positive volume again, its bulk modulus returns within this time, s: some
 /// periods of one tet of soft tissue. Returning faster, it kicks neighbours that are still inverted
 /// (docs/inversion.md).
@@ -34,13 +36,14 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   return {body_title(body), "point " + std::to_string(own), found, expected};
 }
 
-/// None while it is inverted: what is left, mu |F - R|^2, has no other stationary point than F = R, and does
-/// not lock the tets around it.
+/// A large bulk modulus of inverted tets locks the tets around them.
 void Dynamics::set_bulk_fraction(std::size_t element) {
   const double clock = inversion_clocks_[element];
   double returned = clock > 0.0 ? 0.0 : 1.0;
   if (clock < 0.0) returned = std::max(0.0, 1.0 + clock / bulk_return_time);
-  elements_.set_bulk_fraction(static_cast<Index>(element), returned * returned);
+  const double ratio = elements_.ratios()[element];
+  const double least = ratio > inverted_ratio ? inverted_ratio / ratio : 1.0;
+  elements_.set_bulk_fraction(static_cast<Index>(element), least + (1.0 - least) * returned * returned);
 }
 
 /// By a step that has been taken.
