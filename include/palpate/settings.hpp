@@ -147,8 +147,9 @@ struct LimitSettings {
   /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
   /// step, and what a free fall adds.
   std::optional<double> max_speed{};
-  /// > 0; a tet that has been inverted (volume <= 0) for so many steps in a row is beyond recovery.
-  int inverted_steps = 300;
+  /// s, > 0; a tet that has been inverted (volume <= 0) for so long without a break stops the run. None: none
+  /// does, since its forces lead it back (docs/inversion.md).
+  std::optional<double> inverted_time{};
 };
 
 /// Everything of a simulation that is not a body.

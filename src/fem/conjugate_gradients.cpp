@@ -73,26 +73,34 @@ void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
         run.multigrid->apply(run.threads, run.system, row_residual_, row_preconditioned_);
 }
 
+int ConjugateGradients::patience(const LinearSystem& system) {
+  constexpr double of_iterations = 40.0;        // a few of multigrid, and its smaller parts
+  constexpr double blocks_a_coupling = 5000.0;  // 6x6 products on the coarse levels, over those of a product
+  const double blocks = static_cast<double>(system.blocks().value_bytes()) / (9.0 * sizeof(float));
+  const double couplings = blocks_a_coupling * static_cast<double>(system.couplings().size());
+  return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));
+}
+
 /// What the solve begins with, and when it changes.
 void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
-  report.stage = run.goal.stage;
   if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
-  if (run.goal.preconditioner == Preconditioner::multigrid) report.stage = Stage::multigrid;
-  if (report.stage == Stage::multigrid) {
+  const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
+  const int most = patience(run.system);
+  if (automatic && report.jacobi_iterations < most) {
+    run.change_at = most;
+  } else {
     run.multigrid->update(run.threads, run.system, run.positions);
     report.multigrid = true;
-  } else {
-    run.change_at = patience;
   }
 }
 
 /// To multigrid, in the course of a solve.
 void ConjugateGradients::change(Run& run, SolveReport& report) {
   run.multigrid->update(run.threads, run.system, run.positions);
+  report.jacobi_iterations = run.change_at;
   run.change_at = std::numeric_limits<int>::max();
   report.multigrid = true;
-  report.stage = Stage::multigrid;
   run.sums = advance(run, 0.0);
   precondition(run, report);
   clear_estimates();
@@ -111,11 +119,11 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
           .multigrid = multigrid,
           .positions = positions};
   run.size_b = start(run);
-  if (run.size_b == 0.0) return {.stage = goal.stage, .converged = true};
+  if (run.size_b == 0.0) return {.jacobi_iterations = goal.jacobi_iterations, .converged = true};
   load(run);
   run.sums = advance(run, 0.0);
   clear_estimates();
-  SolveReport report{.stage = goal.stage};
+  SolveReport report{.jacobi_iterations = goal.jacobi_iterations};
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   double turned = 0.0;

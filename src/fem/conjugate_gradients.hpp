@@ -14,12 +14,6 @@
 
 namespace palpate::fem {
 
-/// What Preconditioner::automatic begins a solve with, by counts of iterations and never by time.
-enum class Stage : std::uint8_t {
-  jacobi,     ///< block Jacobi; after so many iterations that multigrid would be done, multigrid, and so on
-  multigrid,  ///< multigrid
-};
-
 /// When a solve stops. Residuals are measured by their plain norm, solutions by mass, |x|^2 = sum m_i x_i^2
 /// with the masses of LinearSystem.
 struct SolveGoal {
@@ -29,8 +23,8 @@ struct SolveGoal {
   /// relative to the right side.
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
-  /// How far automatic has come in earlier solves (SolveReport).
-  Stage stage = Stage::jacobi;
+  /// Iterations of block Jacobi that an earlier solve has not been enough with (SolveReport); 0: none.
+  int jacobi_iterations = 0;
   /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
   int fixed_iterations = 0;
   /// Where what the tolerance is relative to is smaller, these are.
@@ -47,7 +41,9 @@ struct SolveReport {
   /// which no error by mass exceeds.
   double relative_error = 0.0;
   bool multigrid = false;       ///< the preconditioner was multigrid, at least in the end
-  Stage stage = Stage::jacobi;  ///< of automatic, for the next solve
+  /// Of block Jacobi that automatic has not been enough with so far, for the next solve: it begins with
+  /// multigrid where that takes no more products than these.
+  int jacobi_iterations = 0;
   bool converged = false;       ///< the goal is reached
 };
 
@@ -79,9 +75,9 @@ class ConjugateGradients {
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});
-  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve
-  /// with that costs, an iteration and the update about six products each.
-  static constexpr int patience = 40;
+  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve with
+  /// that costs in products, with what the couplings cost on coarse levels. A count, so the same everywhere.
+  static int patience(const LinearSystem& system);
 
  private:
   /// A solve that has begun.

@@ -114,7 +114,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
     element_stiffness_damping_[e] =
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
-  inverted_steps_.resize(elements, 0);
+  inversion_clocks_.resize(elements, 0.0);
   plastic_strains_next_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
   end_positions_ = positions_;
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
@@ -273,6 +273,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   set_time_step(time_step);
+  multigrid_.begin_step();
   turns_.begin(threads_, positions_, velocities_, time_step);
   set_loads(gravity, external_forces);
   linearise();
@@ -283,7 +284,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   check_solve(goal);
   goal.least_scale = load_scale_;
   goal.least_residual = load_impulse_;
-  goal.stage = stage_;
+  goal.jacobi_iterations = jacobi_iterations_;
   couplings_.set(couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
@@ -295,7 +296,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   }
   const Report report =
       solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
-  if (goal.preconditioner == Preconditioner::automatic) stage_ = report.stage;
+  jacobi_iterations_ = report.jacobi_iterations;
   if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
     // The solver carries what overflows to all points; where the force is largest it began.
     const auto largest = std::ranges::max_element(
@@ -336,10 +337,7 @@ void Dynamics::end_step() {
   std::swap(positions_, end_positions_);
   updated_ = false;
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
-  parallel::for_each(threads_, inverted_steps_.size(), point_grain, [&](std::size_t e) {
-    const bool inverted = elements_.inverted(static_cast<Index>(e));
-    inverted_steps_[e] = inverted ? inverted_steps_[e] + 1 : 0;
-  });
+  advance_inversion_clocks();
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
 }
@@ -393,20 +391,14 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
   elements_.set_plastic_strains(strains);
 }
 
-void Dynamics::set_inverted_steps(std::span<const Index> steps) {
-  check_length("inverted_steps", steps.size(), inverted_steps_.size(), "element");
-  for (const Index count : steps) require(count >= 0, "inverted_steps", count, "numbers >= 0");
-  std::ranges::copy(steps, inverted_steps_.begin());
-}
-
 DynamicsState Dynamics::state() const {
   const auto strains = elements_.plastic_strains();
   return {.positions = positions_,
           .velocities = velocities_,
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
-          .inverted_steps = inverted_steps_,
-          .stage = stage_,
+          .inversion_clocks = inversion_clocks_,
+          .jacobi_iterations = jacobi_iterations_,
           .multigrid_reference = multigrid_.reference(),
           .multigrid_worn = multigrid_.worn()};
 }
@@ -417,13 +409,13 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocity_changes, "velocity_changes");
   check_strains(state.plastic_strains);
   if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
-  set_inverted_steps(state.inverted_steps);  // the last that can fail
+  set_inversion_clocks(state.inversion_clocks);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
   // Not through set_velocities(): what moves on rails has a velocity that friction feels.
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
-  stage_ = state.stage;
+  jacobi_iterations_ = state.jacobi_iterations;
   multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
   updated_ = false;
 }

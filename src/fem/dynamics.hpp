@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,8 +26,8 @@ struct DynamicsState {
   std::vector<Vec3> velocities;        ///< (n_points x 3), m/s; of points that are not free too
   std::vector<Vec3> velocity_changes;  ///< (n_points x 3), m/s: the guess of the next step
   std::vector<SymmetricMatrix3> plastic_strains;
-  std::vector<Index> inverted_steps;
-  Stage stage = Stage::jacobi;            ///< of the automatic preconditioner
+  std::vector<double> inversion_clocks;
+  int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_worn = 0;                 ///< Multigrid::worn()
 };
@@ -87,9 +88,9 @@ class Dynamics {
   /// end_step(). Positions, velocities and plastic strains change in end_step() only. The arguments and
   /// errors are those of step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
-  /// Preconditioner::automatic goes through its stages over the run (Stage), which are part of the state.
-  /// \param goal  its least scales are set to what gravity and external forces alone would make, its stage to
-  /// that of the run
+  /// What Preconditioner::automatic has found out in earlier solves is part of the state.
+  /// \param goal  its least scales are set to what gravity and external forces alone would make, its
+  /// jacobi_iterations to those of the run
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Between solve() and end_step(): where bodies turn otherwise than the frames of the step, takes frames
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
@@ -99,9 +100,9 @@ class Dynamics {
   /// in it, over its length. Those at its end are the same but in bodies that are followed in their turn.
   [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where mean_velocities() are above
-  /// `max_speed`, or where an element has been inverted for `inverted_steps` steps in a row and still is at
-  /// the start of this one. The state stays as it is.
-  void check_limits(double max_speed, int inverted_steps);
+  /// `max_speed`, or where an element has been inverted for `inverted_time` (s; none: no limit) without a
+  /// break and still is at the start of this step. The state stays as it is.
+  void check_limits(double max_speed, std::optional<double> inverted_time);
   /// Positions at the end of the step as the last solve() has them (n_points x 3), m: those that end_step()
   /// takes.
   [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
@@ -113,11 +114,13 @@ class Dynamics {
   /// needs.
   [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
   /// Plastic strain of each element in its turned frame, (n_elements), or empty where no material yields; and
-  /// for how many steps in a row each has started inverted (n_elements). Part of the state, too.
+  /// an inversion clock of each (n_elements), s: > 0: the length of the steps in a row that it has started
+  /// inverted; < 0: the time until it has its whole bulk modulus again (docs/inversion.md); 0: neither. Part
+  /// of the state, too.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const {
     return elements_.plastic_strains();
   }
-  [[nodiscard]] std::span<const Index> inverted_steps() const { return inverted_steps_; }
+  [[nodiscard]] std::span<const double> inversion_clocks() const { return inversion_clocks_; }
   /// Elements::tet_of_element(): of what these two have values for.
   [[nodiscard]] std::span<const Index> tet_of_element() const { return elements_.tet_of_element(); }
   [[nodiscard]] std::span<const double> point_masses() const {
@@ -132,10 +135,10 @@ class Dynamics {
   void set_positions(std::span<const Vec3> positions);
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
-  /// The same for values per element, of the lengths of plastic_strains() and inverted_steps(). A strain is
-  /// taken where the material can yield and stays zero elsewhere.
+  /// The same for values per element, of the lengths of plastic_strains() and inversion_clocks(). A strain
+  /// is taken where the material can yield and stays zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
-  void set_inverted_steps(std::span<const Index> steps);
+  void set_inversion_clocks(std::span<const double> clocks);
   /// All of it: steps after set_state(state()) have the bits that they would have had. set_state() throws
   /// Error on another length or a value that is not finite, with the state as it was. O(n_points +
   /// n_elements).
@@ -161,6 +164,8 @@ class Dynamics {
   void set_base_velocities();
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
+  void advance_inversion_clocks();
+  void set_bulk_fraction(std::size_t element);
   void check_points(std::span<const Vec3> values, const char* name);
   void check_strains(std::span<const SymmetricMatrix3> strains) const;
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
@@ -189,7 +194,7 @@ class Dynamics {
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
   std::vector<Vec3> end_positions_;                     ///< as the last solve() has them
-  std::vector<Index> inverted_steps_;                   ///< (n_elements), before the step that has begun
+  std::vector<double> inversion_clocks_;                ///< (n_elements), before the step that has begun
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
   std::vector<Vec3> velocities_;
   std::vector<Vec3> velocity_changes_;
@@ -207,7 +212,7 @@ class Dynamics {
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;      ///< of the solution, by mass: that of gravity and external forces alone
   double time_step_ = 0.0;       ///< of the step that has begun; that of diagonal_ and factors_
-  Stage stage_ = Stage::jacobi;  ///< of the automatic preconditioner
+  int jacobi_iterations_ = 0;   ///< of block Jacobi, that a solve has not been enough with
   bool updated_ = false;         ///< elements_ are as the positions and the plastic strains are now
 };
 

@@ -1,5 +1,4 @@
-// What stops a run, and where it says that it was: the part of Dynamics that looks at a step before it is
-// taken.
+// The part of Dynamics that checks a step before it is taken, and the inversion clocks that this needs.
 #include <algorithm>
 #include <string>
 
@@ -9,6 +8,17 @@
 #include "number_text.hpp"
 
 namespace palpate::fem {
+namespace {
+
+constexpr std::size_t element_grain = 256;
+/// The most lambda / mu while inverted: that of nu = 1/3.
+constexpr double inverted_ratio = 2.0;
+/// From when an element has a positive volume again, its bulk modulus returns within this time, s: some
+/// periods of one tet of soft tissue. Returning faster, it kicks neighbours that are still inverted
+/// (docs/inversion.md).
+constexpr double bulk_return_time = 0.3;
+
+}  // namespace
 
 Error Dynamics::error_at_element(Index element, const std::string& found, const std::string& expected) const {
   const Body& body = at(bodies_, at(elements_.body_of_element(), element));
@@ -26,7 +36,46 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   return {body_title(body), "point " + std::to_string(own), found, expected};
 }
 
-void Dynamics::check_limits(double max_speed, int inverted_steps) {
+/// A large bulk modulus of inverted tets locks the tets around them.
+void Dynamics::set_bulk_fraction(std::size_t element) {
+  const double clock = inversion_clocks_[element];
+  double returned = clock > 0.0 ? 0.0 : 1.0;
+  if (clock < 0.0) returned = std::max(0.0, 1.0 + clock / bulk_return_time);
+  const double ratio = elements_.ratios()[element];
+  const double least = ratio > inverted_ratio ? inverted_ratio / ratio : 1.0;
+  elements_.set_bulk_fraction(static_cast<Index>(element), least + (1.0 - least) * returned * returned);
+}
+
+/// By a step that has been taken.
+void Dynamics::advance_inversion_clocks() {
+  parallel::for_each(threads_, inversion_clocks_.size(), element_grain, [&](std::size_t e) {
+    const double before = inversion_clocks_[e];
+    const bool inverted = elements_.inverted(static_cast<Index>(e));
+    if (!inverted && before == 0.0) return;
+    double& clock = inversion_clocks_[e];
+    if (inverted) {
+      clock = std::max(0.0, before) + time_step_;
+    } else {
+      clock = before > 0.0 ? -bulk_return_time : std::min(0.0, before + time_step_);
+    }
+    set_bulk_fraction(e);
+  });
+}
+
+void Dynamics::set_inversion_clocks(std::span<const double> clocks) {
+  if (clocks.size() != inversion_clocks_.size())
+    throw Error("dynamics", "inversion_clocks", std::to_string(clocks.size()) + " values",
+                std::to_string(inversion_clocks_.size()) + " values, one per element");
+  for (const double clock : clocks) {
+    if (!std::isfinite(clock))
+      throw Error("dynamics", "inversion_clocks", "a value that is not finite", "finite values");
+  }
+  std::ranges::copy(clocks, inversion_clocks_.begin());
+  for (std::size_t e = 0; e < inversion_clocks_.size(); ++e) set_bulk_fraction(e);
+  updated_ = false;
+}
+
+void Dynamics::check_limits(double max_speed, std::optional<double> inverted_time) {
   // Not by squares, which overflow before the speeds do.
   const auto speed = [](const Vec3& v) { return scaled_length(v); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
@@ -38,17 +87,20 @@ void Dynamics::check_limits(double max_speed, int inverted_steps) {
                          "a speed of " + number_text(speed(*fastest)),
                          "at most " + number_text(max_speed) + " (limits.max_speed)");
   }
+  if (!inverted_time) return;
+  constexpr double rounding = 1e-9;  // of the sum of the steps
+  const double longest = *inverted_time * (1.0 - rounding);
   const auto stuck = [&](std::size_t e) {
-    return elements_.inverted(static_cast<Index>(e)) && inverted_steps_[e] >= inverted_steps;
+    return elements_.inverted(static_cast<Index>(e)) && inversion_clocks_[e] >= longest;
   };
-  const double all_stuck = parallel::sum(threads_, inverted_steps_.size(), partial_,
+  const double all_stuck = parallel::sum(threads_, inversion_clocks_.size(), partial_,
                                          [&](std::size_t e) { return stuck(e) ? 1.0 : 0.0; });
   if (all_stuck == 0.0) return;
   std::size_t first = 0;
   while (!stuck(first)) ++first;
   throw error_at_element(static_cast<Index>(first),
-                         "it inverted for " + std::to_string(inverted_steps_[first]) + " steps in a row",
-                         "fewer than " + std::to_string(inverted_steps) + " (limits.inverted_steps)");
+                         "it inverted for " + number_text(inversion_clocks_[first]) + " s",
+                         "less than " + number_text(*inverted_time) + " s (limits.inverted_time)");
 }
 
 }  // namespace palpate::fem

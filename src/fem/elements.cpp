@@ -61,6 +61,7 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
   }
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
+  bulk_fraction_.assign(corners_.size(), 1.0);
   for (auto* vector : {&displacements_, &point_forces_, &products_}) vector->resize(points_rest_.size());
   force_sums_ = CornerSums(corners_, points_rest_.size());
   product_sums_ = force_sums_;
@@ -157,7 +158,7 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   const Matrix3 stretch = elastic_stretch(element, f, rotation);
   const Vec3 twist = yields(element) ? twist_of(f, rotation, plastic_strains_[element]) : Vec3{};
   // tr(R^T F - I) = tr(R^T (F - R)), without the cancellation of the left side near rest.
-  const double pressure = lambda_[element] * inner(rotation, stretch);
+  const double pressure = bulk_fraction_[element] * lambda_[element] * inner(rotation, stretch);
   const double twice_mu = 2.0 * mu_[element];
   const double scale = std::sqrt(factor_[element] * mu_[element] * volume_[element]);
   energy_[element] = volume_[element] * energy_density(element, rotation, stretch);
@@ -255,7 +256,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                          own.forces = forces.data();
                          simd::element_pass(own, begin, whole_groups(end));
                          for (std::size_t e = begin; e < end; ++e) {
-                           if (left_[e] != 0 || has_yielded(e))
+                           if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e))
                              update_element(e, positions, &forces[16 * (e - begin)]);
                          }
                          take_forces(chunk, forces, corner_forces);

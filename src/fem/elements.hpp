@@ -38,8 +38,9 @@ using Columns = std::array<simd::AlignedVector<double>, N>;
 ///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
 /// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
 /// stays as it is.
-/// Deviations: R has det R = +1 for every F, so that inverted elements recover; F is built from
-/// displacements, so that it is exactly I at rest.
+/// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
+/// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
+/// derivative; F is built from displacements, so that it is exactly I at rest.
 class Elements {
  public:
   /// \param materials  checked by the caller
@@ -65,6 +66,9 @@ class Elements {
 
   /// Factors >= 0 of the stiffness of each element (n_elements), 1 at first; as of the next update().
   void set_factors(std::span<const double> factors);
+  /// Fraction of lambda, 0 to 1, that an element has in its energy and forces; 1 at first; as of the next
+  /// update().
+  void set_bulk_fraction(Index element, double fraction) { at(bulk_fraction_, element) = fraction; }
   /// Rotations, forces, energies and turned gradients of every element at these positions (n_points x 3, m),
   /// several elements at a time (simd/element_pass.hpp). O(n_elements).
   /// \param corner_forces  empty, or gets the force on corner k of element e, N, at 4 e + k (4 n_elements):
@@ -141,6 +145,7 @@ class Elements {
   simd::AlignedVector<double> lambda_;
   simd::AlignedVector<double> ratio_;
   simd::AlignedVector<double> factor_;
+  std::vector<double> bulk_fraction_;  ///< (n_elements) of lambda
   simd::AlignedVector<double> energy_;
   Columns<9> turned_;                           ///< a_i of corners 1 to 3
   simd::AlignedVector<simd::Quad> gradients_;   ///< a_i, corner by corner

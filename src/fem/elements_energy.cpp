@@ -13,7 +13,8 @@ constexpr std::size_t element_grain = CornerSums::chunk;
 
 double Elements::energy_density(std::size_t element, const Matrix3& rotation, const Matrix3& stretch) const {
   const double trace = inner(rotation, stretch);
-  return mu_[element] * inner(stretch, stretch) + 0.5 * lambda_[element] * trace * trace;
+  const double lambda = bulk_fraction_[element] * lambda_[element];
+  return mu_[element] * inner(stretch, stretch) + 0.5 * lambda * trace * trace;
 }
 
 double Elements::energy(Index element, std::span<const Vec3> positions) const {

@@ -11,6 +11,7 @@ constexpr std::size_t slice_grain = 16;
 constexpr std::size_t node_grain = 64;
 constexpr std::size_t coupling_grain = 64;
 constexpr int many = 20;       // iterations of a solve with a hierarchy that should be made anew
+constexpr int few = 12;        // iterations of a solve with couplings that should be taken anew
 constexpr int worn_out = 200;  // iterations of such solves: what it costs to make it
 
 }  // namespace
@@ -22,6 +23,7 @@ bool Multigrid::is_current() const {
 
 void Multigrid::count(int iterations) {
   if (iterations > many) worn_ += iterations;
+  if (iterations > few) outdated_ = true;
 }
 
 void Multigrid::set_reference(std::span<const Vec3> reference, int worn) {
@@ -55,7 +57,10 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
   };
   const auto all = couplings.couplings();
   assign_with_room(most_parts_, all.size(), 0U);
+  // Open contacts have no stiffness, and no part in coarse matrices.
+  const auto stiff = [&](std::size_t c) { return couplings.weight(c) != SymmetricMatrix3{}; };
   for (std::size_t c = 0; c < all.size(); ++c) {
+    if (!stiff(c)) continue;
     for (std::size_t k = 0; k < 5; ++k) {
       const Index r = row(all[c], k);
       if (r >= 0) most_parts_[c] += at(transfer_.begin, r + 1) - at(transfer_.begin, r);
@@ -64,6 +69,7 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
   CouplingParts& parts = levels_.front().parts();
   parts.reset(all.size(), most_parts_);
   parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
+    if (!stiff(c)) return;
     for (std::size_t k = 0; k < 5; ++k) {
       if (row(all[c], k) < 0) continue;
       const auto r = static_cast<std::size_t>(row(all[c], k));
@@ -92,9 +98,20 @@ void Multigrid::update(const parallel::Threads& threads, const LinearSystem& sys
   if (worn_ >= worn_out && !std::ranges::equal(reference_, positions)) {
     set_reference(positions, 0);
   }
-  if (!is_current()) build(threads);
-  rotate(threads, positions);
+  if (!is_current()) {
+    build(threads);
+    rotated_at_.clear();
+    outdated_ = true;
+  }
+  if (!std::ranges::equal(rotated_at_, positions)) {
+    rotate(threads, positions);
+    rotated_at_.assign(positions.begin(), positions.end());
+    outdated_ = true;
+  }
   smoother_.front().update(threads, system);
+  if (!outdated_ && system.couplings().size() == taken_) return;
+  outdated_ = false;
+  taken_ = system.couplings().size();
   take_couplings(threads, system.couplings());
   for (std::size_t l = 0; l < levels_.size(); ++l)
     levels_[l].update(threads, system.couplings(), l + 1 < levels_.size() ? &levels_[l + 1] : nullptr);

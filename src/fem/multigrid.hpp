@@ -33,8 +33,11 @@ class Multigrid {
   explicit Multigrid(const BlockMatrix& matrix) : matrix_(&matrix) {}
 
   /// Makes the hierarchy where there is none of this system yet; then rotations at these positions
-  /// (n_points x 3), and the couplings' part of all levels. The system is as update_preconditioner() left it.
+  /// (n_points x 3), and the couplings' part of all levels: in a step anew where there are others or the last
+  /// solve was slow. The system is as update_preconditioner() left it.
   void update(const parallel::Threads& threads, const LinearSystem& system, std::span<const Vec3> positions);
+  /// A step begins: its first update() takes the couplings anew, so that nothing depends on steps before.
+  void begin_step() { outdated_ = true; }
   /// z = P^-1 r, by rows, simd::slice_values a slice; returns the sum of r z.
   double apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<float> z);
@@ -76,6 +79,9 @@ class Multigrid {
   std::vector<GaussSeidel> smoother_;  ///< one, once it is made
   simd::AlignedVector<float> edges_;   ///< simd::EdgeRows
   simd::AlignedVector<float> rotations_;
+  std::vector<Vec3> rotated_at_;  ///< (n_points) positions that rotations_ are of, or empty
+  bool outdated_ = true;          ///< coarse levels are of other positions or couplings than they should be
+  std::size_t taken_ = 0;         ///< couplings that they have taken
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row
   simd::AlignedVector<simd::Quad> turned_;     ///< by row

@@ -225,7 +225,7 @@ void describe(Visitor& v, RestSettings& rest) {
 template <class Visitor>
 void describe(Visitor& v, LimitSettings& limits) {
   v.word_or_number("max_speed", limits.max_speed, "auto", above(0));
-  v.field("inverted_steps", limits.inverted_steps, at_least(1));
+  v.word_or_number("inverted_time", limits.inverted_time, "none", above(0));
 }
 
 template <class Visitor>

@@ -309,6 +309,11 @@ void ContactResponse::take_iterate(Law& law, fem::Coupling& coupling) const {
   const double normal = normal_force(law, law.velocity);
   set_pushes(law, normal > 0.0, coupling);
   set_share(law, spring_share(law, law.velocity, law.bound), coupling);
+  if (law.pushes || law.share != 0.0) return;
+  // An open contact has no stiffness at all, not what rounding leaves of it: preconditioners pass it over.
+  coupling.force = {};
+  coupling.stiffness = {};
+  coupling.damping = {};
 }
 
 void ContactResponse::foresee_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,

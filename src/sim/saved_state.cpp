@@ -49,7 +49,7 @@ void describe(Archive& archive, SimulationSettings& s) {
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);
-  archive(s.rest.speed, s.rest.time, s.limits.max_speed, s.limits.inverted_steps);
+  archive(s.rest.speed, s.rest.time, s.limits.max_speed, s.limits.inverted_time);
 }
 
 namespace {

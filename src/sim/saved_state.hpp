@@ -81,9 +81,8 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
-  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inverted_steps,
-          s.multigrid_reference, s.multigrid_worn);
-  archive.choice(s.stage, 2);
+  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inversion_clocks,
+          s.jacobi_iterations, s.multigrid_reference, s.multigrid_worn);
 }
 
 template <class Archive>

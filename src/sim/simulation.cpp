@@ -44,7 +44,8 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
   const double max_speed = s.limits.max_speed.value_or(1.0);
   check(max_speed > 0.0, "limits.max_speed", max_speed, "a finite number > 0");
-  check(s.limits.inverted_steps > 0, "limits.inverted_steps", s.limits.inverted_steps, "at least 1");
+  const double inverted_time = s.limits.inverted_time.value_or(1.0);
+  check(inverted_time > 0.0, "limits.inverted_time", inverted_time, "a finite number > 0");
   return s;
 }
 
@@ -245,7 +246,7 @@ bool Simulation::State::solve() {
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
   const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
-  dynamics.check_limits(allowed, settings.limits.inverted_steps);
+  dynamics.check_limits(allowed, settings.limits.inverted_time);
   return agrees;
 }
 

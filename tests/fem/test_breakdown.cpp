@@ -3,6 +3,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include <palpate/error.hpp>
@@ -69,8 +70,8 @@ TEST(Breakdown, SpeedAboveTheLimitNamesTheFastestPoint) {
   dynamics.set_velocities(velocities);
   dynamics.begin_step(0.01, {}, {});
   dynamics.solve({}, {1e-12, 100});
-  EXPECT_EQ(message_of([&] { dynamics.check_limits(5.001, 10); }), "no error");
-  const std::string message = message_of([&] { dynamics.check_limits(4.5, 10); });
+  EXPECT_EQ(message_of([&] { dynamics.check_limits(5.001, {}); }), "no error");
+  const std::string message = message_of([&] { dynamics.check_limits(4.5, {}); });
   const std::string start = "body drop: tet 0: found a speed of ";
   ASSERT_TRUE(message.starts_with(start) && message.ends_with(", expected at most 4.5 (limits.max_speed)"))
       << message;
@@ -81,7 +82,7 @@ TEST(Breakdown, AnElementThatStaysInvertedIsNamedAndOneThatRecoversIsNot) {
   const Bodies bodies = single_body(box_mesh({1, 1, 1}, {1.0, 1.0, 1.0}));
   Dynamics held = Scene{{}, std::vector<std::uint8_t>(8, 1), 1}.dynamics(bodies);
   const auto upright = mapped(bodies, [](const Vec3& p) { return p; });
-  const auto step = [&](int most) {
+  const auto step = [&](std::optional<double> most) {
     held.begin_step(0.01, {}, {});
     held.solve({}, {1e-6, 10});
     held.check_limits(1e3, most);
@@ -89,17 +90,21 @@ TEST(Breakdown, AnElementThatStaysInvertedIsNamedAndOneThatRecoversIsNot) {
   };
   const auto inverted = mapped(bodies, [](const Vec3& p) { return Vec3{p.x, p.y, -p.z}; });
   held.set_positions(inverted);
-  for (int n = 0; n < 4; ++n) step(4);
-  EXPECT_EQ(std::ranges::count(held.inverted_steps(), 4), 5);
+  for (int n = 0; n < 4; ++n) step(0.04);
+  for (const double clock : held.inversion_clocks()) EXPECT_NEAR(clock, 0.04, 1e-12);
   held.set_positions(upright);
-  step(4);
-  EXPECT_EQ(std::ranges::count(held.inverted_steps(), 0), 5) << "the count begins anew";
+  step(0.04);
+  for (const double clock : held.inversion_clocks()) EXPECT_LT(clock, 0.0) << "its bulk modulus returns";
+  for (int n = 0; n < 31; ++n) step(0.04);
+  EXPECT_EQ(std::ranges::count(held.inversion_clocks(), 0.0), 5) << "it has returned";
   held.set_positions(inverted);
-  for (int n = 0; n < 4; ++n) step(4);
-  EXPECT_EQ(message_of([&] { step(4); }),
-            "body body: tet 0: found it inverted for 4 steps in a row, expected fewer than 4 "
-            "(limits.inverted_steps)");
-  EXPECT_EQ(std::ranges::count(held.inverted_steps(), 4), 5) << "the state is as it was";
+  for (int n = 0; n < 4; ++n) step(0.04);
+  EXPECT_EQ(
+      message_of([&] { step(0.04); }),
+      "body body: tet 0: found it inverted for 0.04 s, expected less than 0.04 s (limits.inverted_time)");
+  for (const double clock : held.inversion_clocks())
+    EXPECT_NEAR(clock, 0.04, 1e-12) << "the state is as it was";
+  EXPECT_EQ(message_of([&] { step({}); }), "no error") << "no limit unless asked for";
 }
 
 TEST(Breakdown, AStepThatIsNotEndedChangesNothing) {
@@ -118,7 +123,7 @@ TEST(Breakdown, AStepThatIsNotEndedChangesNothing) {
     EXPECT_TRUE(std::ranges::equal(dynamics.positions(), other.positions()));
     EXPECT_TRUE(std::ranges::equal(dynamics.velocities(), other.velocities()));
     EXPECT_TRUE(std::ranges::equal(dynamics.velocity_changes(), other.velocity_changes()));
-    EXPECT_TRUE(std::ranges::equal(dynamics.inverted_steps(), other.inverted_steps()));
+    EXPECT_TRUE(std::ranges::equal(dynamics.inversion_clocks(), other.inversion_clocks()));
     const auto bits = [](const Dynamics& d) {
       std::vector<double> values;
       for (const auto& p : d.plastic_strains())
@@ -141,7 +146,7 @@ TEST(Breakdown, AStepThatIsNotEndedChangesNothing) {
   dynamics.end_step();
   EXPECT_TRUE(std::ranges::equal(dynamics.positions(), foreseen));
   other.step(0.01, {0.0, 0.0, -9.81}, {}, {}, 1e-5, 50);
-  EXPECT_GT(*std::ranges::max_element(dynamics.inverted_steps()), 0) << "noise inverts some";
+  EXPECT_GT(*std::ranges::max_element(dynamics.inversion_clocks()), 0.0) << "noise inverts some";
   for (Dynamics* d : {&dynamics, &other})
     for (int n = 0; n < 3; ++n) d->step(0.01, {0.0, 0.0, -9.81}, {}, {}, 1e-5, 50);
   expect_equal();

@@ -2,8 +2,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include <palpate/settings.hpp>
-
 #include "fem/meshes.hpp"
 #include "support/meshes.hpp"
 
@@ -186,13 +184,10 @@ TEST(Dynamics, SmallTimeStepsNearlyConserveEnergy) {
 void expect_recovery(const Bodies& bodies, const std::vector<Vec3>& start, const char* what) {
   Dynamics dynamics = Scene{{2e4, 0.4, 1000.0, 1.0, 0.01}, {}, 1}.dynamics(bodies);
   dynamics.set_positions(start);
-  Index longest = 0;
   for (int i = 0; i < 600; ++i) {
     dynamics.step(0.01, {}, {}, {}, 1e-8, 2000);
     ASSERT_TRUE(std::isfinite(largest(dynamics.positions()))) << what << ", step " << i;
-    longest = std::max(longest, *std::ranges::max_element(dynamics.inverted_steps()));
   }
-  EXPECT_LT(longest, LimitSettings{}.inverted_steps) << what << " would have been stopped";
   EXPECT_LT(edge_strain(bodies, dynamics.positions()), 1e-3) << what;
   EXPECT_GT(smallest_volume(bodies, dynamics.positions()), 0.0) << what;
 }

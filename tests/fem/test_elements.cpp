@@ -118,8 +118,7 @@ TEST(Elements, MatchHookesLawForSmallStrain) {
 }
 
 /// Central differences of the energy, along every coordinate.
-void expect_force_is_derivative(const Bodies& bodies, std::vector<Vec3> positions) {
-  Elements elements = elements_of(bodies);
+void expect_force_is_derivative(Elements& elements, std::vector<Vec3> positions) {
   elements.update(one_thread, positions);
   const auto forces = point_forces(elements);
   constexpr double step = 1e-6;
@@ -136,6 +135,11 @@ void expect_force_is_derivative(const Bodies& bodies, std::vector<Vec3> position
       EXPECT_NEAR(forces[i].*axis, -(above - below) / (2.0 * step), 1e-7 * scale) << "point " << i;
     }
   }
+}
+
+void expect_force_is_derivative(const Bodies& bodies, std::vector<Vec3> positions) {
+  Elements elements = elements_of(bodies);
+  expect_force_is_derivative(elements, std::move(positions));
 }
 
 TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergy) {
@@ -159,9 +163,47 @@ TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergyWhereInverted) {
   }
 }
 
+TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergyWithALowerBulkModulus) {
+  const Bodies bodies = single_body(unit_tet_mesh());
+  for (const double fraction : {0.0, 0.3}) {
+    for (const double height : {0.7, 0.0, -0.6}) {
+      Elements elements = elements_of(bodies);
+      elements.set_bulk_fraction(0, fraction);
+      expect_force_is_derivative(elements, mapped(bodies, [&](const Vec3& p) {
+                                   return Vec3{p.x + 0.3 * p.y, 1.1 * p.y, height * p.z};
+                                 }));
+    }
+  }
+}
+
+/// Without a bulk modulus the force on a tet that is no rotation of itself leads straight to one: along
+/// R - F, in which R stays the nearest rotation.
+TEST(Elements, WithoutABulkModulusATetIsLedToRestFromAnyState) {
+  const Bodies bodies = single_body(unit_tet_mesh());
+  Elements elements = elements_of(bodies, {2e4, 0.49, 1000.0, 0.0, 0.0});
+  elements.set_bulk_fraction(0, 0.0);
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    std::vector<Vec3> positions = random_vectors(4, 3.0, 100 + seed);
+    if (seed % 3 == 1) {
+      for (Vec3& p : positions) p.z = 0.0;
+    }
+    const double first = total_energy(elements, positions);
+    double energy = first;
+    for (int step = 0; step < 12; ++step) {
+      elements.update(one_thread, positions);
+      const std::vector<Vec3> forces = point_forces(elements);
+      for (std::size_t i = 0; i < 4; ++i) positions[i] += (1.0 / (8.0 * soft.young_modulus)) * forces[i];
+      const double next = total_energy(elements, positions);
+      ASSERT_LT(next, energy) << seed << ", " << step;
+      energy = next;
+    }
+  }
+}
+
 TEST(Elements, ForcesSumToZeroInForceAndTorque) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, {1.0, 1.0, 1.0}, 0.2));
   Elements elements = elements_of(bodies);
+  for (Index e = 0; e < elements.size(); e += 3) elements.set_bulk_fraction(e, 0.25 * (e % 4));
   const auto positions = noisy(bodies, 0.3, 7);  // some elements are inverted
   elements.update(one_thread, positions);
   const auto forces = point_forces(elements);

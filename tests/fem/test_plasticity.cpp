@@ -317,7 +317,7 @@ TEST(Plasticity, TheStateCarriesOnInTheSameBitsForEveryThreadCount) {
     second.set_velocities(first.velocities());
     second.set_velocity_changes(first.velocity_changes());
     second.set_plastic_strains(first.plastic_strains());
-    second.set_inverted_steps(first.inverted_steps());
+    second.set_inversion_clocks(first.inversion_clocks());
     for (int n = resume_at; n < 8; ++n) second.step(0.01, {0.0, 0.0, -9.81}, {}, {}, 1e-5, 60);
     std::vector<Vec3> state(second.positions().begin(), second.positions().end());
     for (const auto& p : second.plastic_strains()) {

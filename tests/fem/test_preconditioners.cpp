@@ -109,7 +109,7 @@ TEST(Preconditioner, ThoseThatThereAreLeadToTheSameSolutionMultigridFaster) {
   Stack third(2);
   const SolveReport automatic = third.solve(other_goal);
   EXPECT_TRUE(automatic.multigrid);
-  EXPECT_EQ(automatic.stage, Stage::multigrid);
+  EXPECT_GT(automatic.jacobi_iterations, 0) << "the next solve begins with it";
   EXPECT_GT(automatic.iterations, report.iterations);
   EXPECT_LT(automatic.iterations, jacobi.iterations);
   EXPECT_LT((solution(third) - expected).norm(), 1e-8 * expected.norm());

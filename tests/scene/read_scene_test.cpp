@@ -44,6 +44,7 @@ TEST(ReadScene, FillsDefaults) {
   EXPECT_EQ(scene.settings.detection.cells_per_primitive, std::nullopt);
   EXPECT_EQ(scene.settings.response.stiffness, std::nullopt);
   EXPECT_EQ(scene.settings.limits.max_speed, std::nullopt);
+  EXPECT_EQ(scene.settings.limits.inverted_time, std::nullopt);
   EXPECT_TRUE(scene.bodies[0].regions.empty());
   EXPECT_EQ(scene.bodies[0].material.value().plastic_yield, std::nullopt);
   EXPECT_EQ(scene.units, Units{});
@@ -188,8 +189,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("limits": {"max_speed": 0})"), "limits.max_speed: found 0, expected a number > 0"},
       {with(R"("limits": {"max_speed": "none"})"),
        "limits.max_speed: found \"none\", expected 'auto' or a number > 0"},
-      {with(R"("limits": {"inverted_steps": 0})"),
-       "limits.inverted_steps: found 0, expected an integer >= 1"},
+      {with(R"("limits": {"inverted_time": 0})"), "limits.inverted_time: found 0, expected a number > 0"},
       {with_body(ball + R"(, "fixed": [{"box": {"lower": [0, 0, 0], "upper": [1, -1, 1]}}])"),
        "bodies[0].fixed[0].box.upper: found a value below 'lower', expected upper >= lower on each axis"},
       {R"({"bodies": []})", "bodies: found no body, expected one or more"},
@@ -236,7 +236,7 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   body.transform.scale = {1, 2, 1.0 / 7.0};
   body.transform.rotate.quaternion = {{0.5, 0.1, 0.2, 1.0 / 3.0}};
   body.color = {{0, 0.5, 1}};
-  scene.settings.limits = {.max_speed = 1.0 / 7.0, .inverted_steps = 17};
+  scene.settings.limits = {.max_speed = 1.0 / 7.0, .inverted_time = 0.375};
   body.material->plastic_yield = 0.1;
   body.material->plastic_creep = 1.0 / 3.0;
   body.regions = {{BoxSelection{{0, 0, 0}, {1, 1, 1}}, {.young_modulus = 7}},
@@ -266,7 +266,7 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   EXPECT_EQ(again.bodies[1].transform.translate, body.transform.translate);
   EXPECT_EQ(again.bodies[1].color, body.color);
   EXPECT_EQ(again.settings.limits.max_speed, 1.0 / 7.0);
-  EXPECT_EQ(again.settings.limits.inverted_steps, 17);
+  EXPECT_EQ(again.settings.limits.inverted_time, 0.375);
   EXPECT_EQ(again.bodies[1].material->plastic_yield, 0.1);
   EXPECT_EQ(again.bodies[1].material->plastic_creep, 1.0 / 3.0);
   EXPECT_EQ(again.bodies[1].material->plastic_maximum, std::nullopt);
