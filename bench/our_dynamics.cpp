@@ -45,9 +45,9 @@ fem::SolveReport OurDynamics::solve(Preconditioner preconditioner, double goal,
                                                 .max_iterations = 100000,
                                                 .of_solution = true,
                                                 .preconditioner = preconditioner,
-                                                .stage = stage},
+                                                .jacobi_iterations = jacobi_iterations},
                                                &multigrid, positions);
-  if (preconditioner == Preconditioner::automatic) stage = report.stage;
+  if (preconditioner == Preconditioner::automatic) jacobi_iterations = report.jacobi_iterations;
   return report;
 }
 

@@ -31,7 +31,7 @@ struct OurDynamics {
   fem::CouplingSystem couplings;
   fem::LinearSystem system;
   fem::Multigrid multigrid;
-  fem::Stage stage = fem::Stage::jacobi;
+  int jacobi_iterations = 0;
   fem::ConjugateGradients solver;
   std::vector<simd::Padded3> right_side;
   std::vector<simd::Padded3> solution;

@@ -77,7 +77,7 @@ class Multigrid {
   PaddedBlocks restriction_;  ///< columns are rows
   std::vector<CoarseLevel> levels_;
   std::vector<GaussSeidel> smoother_;  ///< one, once it is made
-  simd::AlignedVector<float> edges_;   ///< simd::EdgeRows
+  simd::AlignedVector<float> edges_;   ///< simd::RotationRows
   simd::AlignedVector<float> rotations_;
   std::vector<Vec3> rotated_at_;  ///< (n_points) positions that rotations_ are of, or empty
   bool outdated_ = true;          ///< coarse levels are of other positions or couplings than they should be

@@ -193,7 +193,7 @@ HWY_INLINE void polar_step(Matrix& m) {
   for (std::size_t k = 0; k < 9; ++k) m[k] = hn::MulAdd(inverse, c[k], hn::Mul(half, m[k]));
 }
 
-void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end) {
   const Floats d;
   constexpr std::array<float, 9> unit{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -263,7 +263,7 @@ void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* product
                      std::size_t count) {
   HWY_DYNAMIC_DISPATCH(listed_products)(couplings, x, products, list, count);
 }
-void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end) {
   HWY_DYNAMIC_DISPATCH(find_rotations)(rows, positions, rotations, begin, end);
 }

@@ -32,7 +32,7 @@ void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* product
                      std::size_t count);
 
 /// Rows, and what the rotation of each is fitted to.
-struct EdgeRows {
+struct RotationRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
   const std::uint32_t* columns;     ///< 16 a slot
   const float* edges;               ///< slice_values a slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
@@ -40,7 +40,7 @@ struct EdgeRows {
 /// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows): those of eight
 /// Higham iterations, which are not exact where a row is strained by more than a tenth or so; none where F is
 /// flat or inverted. \param rotations  slot_values a slice
-void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 
 /// The twins in plain C++.
@@ -53,7 +53,7 @@ void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t be
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count);
-void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 }  // namespace scalar
 

@@ -114,7 +114,7 @@ void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* product
     scalar::coupling_products(couplings, x, products, list[i], list[i] + 1);
 }
 
-void find_rotations(const EdgeRows& rows, const Quad* positions, float* rotations, std::size_t begin,
+void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end) {
   for (std::size_t row = begin * slice_rows; row < end * slice_rows; ++row) {
     const std::size_t slice = row / slice_rows;

@@ -107,7 +107,7 @@ TEST(SimdTargets, RotationsEqualTheirTwins) {
   std::vector<simd::Quad> positions(32);
   const auto values = random_floats(96, 115);
   for (std::size_t i = 0; i < 32; ++i) positions[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-  const simd::EdgeRows rows{slots.data(), lanes.data(), edges.data()};
+  const simd::RotationRows rows{slots.data(), lanes.data(), edges.data()};
   std::vector<float> expected(2 * simd::slot_values);
   simd::scalar::find_rotations(rows, positions.data(), expected.data(), 0, 2);
   palpate::test::for_each_simd_target([&](const char* target) {
