@@ -88,7 +88,13 @@ void add_rough(StepCatalogue& catalogue, const fs::path& folder) {
   std::ranges::sort(files);
   constexpr int steps = 250;
   constexpr int quick_steps = 25;
-  for (const fs::path& file : files) add_file(catalogue, file, steps, quick_steps);
+  for (const fs::path& file : files) {
+    try {
+      add_file(catalogue, file, steps, quick_steps);
+    } catch (const Error& error) {  // of a folder of others, one file that is no scene of ours is not the end
+      catalogue.absent.push_back({file.stem().string(), error.what()});
+    }
+  }
 }
 
 }  // namespace

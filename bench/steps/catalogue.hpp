@@ -48,7 +48,7 @@ struct StepCatalogue {
 };
 
 /// All scenes, in the order that they are measured in. Reads scene files, but no mesh. Throws Error where a
-/// scene file is no scene.
+/// scene file is no scene; of the rough ones such a file is absent.
 StepCatalogue step_catalogue(const StepPlaces& places);
 
 /// Those of them that need no file: beams, blocks, slabs, piles, unlike neighbours.

@@ -76,10 +76,14 @@ void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
 }
 
 int ConjugateGradients::patience(const LinearSystem& system) {
-  constexpr double of_iterations = 40.0;        // a few of multigrid, and its smaller parts
-  constexpr double blocks_a_coupling = 5000.0;  // 6x6 products on the coarse levels, over those of a product
+  constexpr double of_iterations = 25.0;  // a few of multigrid, and its smaller parts
+  constexpr double aggregate = 18.0;      // points
+  constexpr double most_pairs = 64.0;     // of aggregates that a coupling joins
+  constexpr double blocks_a_pair = 80.0;  // what one costs on all levels
   const double blocks = static_cast<double>(system.blocks().value_bytes()) / (9.0 * sizeof(float));
-  const double couplings = blocks_a_coupling * static_cast<double>(system.couplings().size());
+  const double aggregates = static_cast<double>(std::ranges::count(system.free(), std::uint8_t{1})) / aggregate;
+  const double pairs = std::min(most_pairs, aggregates * aggregates);
+  const double couplings = blocks_a_pair * pairs * static_cast<double>(system.couplings().size());
   return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));
 }
 
@@ -88,7 +92,8 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
   if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
-  const int most = patience(run.system);
+  // Never so late that the cap leaves multigrid no room.
+  const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
   if (automatic && report.jacobi_iterations < most) {
     run.change_at = most;
   } else {
