@@ -24,7 +24,8 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 void ConjugateGradients::judge(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
   double estimate = report.multigrid ? safety * change_estimate_.error() : estimate_.error();
-  if (report.multigrid && run.iterations_since == 0) estimate = safety * change_estimate_.before(run.next_change);
+  if (report.multigrid && run.iterations_since == 0)
+    estimate = safety * change_estimate_.before(run.next_change);
   const double error = std::min(run.scale * std::sqrt(run.sums.by_mass), estimate);
   report.relative_residual = residual / run.residual_unit();
   report.relative_error = error / run.solution_unit();
@@ -81,7 +82,8 @@ int ConjugateGradients::patience(const LinearSystem& system) {
   constexpr double most_pairs = 64.0;     // of aggregates that a coupling joins
   constexpr double blocks_a_pair = 80.0;  // what one costs on all levels
   const double blocks = static_cast<double>(system.blocks().value_bytes()) / (9.0 * sizeof(float));
-  const double aggregates = static_cast<double>(std::ranges::count(system.free(), std::uint8_t{1})) / aggregate;
+  const double aggregates =
+      static_cast<double>(std::ranges::count(system.free(), std::uint8_t{1})) / aggregate;
   const double pairs = std::min(most_pairs, aggregates * aggregates);
   const double couplings = blocks_a_pair * pairs * static_cast<double>(system.couplings().size());
   return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));

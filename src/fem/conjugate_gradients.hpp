@@ -40,11 +40,11 @@ struct SolveReport {
   /// Estimated error of the solution / max(|x|, least_scale): by mass with multigrid, else in the norm of A,
   /// which no error by mass exceeds.
   double relative_error = 0.0;
-  bool multigrid = false;       ///< the preconditioner was multigrid, at least in the end
+  bool multigrid = false;  ///< the preconditioner was multigrid, at least in the end
   /// Of block Jacobi that automatic has not been enough with so far, for the next solve: it begins with
   /// multigrid where that takes no more products than these.
   int jacobi_iterations = 0;
-  bool converged = false;       ///< the goal is reached
+  bool converged = false;  ///< the goal is reached
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
@@ -75,8 +75,9 @@ class ConjugateGradients {
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});
-  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve with
-  /// that costs in products, with what the couplings cost on coarse levels. A count, so the same everywhere.
+  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve
+  /// with that costs in products, with what the couplings cost on coarse levels. A count, so the same
+  /// everywhere.
   static int patience(const LinearSystem& system);
 
  private:

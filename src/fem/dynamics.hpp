@@ -210,10 +210,10 @@ class Dynamics {
   std::vector<simd::Padded3> turn_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;      ///< of the solution, by mass: that of gravity and external forces alone
-  double time_step_ = 0.0;       ///< of the step that has begun; that of diagonal_ and factors_
-  int jacobi_iterations_ = 0;   ///< of block Jacobi, that a solve has not been enough with
-  bool updated_ = false;         ///< elements_ are as the positions and the plastic strains are now
+  double load_scale_ = 0.0;    ///< of the solution, by mass: that of gravity and external forces alone
+  double time_step_ = 0.0;     ///< of the step that has begun; that of diagonal_ and factors_
+  int jacobi_iterations_ = 0;  ///< of block Jacobi, that a solve has not been enough with
+  bool updated_ = false;       ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

@@ -42,7 +42,8 @@ void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> p
     positions_[row] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0.0F};
   });
   const simd::SlicedRows all = matrix_->rows();
-  const simd::RotationRows edges{.slot_begin = all.slot_begin, .columns = all.columns, .edges = edges_.data()};
+  const simd::RotationRows edges{
+      .slot_begin = all.slot_begin, .columns = all.columns, .edges = edges_.data()};
   parallel::for_chunks(threads, matrix_->slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          simd::find_rotations(edges, positions_.data(), rotations_.data(), begin, end);

@@ -62,9 +62,8 @@ void pull_about(const Pull& pull, bool plate) {
   simulation.release(grab);
   for (int n = 0; n < steps(2.0); ++n) ASSERT_NO_THROW(simulation.step());
   if (plate) return;  // squeezed through it, tissue may stay inside out: docs/inversion.md
-  EXPECT_EQ(inverted_tets(simulation), 0)
-      << "E " << pull.young_modulus << ", nu " << pull.poisson_ratio << ", k " << pull.stiffness << ", step "
-      << pull.time_step;
+  EXPECT_EQ(inverted_tets(simulation), 0) << "E " << pull.young_modulus << ", nu " << pull.poisson_ratio
+                                          << ", k " << pull.stiffness << ", step " << pull.time_step;
 }
 
 TEST(Pull, JerkedAndHeldABodyComesBack) {
