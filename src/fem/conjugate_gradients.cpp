@@ -71,9 +71,10 @@ double ConjugateGradients::replace(Run& run, const SolveReport& report) {
 
 /// In place of the residual preconditioned by block Jacobi, that by multigrid.
 void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
-  if (report.multigrid)
+  if (report.multigrid) {
     run.sums.preconditioned =
         run.multigrid->apply(run.threads, run.system, row_residual_, row_preconditioned_);
+  }
 }
 
 int ConjugateGradients::patience(const LinearSystem& system) {

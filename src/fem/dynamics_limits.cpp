@@ -63,9 +63,10 @@ void Dynamics::advance_inversion_clocks() {
 }
 
 void Dynamics::set_inversion_clocks(std::span<const double> clocks) {
-  if (clocks.size() != inversion_clocks_.size())
+  if (clocks.size() != inversion_clocks_.size()) {
     throw Error("dynamics", "inversion_clocks", std::to_string(clocks.size()) + " values",
                 std::to_string(inversion_clocks_.size()) + " values, one per element");
+  }
   for (const double clock : clocks) {
     if (!std::isfinite(clock))
       throw Error("dynamics", "inversion_clocks", "a value that is not finite", "finite values");

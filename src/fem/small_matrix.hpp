@@ -7,8 +7,8 @@
 /// Small dense matrices, row by row, of sizes known to the compiler.
 namespace palpate::fem {
 
-template <std::size_t Rows, std::size_t Columns>
-using Dense = std::array<double, Rows * Columns>;
+template <std::size_t N, std::size_t M>
+using Dense = std::array<double, N * M>;
 
 /// s += a b
 template <std::size_t N, std::size_t K, std::size_t M>

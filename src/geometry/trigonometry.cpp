@@ -97,7 +97,7 @@ double arc_tangent(double y, double x) {
   const double less = std::min(std::abs(x), std::abs(y));
   const double more = std::max(std::abs(x), std::abs(y));
   const double t = more > 0.0 ? less / more : 0.0;
-  const auto nearest = static_cast<std::size_t>(8.0 * t + 0.5);
+  const auto nearest = static_cast<std::size_t>((16.0 * t + 1.0) / 2.0);
   const double base = 0.125 * static_cast<double>(nearest);
   const double u = (t - base) / (1.0 + base * t);  // |u| <= 1/16: relative truncation error below 1e-18
   const double z = u * u;
