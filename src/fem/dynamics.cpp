@@ -103,6 +103,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
+      stiff_system_(matrix_, stiff_couplings_, free_),
       multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
       turns_(bodies, materials, masses_, obstacle_bodies) {
@@ -124,7 +125,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
        {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_, &turned_positions_, &loads_}) {
     vector->resize(points);
   }
-  for (auto* vector : {&solution_, &right_side_, &base_velocities_, &turn_velocities_})
+  for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_})
     vector->resize(points);
 }
 
@@ -145,6 +146,7 @@ void Dynamics::set_time_step(double time_step) {
 /// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets, and forces: about the positions at
 /// the start, or those of bodies turned on from there.
 void Dynamics::linearise() {
+  goes_on_ = false;
   set_base_velocities();
   if (turns_.any()) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -158,6 +160,7 @@ void Dynamics::linearise() {
   matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
   if (turns_.any()) add_turn_forces();
+  compute_free_right_side();
 }
 
 /// What turned frames add to the right side, as a force: the share of K' counts from the turned positions,
@@ -208,16 +211,28 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
                 }));
 }
 
-/// b = h f - (h C + h^2 K' + W) v = h f + M v - A v: one product with the matrix that is there anyway. Where
-/// a point is not free v is its prescribed velocity, so that its columns carry its motion to the free rows;
-/// in turned frames it is the mean velocity without force.
-void Dynamics::compute_right_side() {
-  system_.multiply_exactly(threads_, base_velocities_, right_side_);
+/// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v: a product with the matrix
+/// that is there anyway. Where a point is not free v is its prescribed velocity, so that its columns carry its
+/// motion to the free rows; in turned frames it is the mean velocity without force.
+void Dynamics::compute_free_right_side() {
+  couplings_.set({}, time_step_, free_);
+  system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
-    const Vec3 force = point_forces_[i] + couplings_.start_force(static_cast<Index>(i));
-    right_side_[i] =
-        padded(time_step_ * force + masses_[i] * unpadded(base_velocities_[i]) - unpadded(right_side_[i]));
+    free_right_side_[i] = padded(time_step_ * point_forces_[i] + masses_[i] * unpadded(base_velocities_[i]) -
+                                 unpadded(free_right_side_[i]));
+  });
+}
+
+/// With the couplings' share, h f - W v.
+void Dynamics::compute_right_side() {
+  couplings_.multiply(threads_, base_velocities_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    right_side_[i] = free_right_side_[i];
+    const auto point = static_cast<Index>(i);
+    if (system_.free()[i] == 0 || !couplings_.holds(point)) return;
+    right_side_[i] = padded(unpadded(free_right_side_[i]) + time_step_ * couplings_.start_force(point) -
+                            couplings_.product(point));
   });
 }
 
@@ -278,6 +293,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   set_loads(gravity, external_forces);
   linearise();
   guess_solution(time_step, gravity);
+  find_end();
 }
 
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
@@ -288,24 +304,31 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   couplings_.set(couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
+  check_right_side();
+  const Report report =
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
+  jacobi_iterations_ = report.jacobi_iterations;
+  check_solution(report.relative_residual);
+  find_end();
+  return report;
+}
+
+void Dynamics::check_right_side() {
   const auto finite = [](const simd::Padded3& a) { return is_finite(unpadded(a)); };
   if (!all_finite(right_side_)) {
     const auto bad = std::ranges::find_if_not(right_side_, finite);
     throw error_at_point(static_cast<std::size_t>(bad - right_side_.begin()), "a force that is not finite",
                          "finite forces, positions and velocities");
   }
-  const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
-  jacobi_iterations_ = report.jacobi_iterations;
-  if (!std::isfinite(report.relative_residual) || !all_finite(solution_)) {
-    // The solver carries what overflows to all points; where the force is largest it began.
-    const auto largest = std::ranges::max_element(
-        right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
-    throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
-                         "a velocity that is not finite", "numbers within the range of double precision");
-  }
-  find_end();
-  return report;
+}
+
+void Dynamics::check_solution(double residual) {
+  if (std::isfinite(residual) && all_finite(solution_)) return;
+  // The solver carries what overflows to all points; where the force is largest it began.
+  const auto largest = std::ranges::max_element(
+      right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
+  throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
+                       "a velocity that is not finite", "numbers within the range of double precision");
 }
 
 bool Dynamics::follow_turns() {

@@ -13,6 +13,7 @@
 #include "fem/block_matrix.hpp"
 #include "fem/body_turns.hpp"
 #include "fem/conjugate_gradients.hpp"
+#include "fem/contact_solver.hpp"
 #include "fem/coupling.hpp"
 #include "fem/elements.hpp"
 #include "fem/linear_system.hpp"
@@ -30,6 +31,15 @@ struct DynamicsState {
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_worn = 0;                 ///< Multigrid::worn()
+};
+
+/// The contacts of a step.
+struct ContactSet {
+  std::span<const ContactLaw> laws;
+  /// Of the step: linear ones, then from `first` on one for each law, of which points and coefficients count.
+  std::span<Coupling> couplings;
+  std::size_t first = 0;
+  StepFriction friction{};
 };
 
 /// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
@@ -96,7 +106,12 @@ class Dynamics {
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
   /// hardly depends on its frame: once a step is enough, in practice.
   bool follow_turns();
-  /// Mean velocities over the step as the last solve() has them (n_points x 3), m/s: the ways that points go
+  /// The same with contacts, whose forces are those of their laws at the end of the step (ContactSolver); where
+  /// they hold as at mean_velocities(), to 1 % of the forces, by one linear solve, which is tried where they
+  /// are expected to be `steady`. Again in the same step, with more contacts and the same linear couplings, it
+  /// goes on from what it knows. On return the contacts' couplings hold the forces that acted.
+  Report solve(const ContactSet& contacts, SolveGoal goal, bool steady);
+  /// Mean velocities over the step as the last solve() has them, before the first as it is guessed (n_points x 3), m/s: the ways that points go
   /// in it, over its length. Those at its end are the same but in bodies that are followed in their turn.
   [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where mean_velocities() are above
@@ -160,7 +175,13 @@ class Dynamics {
   void compute_point_forces();
   void add_turn_forces();
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
+  void compute_free_right_side();
   void compute_right_side();
+  void check_right_side();
+  void linearise_contacts(const ContactSet& contacts);
+  bool contacts_agree(const ContactSet& contacts);
+  void put_forces(const ContactSet& contacts, bool of_laws);
+  void check_solution(double residual);
   void set_base_velocities();
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
@@ -185,8 +206,12 @@ class Dynamics {
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
+  CouplingSystem stiff_couplings_;  ///< with those of contacts, for preconditioners
+  LinearSystem stiff_system_;
   Multigrid multigrid_;
   ConjugateGradients solver_;
+  ContactSolver contact_solver_;
+  bool goes_on_ = false;  ///< contact_solver_ has solved this linear system
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass share of the matrix
@@ -200,6 +225,7 @@ class Dynamics {
   std::vector<Vec3> velocity_changes_;
   std::vector<simd::Padded3> solution_;
   std::vector<simd::Padded3> right_side_;
+  std::vector<simd::Padded3> free_right_side_;  ///< without couplings
   BodyTurns turns_;                             ///< of the step that has begun
   std::vector<Vec3> turned_positions_;          ///< of bodies as they are turned, scratch
   std::vector<Vec3> loads_;                     ///< (n_points) gravity and external forces of the step, N

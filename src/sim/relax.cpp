@@ -115,9 +115,10 @@ class Relaxation {
     const double before = deepest();
     couplings_.clear();
     response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
-    for (fem::Coupling& coupling : couplings_) {
-      coupling.force = factor_ * coupling.force;
-      coupling.stiffness = factor_ * coupling.stiffness;
+    for (std::size_t c = 0; c < couplings_.size(); ++c) {
+      fem::ContactLaw law = response_.laws()[c];
+      law.stiffness *= factor_;
+      fem::linearise(law, {.coefficient = 0.0, .time_step = time_step_}, {}, couplings_[c]);
     }
     last_.assign(dynamics_.positions().begin(), dynamics_.positions().end());
     dynamics_.step(time_step_, {}, {}, couplings_, solver_tolerance, solver_iterations);

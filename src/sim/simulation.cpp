@@ -123,8 +123,10 @@ struct Simulation::State {
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
   void begin_step();
-  bool solve();
-  void find_way();
+  bool solve(bool loose, bool steady);
+  [[nodiscard]] fem::ContactSet contact_set();
+  [[nodiscard]] double normal_forces() const;
+  void solve_with_speculative_contacts(const StepMetrics& last);
   void advance();
   void sum_contact_forces();
   [[nodiscard]] SavedState saved_state() const;
@@ -221,64 +223,80 @@ void Simulation::State::begin_step() {
   metrics.detection_seconds = {};
 }
 
-/// Solves, and again with the forces of contacts that the solution leads to, until both agree, or a few
-/// times. Returns whether they do.
-bool Simulation::State::solve() {
-  bool agrees = false;
-  constexpr int a_few = 4;
-  int rounds = 0;
-  do {
-    ++rounds;
-    const fem::SolveReport report =
-        dynamics.solve(couplings, {.tolerance = settings.solver.tolerance,
-                                   .max_iterations = settings.solver.max_iterations,
-                                   .of_solution = settings.solver.tolerance_of == ToleranceOf::solution,
-                                   .preconditioner = settings.solver.preconditioner,
-                                   .fixed_iterations = settings.solver.fixed_iterations.value_or(0)});
-    ++metrics.solves;
-    metrics.solver_iterations += report.iterations;
-    metrics.solver_converged = metrics.solver_converged && report.converged;
-    agrees =
-        metrics.solves < settings.solver.max_solves &&
-        !response.refine(threads, dynamics.mean_velocities(), std::span(couplings).subspan(first_contact));
-  } while (!agrees && rounds < a_few && metrics.solves < settings.solver.max_solves);
+/// One solve with the contacts that are known; a loose one shows where the step leads to.
+/// \param steady  contacts are expected to hold as they did
+bool Simulation::State::solve(bool loose, bool steady) {
+  constexpr double loose_tolerance = 0.03;
+  const SolverSettings& solver = settings.solver;
+  const fem::SolveReport report =
+      dynamics.solve(contact_set(),
+                     {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
+                      .max_iterations = solver.max_iterations,
+                      .of_solution = solver.tolerance_of == ToleranceOf::solution,
+                      .preconditioner = solver.preconditioner,
+                      .fixed_iterations = solver.fixed_iterations.value_or(0)},
+                     steady);
+  ++metrics.solves;
+  metrics.solver_iterations += report.iterations;
   // What falls freely is no blow-up, however small it is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
   const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
   dynamics.check_limits(allowed, settings.limits.inverted_time);
-  return agrees;
+  return report.converged;
 }
 
-/// Solves and looks where the solution leads to, until that meets nothing that the step did not know of and
-/// all forces agree. It looks before they do: what is not yet known changes them most.
-void Simulation::State::find_way() {
-  bool agrees = false;
-  bool meets = true;
+fem::ContactSet Simulation::State::contact_set() {
+  return {.laws = response.laws(),
+          .couplings = couplings,
+          .first = first_contact,
+          .friction = {.coefficient = response.friction(), .time_step = settings.time_step}};
+}
+
+/// Solves, detects at the predicted positions and adds speculative contacts, until none are new; loosely while
+/// there are new ones, and at first in a step after one in which bodies met.
+/// \param last  of the step before
+void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
+  constexpr int most_turns = 8;
   metrics.looks_ahead = can_look_ahead();
-  while (meets || (!agrees && metrics.solves < settings.solver.max_solves)) {
+  bool loose = last.detections > 2 && metrics.looks_ahead && !settings.solver.fixed_iterations;
+  bool steady = last.detections == 1;
+  while (true) {
     Stopwatch watch;
-    const bool looks_ahead = can_look_ahead();
-    do {
-      agrees = solve();
-      while (metrics.solves < settings.solver.max_solves && dynamics.follow_turns()) agrees = solve();
-    } while (!looks_ahead && !agrees && metrics.solves < settings.solver.max_solves);
-    const std::span<const Vec3> positions_end = dynamics.end_positions();
+    metrics.solver_converged = solve(loose, steady);
+    for (int i = 0; i < most_turns && dynamics.follow_turns(); ++i) {
+      metrics.solver_converged = solve(loose, steady);
+    }
     metrics.solver_seconds += watch.lap();
-    detect(positions_end, !looks_ahead);
+    const bool looks_again = can_look_ahead() && metrics.solves < settings.solver.max_solves;
+    detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
-    if (!looks_ahead) return;
-    meets = metrics.solves < settings.solver.max_solves &&
-            response.foresee(threads, bodies, detector.contacts(), positions_end, dynamics.mean_velocities(),
-                             couplings);
+    const bool meets =
+        looks_again && response.add_speculative(threads, bodies, detector.contacts(),
+                                                dynamics.end_positions(), dynamics.mean_velocities(),
+                                                normal_forces(), couplings);
     metrics.forces_seconds += watch.lap();
+    if (!meets && !loose) break;
+    loose = meets && !settings.solver.fixed_iterations;
+    steady = false;
   }
   // With half of what was left it has not seen all that the next step begins with.
   if (metrics.detection.completeness < 1.0 && spends_time()) {
     detect(dynamics.end_positions(), true);
     ++metrics.detections;
   }
+}
+
+/// Of the contacts at the last solution, root of the sum of squares, N.
+double Simulation::State::normal_forces() const {
+  double sum = 0.0;
+  const auto laws = response.laws();
+  for (std::size_t c = 0; c < laws.size(); ++c) {
+    const double normal = dot(couplings[first_contact + c].force, laws[c].direction);
+    sum += normal * normal;
+  }
+  return std::sqrt(sum);
 }
 
 void Simulation::State::sum_contact_forces() {
@@ -299,6 +317,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 /// A step, from forces to the contacts of the new positions; where it fails, the state is as it was.
 void Simulation::State::advance() {
   Stopwatch watch;
+  const StepMetrics last = metrics;
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   grab_couplings = couplings.size();
@@ -310,7 +329,7 @@ void Simulation::State::advance() {
   try {
     begin_step();
     metrics.solver_seconds = watch.lap();
-    find_way();
+    solve_with_speculative_contacts(last);
   } catch (...) {
     response.undo();
     detector.detect(dynamics.positions());

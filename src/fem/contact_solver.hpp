@@ -1,0 +1,110 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fem/conjugate_gradients.hpp"
+#include "fem/contact_law.hpp"
+#include "fem/error_estimate.hpp"
+#include "fem/linear_system.hpp"
+#include "fem/multigrid.hpp"
+#include "fem/reduced_step.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
+
+namespace palpate::fem {
+
+/// A step with contacts: find x with b - A x + h sum_k J_k^T f_k(J_k (v + x)) = 0.
+struct ContactProblem {
+  /// A: of the bodies, ties and grabs, without contacts.
+  LinearSystem* system = nullptr;
+  /// The same with couplings for the contacts that say how stiff they are: preconditioners are made of it.
+  LinearSystem* stiffened = nullptr;
+  std::span<const ContactLaw> laws;
+  /// Those of `stiffened`; the last ones are the contacts', in the order of the laws.
+  std::span<Coupling> couplings;
+  StepFriction friction{};
+  std::span<const simd::Padded3> base;  ///< (n_points) v: velocities that x adds to
+};
+
+/// Conjugate gradients for a step with contacts, whose forces are nonlinear: pushes that let go, Coulomb's
+/// friction. As there, an iteration takes the preconditioned residual for a new direction and one product with
+/// it; but the step in it is not a formula, but the solution of the whole nonlinear problem in the span of the
+/// directions so far (ReducedStep): sequential subspace optimisation (Narkiss & Zibulevsky, Technion CCIT 559
+/// (2005)), in the manner of nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without contacts
+/// that is conjugate gradients. So contacts switch, stick and slide as often as they like between two
+/// products, and a step takes as many iterations as one linear solve, or a few times that.
+///
+/// Directions are kept up to a number that memory and the cost of the contacts allow; then the last step and
+/// the last few of them go on. The preconditioner takes the contacts as they then are every few iterations.
+/// Vectors are float, by rows, on a residual scaled to about 1; what they add up to is checked in double, as
+/// in ConjugateGradients. The same bits for every thread count. Keeps its memory between solves.
+class ContactSolver {
+ public:
+  /// \param b  (n_points) without contacts, zero at points that are not free
+  /// \param x  (n_points) a guess on entry; where zero is better, that is taken. The solution on return
+  /// \param positions  (n_points), for Multigrid::update()
+  /// \param goes_on  x is the solution of the last call, with the same A and b: its directions are used on
+  SolveReport solve(const parallel::Threads& threads, const ContactProblem& problem,
+                    std::span<const simd::Padded3> b, std::span<simd::Padded3> x, const SolveGoal& goal,
+                    Multigrid& multigrid, std::span<const Vec3> positions, bool goes_on);
+
+ private:
+  struct Run;
+  void resize(const Run& run);
+  [[nodiscard]] static std::size_t most_directions(const Run& run);
+  void start(Run& run, bool goes_on);
+  void restart(Run& run, bool keeps_directions);
+  void find_residual(const Run& run);
+  double add_contacts(const Run& run);
+  void load(Run& run);
+  void project_guess(const Run& run);
+  void find_rates(const Run& run, std::size_t direction);
+  void put_forces(const Run& run);
+  void compute_residual(Run& run);
+  void choose(Run& run);
+  void change_preconditioner(Run& run);
+  void renew_preconditioner(Run& run);
+  void precondition(Run& run);
+  bool add_direction(Run& run);
+  double multiply(const Run& run, std::size_t direction);
+  void add_products(const Run& run, std::size_t direction);
+  void take_step(Run& run);
+  void judge(Run& run) const;
+  void flush(Run& run);
+  bool settle(Run& run);
+  void shrink(Run& run);
+  void move_directions(const Run& run, std::size_t kept);
+  [[nodiscard]] float* direction(std::size_t i) { return directions_.data() + i * values_; }
+  [[nodiscard]] float* product(std::size_t i) { return products_.data() + i * values_; }
+  [[nodiscard]] double& mass(std::size_t i, std::size_t j) { return masses_[ReducedStep::largest * i + j]; }
+
+  ReducedStep reduced_;
+  double residual_of_zero_ = 0.0;  ///< what residuals are relative to, N s
+  // By row, in float.
+  std::size_t values_ = 0;                    ///< of a vector
+  simd::AlignedVector<float> directions_;     ///< z_i, |z_i|_A = 1
+  simd::AlignedVector<float> products_;       ///< A z_i
+  simd::AlignedVector<float> base_residual_;  ///< at c = 0, scaled
+  simd::AlignedVector<float> residual_;       ///< at the present c, scaled
+  simd::AlignedVector<float> preconditioned_;
+  simd::AlignedVector<float> guess_;  ///< x at c = 0
+  simd::AlignedVector<simd::Quad> vector_;
+  std::vector<simd::Quad> forces_;  ///< impulses of couplings, less those at c = 0, scaled; 0 but for contacts
+  // By point, in double.
+  std::vector<simd::Padded3> true_residual_;
+  std::vector<simd::Padded3> with_contacts_;
+  std::vector<simd::Padded3> guess_kept_;
+  std::vector<simd::Padded3> residual_kept_;
+  // Of the directions.
+  std::vector<double> masses_;     ///< z_i^T M z_j
+  std::vector<double> of_guess_;   ///< z_i^T M x at c = 0
+  std::vector<double> of_change_;  ///< scratch
+  std::vector<double> totals_;     ///< scratch
+  std::vector<double> sums_;       ///< scratch
+  std::vector<double> partial_;    ///< scratch
+  ErrorEstimate estimate_;
+  ChangeEstimate change_estimate_;  ///< with multigrid
+};
+
+}  // namespace palpate::fem

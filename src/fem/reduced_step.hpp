@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "fem/contact_law.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/direction_rows.hpp"
+
+namespace palpate::fem {
+
+/// The step in the span of a few directions z_i of the change of velocity: find c with
+///
+///   0 = F(c) = g - G c + h sum_k J_k^T (f_k(u_k + J_k c) - f_k(u_k)),
+///
+/// where G_ij = z_i^T A z_j, g_i = z_i^T r with the residual r at c = 0, f_k is the force of contact k, u_k
+/// its relative velocity at c = 0 and J_k (3 x n) what the directions change of it. The contacts are exact
+/// here: they depend on the solution through so few numbers that a round costs less than a product with A.
+///
+/// solve() goes on from the last c by Newton's method with the true derivatives; where that does not lower
+/// |F| (in the norm of G^-1), by Newton's method with line search on the convex problem with the bounds of
+/// friction at the last c (Haslinger's fixed point), until |F| is a tenth of what it was.
+class ReducedStep {
+ public:
+  static constexpr std::size_t largest = 48;  ///< number of directions
+
+  /// Forgets the directions. \param most  of them, later; at most `largest`
+  void begin(std::size_t most);
+  /// Takes the contacts; what they are at c = 0 and what directions change of them is to be set anew. The span
+  /// must stay valid.
+  void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
+
+  [[nodiscard]] std::size_t directions() const { return size_; }
+  [[nodiscard]] std::size_t most() const { return most_; }
+  [[nodiscard]] std::span<const double> solution() const { return {c_.data(), size_}; }
+  /// What the last solve() changed of the solution.
+  [[nodiscard]] std::span<const double> change() const { return {change_.data(), size_}; }
+  /// The relative velocity of a contact at c = 0.
+  void set_base(std::size_t contact, const Vec3& velocity) { base_velocities_[contact] = velocity; }
+  /// The relative velocity of a contact at the present c, after update() or solve().
+  [[nodiscard]] const Vec3& velocity(std::size_t contact) const { return velocities_[contact]; }
+  /// The force of a contact at the present c, less that at c = 0, N; after update() or solve().
+  [[nodiscard]] const Vec3& more_force(std::size_t contact) const { return forces_[contact]; }
+  /// After set_base() of all contacts: their forces at c = 0, which c becomes.
+  void update(const parallel::Threads& threads);
+  /// Adds a direction. \param row  z^T A z_i of it with each that is there and itself (directions() + 1)
+  void add(std::span<const double> row, double residual);
+  void set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
+  void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
+  /// c = 0 is what the present c was; then the residuals are to be set anew.
+  void rebase(const parallel::Threads& threads);
+  /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept` ones
+  /// behind it. The residuals are to be set anew.
+  void compress(std::span<const double> a, std::size_t kept);
+  /// False where the last direction is one of the others, to rounding; then it is dropped. O(contacts
+  /// directions^2) a round.
+  bool solve(const parallel::Threads& threads);
+
+ private:
+  [[nodiscard]] simd::ContactRates rates() const;
+  void find_velocities(const parallel::Threads& threads, std::span<const double> c, std::vector<Vec3>& u);
+  void evaluate(const parallel::Threads& threads, std::span<const double> c, bool with_bounds,
+                std::vector<Vec3>& u, std::vector<Vec3>& forces, std::vector<double>& f);
+  void project(const parallel::Threads& threads, std::span<const double> c, std::span<const Vec3> forces,
+               std::vector<double>& f);
+  void assemble(const parallel::Threads& threads, bool with_bounds);
+  void assemble_new(const parallel::Threads& threads);
+  void forget_stiffness();
+  bool factor_gram();
+  [[nodiscard]] double norm(std::span<const double> f);
+  bool solve_linear(std::span<const double> f, std::vector<double>& step);
+  bool step_newton(const parallel::Threads& threads);
+  bool step_convex(const parallel::Threads& threads);
+  double slope(const parallel::Threads& threads, double share);
+
+  std::span<const ContactLaw> laws_;
+  StepFriction friction_{};
+  std::size_t most_ = 0;
+  std::size_t stride_ = 0;  ///< of rows of directions
+  std::size_t size_ = 0;
+  std::vector<double> gram_;   ///< (most x stride)
+  std::vector<double> lower_;  ///< Cholesky factor of gram_
+  std::vector<double> g_;
+  std::vector<double> c_;
+  std::vector<double> change_;
+  std::vector<Vec3> base_velocities_;  ///< of the contacts at c = 0
+  std::vector<Vec3> base_forces_;      ///< there, N
+  std::vector<Vec3> velocities_;       ///< at c
+  std::vector<Vec3> forces_;           ///< there, less base_forces_, N
+  std::vector<Vec3> trial_velocities_;
+  std::vector<Vec3> trial_forces_;
+  std::vector<double> rates_;     ///< (contacts x 3 x stride): J
+  std::vector<double> bounds_;    ///< of friction, N
+  std::vector<Matrix3> weights_;   ///< -df/du of the contacts that stiffness_ is of, N s/m
+  std::vector<Matrix3> changes_;   ///< of them, scratch
+  std::vector<double> stiffness_;  ///< (stride x stride) sum_k J_k^T H_k J_k
+  std::size_t assembled_ = 0;      ///< directions that it has
+  std::vector<double> matrix_;    ///< (size x stride), scratch
+  std::vector<double> partial_;
+  std::vector<double> f_, trial_f_, trial_c_, step_, solved_;
+  double size_of_f_ = 0.0;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,79 @@
+#include "simd/direction_rows.hpp"
+
+#include <array>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/direction_rows.cpp"
+#include <hwy/foreach_target.h>
+// Highway wants its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+#include "simd/direction_rows-inl.hpp"
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+namespace scalar {
+namespace plain {
+#include "simd/direction_rows-inl.hpp"
+}  // namespace plain
+
+double dot_floats(const float* a, const float* b, std::size_t n) {
+  return plain::dot_floats(a, b, n);
+}
+void subtract_floats(float s, const float* b, float* a, std::size_t n) {
+  plain::subtract_floats(s, b, a, n);
+}
+void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
+                   std::size_t end) {
+  plain::combine_rates(rates, c, base, u, begin, end);
+}
+void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
+                    std::size_t end) {
+  plain::project_forces(rates, f, sum, begin, end);
+}
+void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
+                   std::size_t end) {
+  plain::add_stiffness(rates, h, sum, begin, end);
+}
+void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
+                       std::size_t begin, std::size_t end) {
+  plain::add_stiffness_row(rates, h, i, row, column, begin, end);
+}
+}  // namespace scalar
+
+HWY_EXPORT(dot_floats);
+HWY_EXPORT(subtract_floats);
+HWY_EXPORT(combine_rates);
+HWY_EXPORT(project_forces);
+HWY_EXPORT(add_stiffness);
+HWY_EXPORT(add_stiffness_row);
+
+double dot_floats(const float* a, const float* b, std::size_t n) {
+  return HWY_DYNAMIC_DISPATCH(dot_floats)(a, b, n);
+}
+void subtract_floats(float s, const float* b, float* a, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(subtract_floats)(s, b, a, n);
+}
+void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
+                   std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(combine_rates)(rates, c, base, u, begin, end);
+}
+void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
+                    std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(project_forces)(rates, f, sum, begin, end);
+}
+void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
+                   std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(add_stiffness)(rates, h, sum, begin, end);
+}
+void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
+                       std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(add_stiffness_row)(rates, h, i, row, column, begin, end);
+}
+
+}  // namespace palpate::simd
+#endif
