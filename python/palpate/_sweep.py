@@ -8,6 +8,7 @@ import json
 import os
 import re
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -69,13 +70,24 @@ def _place_in_list(values: list[Any], key: str, path: str) -> int:
 def run_job(job: Job) -> Row:
     """Makes a run; returns what goes into its row. A failure of the run is a row too."""
     start = time.perf_counter()
-    row: Row = {"status": "done", "error": ""}
+    row: Row = {"status": "done", "error": "", "traceback": ""}
     try:
         row.update(_run(job))
     except Exception as error:  # whatever a run or the caller's functions raise must not end the study
-        row.update(status="failed", error=f"{error}" if isinstance(error, Error) else f"{type(error).__name__}: {error}")
+        row.update(status="failed", error=_told(error),
+                   traceback="" if isinstance(error, Error) else traceback.format_exc())
     row["seconds"] = time.perf_counter() - start
     return row
+
+
+def _told(error: Exception) -> str:
+    """An error in one line; of the caller's functions with the place where it was raised."""
+    if isinstance(error, Error):
+        return str(error)
+    here = os.path.dirname(__file__)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(here)]
+    place = f" (line {frames[-1].lineno} of {frames[-1].filename}, in {frames[-1].name})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"
 
 
 def _run(job: Job) -> Row:
@@ -201,7 +213,7 @@ def _finished(runner: Runner, jobs: Mapping[str, Job]) -> Iterator[tuple[str, Ro
                 if lost.again:
                     waiting.append((key, jobs[key]))
                 else:
-                    yield key, {"status": "failed", "error": str(lost), "seconds": 0.0}
+                    yield key, {"status": "failed", "error": str(lost), "traceback": "", "seconds": 0.0}
 
 
 def sweep(
@@ -234,9 +246,9 @@ def sweep(
     client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
     progress: shows a bar of tqdm.
 
-    Columns: the parameters; status ("done" or "failed") and error; steps, time, at_rest, contacts, deepest, steps_not_converged,
-    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes: define them in a
-    module (Dask also takes those of a notebook). A run whose worker process dies is made again, three times at most.
+    Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
+    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes, by
+    cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
     Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
     """
     try:
