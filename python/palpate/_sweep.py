@@ -216,6 +216,46 @@ def _finished(runner: Runner, jobs: Mapping[str, Job]) -> Iterator[tuple[str, Ro
                     yield key, {"status": "failed", "error": str(lost), "traceback": "", "seconds": 0.0}
 
 
+def sweep_rows(
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]] | pandas.DataFrame,
+    *,
+    apply: Callable[[dict[str, Any], Row], Any] | None = None,
+    measure: Callable[[Simulation], Mapping[str, Any]] | None = None,
+    steps: int | None = None,
+    until_rest: bool = False,
+    folder: str | os.PathLike[str] | None = None,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    client: Any = None,
+    progress: bool = False,
+) -> list[Row]:
+    """As sweep(), a mapping for each run in place of a DataFrame; needs no pandas."""
+    base = scene_dict(scene_of(scene))
+    samples = _samples(parameters)
+    text = scene_text(base, "scene")
+    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
+                       _name_of(measure)])
+    store = None if folder is None else Store(folder)
+    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
+    jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
+    rows: dict[str, Row] = {}
+    for key in jobs if store is not None else ():
+        row = store.read(key) if store is not None else None
+        if row is not None and not (retry_failed and row["status"] == "failed"):
+            rows[key] = row
+    left = {key: job for key, job in jobs.items() if key not in rows}
+    runner = dask_runner(client) if client is not None else local_runner(workers, len(left))
+    with runner, bar(progress, len(jobs), "run", len(rows)) as shown:
+        for key, row in _finished(runner, left):
+            rows[key] = row
+            if store is not None:
+                store.write(key, row)
+            shown.update()
+    return [{**values, **rows[key]} for key, values in zip(keys, samples)]
+
+
 def sweep(
     scene: str | os.PathLike[str] | Mapping[str, Any],
     parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]] | pandas.DataFrame,
@@ -254,26 +294,7 @@ def sweep(
     try:
         import pandas
     except ImportError:
-        raise needed("pandas", "sweep", "study") from None
-    base = scene_dict(scene_of(scene))
-    samples = _samples(parameters)
-    text = scene_text(base, "scene")
-    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
-                       _name_of(measure)])
-    store = None if folder is None else Store(folder)
-    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
-    jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
-    rows: dict[str, Row] = {}
-    for key in jobs if store is not None else ():
-        row = store.read(key) if store is not None else None
-        if row is not None and not (retry_failed and row["status"] == "failed"):
-            rows[key] = row
-    left = {key: job for key, job in jobs.items() if key not in rows}
-    runner = dask_runner(client) if client is not None else local_runner(workers, len(left))
-    with runner, bar(progress, len(jobs), "run", len(rows)) as shown:
-        for key, row in _finished(runner, left):
-            rows[key] = row
-            if store is not None:
-                store.write(key, row)
-            shown.update()
-    return pandas.DataFrame([{**values, **rows[key]} for key, values in zip(keys, samples)])
+        raise needed("pandas", "sweep (sweep_rows does without)", "study") from None
+    return pandas.DataFrame(sweep_rows(
+        scene, parameters, apply=apply, measure=measure, steps=steps, until_rest=until_rest, folder=folder,
+        retry_failed=retry_failed, workers=workers, threads=threads, client=client, progress=progress))
