@@ -13,11 +13,11 @@
 #include <string>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "eigen_dynamics.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
-#include "io/mesh_reader.hpp"
 #include "number_text.hpp"
 #include "our_dynamics.hpp"
 #include "scene/generators.hpp"

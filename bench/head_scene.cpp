@@ -2,10 +2,10 @@
 
 #include <string>
 
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/relax.hpp>
 
 #include "geometry/vector.hpp"
-#include "io/mesh_reader.hpp"
 
 namespace palpate::bench {
 

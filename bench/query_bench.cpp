@@ -11,9 +11,9 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "contact/points_in_tets.hpp"
-#include "io/mesh_reader.hpp"
 #include "measure/query_scenes.hpp"
 #include "our_query.hpp"
 #include "peers/embree_peer.hpp"

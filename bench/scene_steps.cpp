@@ -3,9 +3,9 @@
 #include <sys/resource.h>
 #include <utility>
 
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/relax.hpp>
 
-#include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "sim/model_check.hpp"

@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/simulation.hpp>
 
 #include "head_scene.hpp"
-#include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "speed/part.hpp"

@@ -29,8 +29,11 @@ def outcome(simulation):
     return {"tip_mm": 1000 * float(moved[2]), "rod_newton": -float(simulation.contact_forces[1][2])}
 
 
-if __name__ == "__main__":  # the worker processes import this file
+if __name__ == "__main__":  # without cloudpickle the worker processes import this file
     folder = sys.argv[1] if len(sys.argv) > 1 else None
-    table = palpate.sweep(SCENE, {"down": [0.03, 0.05, 0.07], "young_modulus": [30e3, 60e3]}, apply=plan,
-                          measure=outcome, steps=90, folder=folder)
-    print(table[["down", "young_modulus", "status", "tip_mm", "rod_newton"]].round(2).to_string())
+    rows = palpate.sweep_rows(SCENE, {"down": [0.03, 0.05, 0.07], "young_modulus": [30e3, 60e3]}, apply=plan,
+                              measure=outcome, steps=90, folder=folder)
+    print("   down  young_modulus status  tip_mm  rod_newton")
+    for i, row in enumerate(rows):
+        print(f"{i} {row['down']:5.2f} {row['young_modulus']:14.1f} {row['status']:>6} {row['tip_mm']:7.2f} "
+              f"{row['rod_newton']:11.2f}")

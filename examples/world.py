@@ -35,5 +35,5 @@ for step in range(600):
     if step % 150 == 149:
         print(f"t = {step + 1:3d} ms: height {centers[3, 2] * 1000:5.1f} mm, {len(contacts):3d} contacts")
 
-grid = world.to_pyvista(np.concatenate([points + center for center in centers]))
+positions = np.concatenate([points + center for center in centers])  # world.to_pyvista(positions) shows them, with pyvista
 print(f"at rest on {len(np.unique(contacts.body[own == 3]))} balls")

@@ -80,7 +80,7 @@ double meters(const Units& units) {
 std::vector<measure::PaperScene> read_scenes(const fs::path& folder) {
   std::vector<measure::PaperScene> scenes;
   for (const char* name : {"stacking", "eye", "skull"}) {
-    SceneInput input = read_scene_input(folder / (std::string(name) + ".json"));
+    SceneInput input = read_scene_input({.file = folder / (std::string(name) + ".json"), .changes = {}});
     const Scene& scene = input.scene;
     if (scene.relax) relax(input.model, scene.settings, *scene.relax);
     scenes.push_back({name, std::move(input.model), scene.settings, meters(scene.units)});

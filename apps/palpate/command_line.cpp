@@ -1,6 +1,7 @@
 #include "command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <fmt/format.h>
 #include <span>
@@ -14,6 +15,7 @@
 #include "companion_program.hpp"
 #include "exit_codes.hpp"
 #include "io/machine.hpp"
+#include "mesh_options.hpp"
 #include "subcommands.hpp"
 #include "usage.hpp"
 
@@ -23,34 +25,63 @@ namespace {
 constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json           simulate a scene; results go to results/stacking
   palpate view scenes/stacking.json          look at a scene, and touch it, in the browser
+  palpate view liver.msh                     look at a mesh, and press it
+  palpate new liver.msh                      write a scene around a mesh
   palpate info liver.msh                     what is in a mesh
   palpate generate stacking --count 5        write a scene to start from
   palpate mesh organs.seg.nrrd               bodies and a scene from a segmentation
 
-'palpate SUBCOMMAND --help' explains each. Exit codes: 0 done, 1 the work failed, 2 bad usage or input.)";
+'palpate help SUBCOMMAND' explains each. Exit codes: 0 done, 1 the work failed, 2 bad usage or input.)";
 
-int work(int argc, const char* const* argv) {
+/// "palpate help generate box" as "palpate generate box --help".
+std::vector<const char*> without_help_word(std::span<const char* const> words) {
+  std::vector<const char*> result(words.begin(), words.end());
+  if (words.size() < 2 || std::string_view(words[1]) != "help") return result;
+  result.erase(result.begin() + 1);
+  result.push_back("--help");
+  return result;
+}
+
+bool asks_for_help(std::span<const char* const> words) {
+  return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
+}
+
+/// The subcommands that other programs are, and the one that is a word for --help; for help and completion.
+void add_words(CLI::App& command, MeshOptions& mesh_options) {
+  CLI::App* const mesh = command.add_subcommand(std::string(mesh_companion.words),
+                                                "tet meshes and a scene from a label map or surfaces");
+  add_mesh_options(*mesh, mesh_options);
+  CLI::App* const help = command.add_subcommand("help", "explain a subcommand");
+  std::string names;
+  for (const CLI::App* sub : command.get_subcommands({}))
+    names += (names.empty() ? "" : "|") + sub->get_name();
+  help->add_option("SUBCOMMAND")->description("which; default: the whole command")->type_name(names);
+  help->footer("Examples:\n  palpate help run\n  palpate help generate box");
+}
+
+int work(std::span<const char* const> words) {
   CLI::App command("Palpate finds and resolves the contacts among soft bodies made of tets.", "palpate");
   command.footer(examples);
   command.require_subcommand(1);
   command.set_version_flag(
-      "--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });
-  std::vector<Subcommand> subcommands{add_run(command), add_info(command), add_detect(command),
-                                      add_view(command)};
+      "-V,--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });
+  std::vector<Subcommand> subcommands{add_new(command), add_view(command), add_run(command),
+                                      add_info(command), add_detect(command)};
   for (const auto& add : {add_generate, add_bench}) {
     for (Subcommand& sub : add(command)) subcommands.push_back(std::move(sub));
   }
-  command.add_subcommand(std::string(mesh_companion.words),
-                         "tet meshes and a scene from a label map or surfaces");
+  MeshOptions mesh_options;
+  for (const auto& add : {add_completion, add_manual}) subcommands.push_back(add(command));
+  add_words(command, mesh_options);
 
-  const std::span words(argv, static_cast<std::size_t>(argc));
   check_subcommands(command, words.subspan(1));
-  if (words[1] == mesh_companion.words) return run_companion(mesh_companion, words.subspan(2));
+  if (words[1] == mesh_companion.words && !asks_for_help(words))
+    return run_companion(mesh_companion, words.subspan(2));
   for (const Companion& companion : {peers_companion, speed_companion, step_companion}) {
     if (words.size() > 2 && fmt::format("{} {}", words[1], words[2]) == companion.words)
       return run_companion(companion, words.subspan(3));
   }
-  if (parse_or_explain(command, argc, argv)) return exit_done;
+  if (parse_or_explain(command, static_cast<int>(words.size()), words.data())) return exit_done;
   for (const Subcommand& sub : subcommands) {
     if (sub.app->parsed()) return sub.work();
   }
@@ -62,7 +93,8 @@ int work(int argc, const char* const* argv) {
 int run_command_line(int argc, const char* const* argv) {
   // A file beyond a size limit is to be an error of the write, and not the end of the process.
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
-  return as_exit_code([&] { return work(argc, argv); });
+  const auto words = without_help_word({argv, static_cast<std::size_t>(argc)});
+  return as_exit_code([&] { return work(words); });
 }
 
 }  // namespace palpate::app

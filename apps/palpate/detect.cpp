@@ -36,7 +36,7 @@ budget (docs/budget.md) a note on stderr, and JSON, say what it left undone.)";
 constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
 
 struct DetectOptions {
-  std::filesystem::path scene;
+  SceneChoice scene;
   std::size_t format = 0;  ///< index into format_names
   std::optional<std::filesystem::path> out;
   int threads = 0;
@@ -130,7 +130,8 @@ Subcommand add_detect(CLI::App& command) {
   CLI::App* app = command.add_subcommand("detect", "contacts of a scene's start as CSV or JSON");
   app->footer(examples);
   auto options = std::make_shared<DetectOptions>();
-  add_path(*app, "SCENE", options->scene, "scene file (.json)");
+  add_path(*app, "SCENE", options->scene.file, "scene file (.json), '-' for standard input");
+  add_changes(*app, options->scene.changes);
   add_value(*app, "--format", "csv|json", "form of the output; default: csv",
             [options = options.get()](const std::string& flag, const std::string& text) {
               options->format = parse_choice(flag, text, format_names);

@@ -28,14 +28,15 @@ constexpr const char* examples = R"(Examples:
 Meshes: .vtu .vtk .msh .node .ele .mesh; scenes: .json.)";
 
 struct InfoOptions {
-  std::filesystem::path path;
+  SceneChoice what;  ///< a scene, or a mesh, which has no changes
   bool json = false;
 };
 
 int mesh_info(const InfoOptions& options) {
-  MeshInput input = read_mesh_input(options.path);
+  if (!options.what.changes.empty()) throw BadInput("--set", "", "a mesh", "a scene");
+  MeshInput input = read_mesh_input(options.what.file);
   Bodies bodies;
-  as_input([&] { return bodies.add(options.path.string(), std::move(input.mesh)); });
+  as_input([&] { return bodies.add(options.what.file.string(), std::move(input.mesh)); });
   const MeshStatistics statistics = mesh_statistics(bodies, bodies.points_rest());
   if (options.json) {
     Json json{{"kind", "mesh"}};
@@ -48,6 +49,8 @@ int mesh_info(const InfoOptions& options) {
   print_out(fmt::format("{}: {}\n{}{}", input.record.file, input.record.format,
                         statistics_text(statistics, ""),
                         notes.empty() ? "" : fmt::format("note            {}\n", notes)));
+  say_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
+                       input.record.file));
   return exit_done;
 }
 
@@ -119,8 +122,8 @@ std::string body_line(const SceneFacts& facts, Index b) {
   const Body& body = at(bodies.bodies(), b);
   const bool obstacle = at(facts.obstacles, b) != 0;
   const std::string text =
-      fmt::format("{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}{}\n", body.name, body.points.size(), body.edges.size(),
-                  body.triangles.size(), body.tets.size(),
+      fmt::format("{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}{}\n", shortened(body.name, 19), body.points.size(),
+                  body.edges.size(), body.triangles.size(), body.tets.size(),
                   obstacle ? "-" : short_text(at(facts.simulation.masses(), b)), remark(facts, b));
   const std::string notes = notes_text(facts.file(b), at(bodies.notes(), b));
   return notes.empty() ? text : text + "  note: " + notes + "\n";
@@ -145,7 +148,7 @@ std::string scene_text(const SceneFacts& facts) {
 }
 
 int scene_info(const InfoOptions& options) {
-  SceneInput input = read_scene_input(options.path);
+  SceneInput input = read_scene_input(options.what);
   std::vector<std::uint8_t> obstacles = input.model.obstacles;
   std::vector<std::uint8_t> fixed = input.model.fixed_points;
   Simulation simulation = make_simulation(input.scene, std::move(input.model), 0);
@@ -160,9 +163,11 @@ Subcommand add_info(CLI::App& command) {
   CLI::App* app = command.add_subcommand("info", "statistics of a mesh or scene");
   app->footer(examples);
   auto options = std::make_shared<InfoOptions>();
-  add_path(*app, "FILE", options->path, "mesh or scene");
+  add_path(*app, "FILE", options->what.file, "mesh or scene; '-': a scene from standard input");
+  add_changes(*app, options->what.changes);
   add_json(*app, options->json, "print JSON");
-  return {app, [options] { return is_scene(options->path) ? scene_info(*options) : mesh_info(*options); }};
+  return {app,
+          [options] { return is_scene(options->what.file) ? scene_info(*options) : mesh_info(*options); }};
 }
 
 }  // namespace palpate::app

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstddef>
 #include <fmt/format.h>
 
 namespace palpate::app {
@@ -18,6 +19,24 @@ std::string short_text(double value) {
 
 std::string counted(std::size_t count, std::string_view noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string shortened(const std::string& name, std::size_t columns) {
+  std::vector<std::string> characters;
+  for (const char c : name) {
+    constexpr unsigned continues = 0x80;  // 10xxxxxx
+    constexpr unsigned mask = 0xc0;
+    if (characters.empty() || (static_cast<unsigned char>(c) & mask) != continues) characters.emplace_back();
+    characters.back() += c;
+  }
+  if (characters.size() <= columns) return name;
+  constexpr std::string_view dots = "...";
+  const std::size_t kept = columns - dots.size();
+  std::string text;
+  for (std::size_t i = 0; i < kept - kept / 2; ++i) text += characters[i];
+  text += dots;
+  for (std::size_t i = characters.size() - kept / 2; i < characters.size(); ++i) text += characters[i];
+  return text;
 }
 
 nlohmann::ordered_json to_json(const Vec3& v) {

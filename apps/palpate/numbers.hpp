@@ -21,6 +21,10 @@ std::string short_text(double value);
 /// A count with its noun: "1 tet", "5 tets".
 std::string counted(std::size_t count, std::string_view noun);
 
+/// A name that takes at most so many columns (>= 4): one that is longer loses its middle, "mandible ...left".
+/// A character of UTF-8 counts as a column and stays whole.
+std::string shortened(const std::string& name, std::size_t columns);
+
 nlohmann::ordered_json to_json(const Vec3& v);
 
 /// Text that JSON can hold: bytes that are not UTF-8 are replaced (file names may have any).

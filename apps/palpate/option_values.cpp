@@ -72,6 +72,24 @@ CLI::Option* add_path(CLI::App& app, const std::string& name, std::filesystem::p
   return app.add_option_function<std::string>(name, given, help)->type_name("")->required();
 }
 
+CLI::Option* add_repeated(CLI::App& app, const std::string& flag, const std::string& type,
+                          const std::string& help,
+                          std::function<void(const std::string&, const std::string&)> given) {
+  const auto all = [flag, given = std::move(given)](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) given(flag, text);
+  };
+  return app.add_option_function<std::vector<std::string>>(flag, all, help)
+      ->type_name(type)
+      ->allow_extra_args(false);
+}
+
+CLI::Option* add_changes(CLI::App& app, std::vector<std::string>& changes) {
+  return add_repeated(app, "--set", "KEY=VALUE",
+                      "a value in place of the scene's, as contact.friction=0.3 or "
+                      "bodies.liver.material.density=1060; repeat for more",
+                      [&changes](const std::string&, const std::string& text) { changes.push_back(text); });
+}
+
 void add_threads(CLI::App& app, int& threads) {
   add_value(app, "--threads", "N", "threads; 0, the default, takes all. Results do not depend on it",
             [&threads](const std::string& flag, const std::string& text) {

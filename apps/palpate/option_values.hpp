@@ -34,6 +34,14 @@ CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string
 CLI::Option* add_path(CLI::App& app, const std::string& name, std::filesystem::path& path,
                       const std::string& help);
 
+/// Adds a flag that may come several times, each with one value.
+CLI::Option* add_repeated(CLI::App& app, const std::string& flag, const std::string& type,
+                          const std::string& help,
+                          std::function<void(const std::string&, const std::string&)> given);
+
+/// Adds `--set KEY=VALUE`.
+CLI::Option* add_changes(CLI::App& app, std::vector<std::string>& changes);
+
 /// Adds `--threads N`.
 void add_threads(CLI::App& app, int& threads);
 /// Adds `--json`.

@@ -39,6 +39,8 @@ constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json
   palpate run scenes/stacking.json --until-rest --out results/at-rest
   palpate run scene.json --steps 50 --no-picture --json | jq .state_hash
+  palpate run scene.json --set contact.friction=0.3 --set bodies.liver.material.young_modulus=5e3
+  jq '.duration = 2' scene.json | palpate run -     a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
   palpate run --resume results/scene                go on where that run ended
 
@@ -47,7 +49,7 @@ an earlier run left there is replaced, but for checkpoints of a run that did not
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
 struct RunOptions {
-  fs::path scene;
+  SceneChoice scene;
   std::optional<fs::path> resume;
   std::optional<std::int64_t> checkpoint_every;
   std::optional<std::int64_t> steps;
@@ -107,7 +109,7 @@ struct Begin {
 };
 
 Begin begin_anew(const RunOptions& options) {
-  if (options.scene.empty()) throw BadInput("run: SCENE is required (see --help)");
+  if (options.scene.file.empty()) throw BadInput("run: SCENE is required (see --help)");
   Begin begin{.plan = {},
               .input = read_scene_input(options.scene),
               .folder = {},
@@ -117,7 +119,7 @@ Begin begin_anew(const RunOptions& options) {
   options.detection.apply(scene.settings.detection);
   scene.output.every = options.every.value_or(scene.output.every);
   begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
-  begin.plan = {.scene_file = options.scene.string(),
+  begin.plan = {.scene_file = options.scene.file.string(),
                 .scene = write_scene(scene),
                 .source = scene.source,
                 .scene_folder = fs::absolute(scene.folder.empty() ? "." : scene.folder).string(),
@@ -266,10 +268,14 @@ int run(const RunOptions& options) {
     return json;
   };
   write_report(report_with({}));
+  if (const std::string warning = not_converged_text(outcome); !warning.empty() && !options.quiet)
+    say_note(fmt::format("{}: {}", folder.string(), warning));
+  const bool tells = !options.json && !options.quiet;
+  if (tells) print_out(report_text(report_with({})));
   std::vector<fs::path> pictures;
   if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     try {
-      take_pictures({folder, scene, simulation, start, outcome, options.threads});
+      take_pictures({folder, scene, simulation, start, outcome, options.threads}, options.quiet);
       pictures = picture_paths(folder, scene);
     } catch (const Error& error) {  // the run itself is done
       outcome.failure = error.what();
@@ -277,16 +283,16 @@ int run(const RunOptions& options) {
   }
   const RunReport report = report_with(pictures);
   const std::string json = write_report(report);
-  if (const std::string warning = not_converged_text(outcome); !warning.empty() && !options.quiet)
-    say_note(fmt::format("{}: {}", folder.string(), warning));
   if (options.json) print_out(json);
-  if (!options.json && !options.quiet) print_out(report_text(report));
+  if (tells) print_out(pictures_text(pictures));
   return exit_code(report, begin.plan.strict);
 }
 
 void add_flags(CLI::App& app, RunOptions& options) {
   constexpr auto any_count = std::numeric_limits<std::int64_t>::max();
-  add_path(app, "SCENE", options.scene, "scene file (.json); none with --resume")->required(false);
+  add_path(app, "SCENE", options.scene.file, "scene file (.json), '-' for standard input; none with --resume")
+      ->required(false);
+  add_changes(app, options.scene.changes);
   add_value(app, "--steps", "N", "end after N steps, in place of the scene's duration",
             [&options](const std::string& flag, const std::string& text) {
               options.steps = parse_integer(flag, text, 0, any_count);
@@ -316,8 +322,8 @@ void add_flags(CLI::App& app, RunOptions& options) {
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // What a run has begun with it keeps.
-  for (const char* other : {"SCENE", "--out", "--replace", "--every", "--structure", "--order", "--sort",
-                            "--cell-size", "--cells-per-primitive"})
+  for (const char* other : {"SCENE", "--set", "--out", "--replace", "--every", "--structure", "--order",
+                            "--sort", "--cell-size", "--cells-per-primitive"})
     resume->excludes(app.get_option(other));
 }
 

@@ -10,6 +10,7 @@
 #include "io/picture.hpp"
 #include "io/picture_cut.hpp"
 #include "numbers.hpp"
+#include "status_line.hpp"
 
 namespace palpate::app {
 namespace {
@@ -117,7 +118,9 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
   return paths;
 }
 
-void take_pictures(const RunImages& run) {
+void take_pictures(const RunImages& run, bool quiet) {
+  StatusLine status(quiet);
+  status.show([](std::size_t width) { return std::string("drawing the picture ...").substr(0, width); });
   const std::vector<fs::path> paths = picture_paths(run.folder, run.scene);
   const Picture& picture = run.scene.output.picture;
   io::render_picture(paths.front(), run.simulation.bodies(), run.simulation.positions(),
@@ -130,6 +133,7 @@ void take_pictures(const RunImages& run) {
                      parallel::Threads(run.threads));
   for (std::size_t i = 0; i < run.scene.output.views.size(); ++i)
     io::write_png(paths[i + 1], take_view(run, run.scene.output.views[i]));
+  status.clear();
 }
 
 }  // namespace palpate::app

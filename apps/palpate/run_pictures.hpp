@@ -22,7 +22,7 @@ struct RunImages {
 /// Files of the pictures of a scene: picture.png and the views, in the scene's order.
 std::vector<std::filesystem::path> picture_paths(const std::filesystem::path& folder, const Scene& scene);
 
-/// Takes all of them. Throws Error where one cannot be taken or written.
-void take_pictures(const RunImages& run);
+/// Takes all of them, and says so meanwhile if not quiet. Throws Error where one cannot be taken or written.
+void take_pictures(const RunImages& run, bool quiet);
 
 }  // namespace palpate::app

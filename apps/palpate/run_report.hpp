@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,11 @@ nlohmann::ordered_json report_json(const RunReport& report);
 /// What nobody is to overlook of a run in which steps did not converge; empty where all did.
 std::string not_converged_text(const RunOutcome& outcome);
 
-/// The summary that a person reads at the end of a run.
+/// The summary that a person reads at the end of a run; pictures, which come later, are not in it.
 std::string report_text(const RunReport& report);
+
+/// A line for each picture.
+std::string pictures_text(std::span<const std::filesystem::path> pictures);
 
 /// How a run is taken up again.
 std::string way_on(const std::filesystem::path& folder);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <stdexcept>
+#include <unistd.h>
 
 #include "body_report.hpp"
 #include "exit_codes.hpp"
@@ -69,7 +70,6 @@ std::string places_text(const RunReport& report) {
       fmt::format("results       {}/frames.pvd ({})\n", folder, counted(report.frames, "frame"));
   text += fmt::format("metrics       {}/metrics.csv\n", folder);
   text += fmt::format("report        {}/run.json\n", folder);
-  for (const auto& picture : report.pictures) text += fmt::format("picture       {}\n", picture.string());
   return text;
 }
 
@@ -81,12 +81,18 @@ std::string not_converged_text(const RunOutcome& outcome) {
                      counted(static_cast<std::size_t>(outcome.steps), "step"));
 }
 
+std::string pictures_text(std::span<const std::filesystem::path> pictures) {
+  std::string text;
+  for (const auto& picture : pictures) text += fmt::format("picture       {}\n", picture.string());
+  return text;
+}
+
 std::string report_text(const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   const StepMetrics& metrics = report.simulation.metrics();
   const Units& units = report.scene.units;
   std::string text = not_converged_text(outcome);
-  if (!text.empty()) text += '\n';
+  if (!text.empty()) text = coloured(text, Colour::red, STDOUT_FILENO) + '\n';
   text += fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
                       counted(static_cast<std::size_t>(outcome.steps), "step"), short_text(metrics.time),
                       units.time, ending(report));

@@ -1,13 +1,20 @@
 #include "scene_input.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstdio>
+#include <initializer_list>
 #include <string_view>
+#include <unistd.h>
 #include <variant>
 
+#include <palpate/io/mesh_reader.hpp>
+
 #include "exit_codes.hpp"
-#include "io/mesh_reader.hpp"
+#include "messages.hpp"
 #include "scene/suggest.hpp"
+#include "size_warnings.hpp"
 
 namespace palpate::app {
 namespace {
@@ -19,8 +26,40 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
-bool is_mesh_extension(const std::string& extension) {
-  return std::ranges::count(io::mesh_extensions(), std::string_view(extension)) > 0;
+/// A file of another kind that bodies are made of, and how.
+void refuse_other_kinds(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  const auto is_one_of = [&](std::initializer_list<std::string_view> list) {
+    return std::ranges::count(list, std::string_view(extension)) > 0;
+  };
+  if (is_mesh(path)) {
+    throw BadInput(path.string(), "", "a mesh file",
+                   "a scene file (.json); make one with: palpate new " + path.string());
+  }
+  const bool surface = is_one_of({".stl", ".obj", ".ply", ".vtp"});
+  if (surface || is_one_of({".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"})) {
+    throw BadInput(path.string(), "", surface ? "a surface" : "a label map",
+                   "a scene file (.json); make one, with its meshes, with: palpate mesh " + path.string());
+  }
+}
+
+/// All of standard input. Relative paths in it count from the current folder.
+std::string standard_input() {
+  if (::isatty(STDIN_FILENO) == 1) say_note("reading the scene from the terminal; Ctrl-D ends it");
+  std::string text;
+  std::array<char, 65536> bytes{};
+  constexpr std::size_t most = std::size_t{1} << 30;
+  while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), stdin)) {
+    text.append(bytes.data(), count);
+    if (text.size() > most) throw BadInput("stdin", "", "more than 1 GB", "a scene file");
+  }
+  if (text.empty()) throw BadInput("stdin", "", "nothing", "a scene file");
+  return text;
+}
+
+Scene read_chosen(const SceneChoice& choice) {
+  if (choice.file == "-") return read_scene_text(standard_input(), "stdin", {}, choice.changes);
+  return read_scene(choice.file, choice.changes);
 }
 
 /// Tets whose corners are in another order than before.
@@ -43,10 +82,14 @@ MeshInput read_checked(const std::filesystem::path& path) {
 
 }  // namespace
 
+bool is_mesh(const std::filesystem::path& path) {
+  return std::ranges::count(io::mesh_extensions(), std::string_view(lower_extension(path))) > 0;
+}
+
 bool is_scene(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  if (extension == ".json") return true;
-  if (is_mesh_extension(extension)) return false;
+  if (extension == ".json" || path == "-") return true;
+  if (is_mesh(path)) return false;
   std::vector<std::string_view> known{".json"};
   known.insert(known.end(), io::mesh_extensions().begin(), io::mesh_extensions().end());
   throw BadInput(path.string(), "", extension.empty() ? "no extension" : "the extension " + extension,
@@ -57,12 +100,10 @@ MeshInput read_mesh_input(const std::filesystem::path& path) {
   return as_input([&] { return read_checked(path); });
 }
 
-SceneInput read_scene_input(const std::filesystem::path& path) {
-  if (is_mesh_extension(lower_extension(path))) {
-    throw BadInput(path.string(), "", "a mesh file", "a scene file (.json) that names the mesh");
-  }
-  Scene scene = as_input([&] { return read_scene(path); });
-  if (scene.name.empty()) scene.name = path.stem().string();
+SceneInput read_scene_input(const SceneChoice& choice) {
+  refuse_other_kinds(choice.file);
+  Scene scene = as_input([&] { return read_chosen(choice); });
+  if (scene.name.empty()) scene.name = choice.file == "-" ? "stdin" : choice.file.stem().string();
   return load_scene_input(std::move(scene));
 }
 
@@ -81,6 +122,7 @@ SceneInput load_scene_input(Scene scene) {
       const bool from_file = std::holds_alternative<MeshFile>(body.source);
       input.files.push_back(from_file ? std::optional(std::move(*next++)) : std::nullopt);
     }
+    warn_of_sizes(input.scene, input.model);
     return input;
   });
 }

@@ -34,12 +34,21 @@ struct SceneInput {
   std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), of those from a mesh file
 };
 
-/// Whether `path` means a scene (.json), not a mesh. Throws BadInput where it is neither by its extension.
+/// Which scene a subcommand is about.
+struct SceneChoice {
+  std::filesystem::path file;        ///< .json, or "-": standard input
+  std::vector<std::string> changes;  ///< "KEY=VALUE" each, of --set
+};
+
+/// Whether `path` means a scene (.json or "-"), not a mesh. Throws BadInput where it is neither by its
+/// extension.
 bool is_scene(const std::filesystem::path& path);
+/// Whether its extension is that of a mesh of tets.
+bool is_mesh(const std::filesystem::path& path);
 
 /// Each throws BadInput: one line that names the file that is wrong.
 MeshInput read_mesh_input(const std::filesystem::path& path);
-SceneInput read_scene_input(const std::filesystem::path& path);
+SceneInput read_scene_input(const SceneChoice& choice);
 /// The meshes of a scene that is there already.
 SceneInput load_scene_input(Scene scene);
 

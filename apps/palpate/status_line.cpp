@@ -45,6 +45,13 @@ void StatusLine::show(const Text& text) {
   line_open_ = true;
 }
 
+void StatusLine::clear() {
+  if (!line_open_) return;
+  std::fputs(fmt::format("\r{:<{}}\r", "", terminal_width() - 1).c_str(), stderr);
+  std::fflush(stderr);
+  line_open_ = false;
+}
+
 void StatusLine::update(const Text& text) {
   const auto wait = on_terminal_ ? Clock::duration(terminal_interval) : Clock::duration(log_interval);
   if (Clock::now() - shown_ >= wait) show(text);

@@ -24,6 +24,8 @@ class StatusLine {
   void update(const Text& text);
   /// Shows it now.
   void show(const Text& text);
+  /// Takes the line off the terminal again.
+  void clear();
 
  private:
   using Clock = std::chrono::steady_clock;

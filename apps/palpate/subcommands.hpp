@@ -18,6 +18,10 @@ Subcommand add_run(CLI::App& command);
 Subcommand add_info(CLI::App& command);
 Subcommand add_detect(CLI::App& command);
 Subcommand add_view(CLI::App& command);
+Subcommand add_new(CLI::App& command);
+/// Of the flags of the whole command, which must outlive it.
+Subcommand add_completion(CLI::App& command);
+Subcommand add_manual(CLI::App& command);
 /// `generate` has one subcommand of its own for each kind of thing.
 std::vector<Subcommand> add_generate(CLI::App& command);
 /// `bench` has one for each report.

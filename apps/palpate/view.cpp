@@ -13,6 +13,7 @@
 #include "exit_codes.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
+#include "new_scene.hpp"
 #include "open_browser.hpp"
 #include "option_values.hpp"
 #include "relax_model.hpp"
@@ -31,6 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
   palpate view scenes/stacking.json              run a scene and look at it in the browser
+  palpate view liver.vtu                         a mesh: it is held, and an instrument presses it
   palpate view results/stacking                  look at what a run left
   palpate view scene.json --port 8080 --no-browser --speed max
 
@@ -39,7 +41,7 @@ machine: ssh -L 8080:127.0.0.1:8080 HOST, then palpate view scene.json --port 80
 PALPATE_VIEW_TOKEN sets the token, so that open pages find the server again after a restart.)";
 
 struct ViewOptions {
-  fs::path what;
+  SceneChoice what;  ///< a scene, a mesh, or the folder of a run
   view::ServerSettings server;
   view::PlayerSettings player{.playing = true, .alone = false, .speed = 1.0};
   bool no_browser = false;
@@ -55,11 +57,22 @@ std::string token() {
                  "16 to 128 letters, digits, '-' and '_'");
 }
 
+/// The scene that is to be shown; one of a mesh is made for it.
+SceneInput scene_to_view(const ViewOptions& options) {
+  if (!is_mesh(options.what.file)) return read_scene_input(options.what);
+  if (!options.what.changes.empty()) throw BadInput("--set", "", "a mesh", "a scene");
+  const NewScene made = new_scene_of({.mesh = options.what.file});
+  say_note(fmt::format("{}; 'palpate new {}' writes this scene", description_of(made),
+                       options.what.file.string()));
+  return load_scene_input(made.first.scene);
+}
+
 std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
-  if (fs::is_directory(options.what)) {
-    return as_input([&] { return std::make_unique<view::ReplaySource>(options.what, options.threads); });
+  if (fs::is_directory(options.what.file)) {
+    if (!options.what.changes.empty()) throw BadInput("--set", "", "the folder of a run", "a scene");
+    return as_input([&] { return std::make_unique<view::ReplaySource>(options.what.file, options.threads); });
   }
-  SceneInput input = read_scene_input(options.what);
+  SceneInput input = scene_to_view(options);
   relax_model(input.scene, input.model, options.threads, options.json);
   return as_input([&] {
     return std::make_unique<view::LiveSource>(input.scene, std::move(input.model), options.threads);
@@ -97,7 +110,9 @@ int serve(ViewOptions options) {
 }
 
 void add_flags(CLI::App& app, ViewOptions& options) {
-  add_path(app, "SCENE|DIR", options.what, "scene file (.json), or the folder of a run");
+  add_path(app, "SCENE|MESH|DIR", options.what.file,
+           "scene file (.json, or '-' for standard input), a mesh of tets, or the folder of a run");
+  add_changes(app, options.what.changes);
   add_value(app, "--port", "N", "port to serve at; default: any that is free",
             [&options](const std::string& flag, const std::string& text) {
               options.server.port = static_cast<std::uint16_t>(parse_integer(flag, text, 1, 65535));

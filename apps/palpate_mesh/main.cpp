@@ -12,6 +12,7 @@
 
 #include "exit_codes.hpp"
 #include "interrupt.hpp"
+#include "mesh_inputs.hpp"
 #include "mesh_options.hpp"
 #include "mesh_output.hpp"
 #include "messages.hpp"
@@ -25,13 +26,6 @@ namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* examples = R"(Examples:
-  palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs-bodies/scene.json
-  palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
-  palpate mesh skull.stl skin.stl --size 4 --out head && palpate run head/scene.json
-
-Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene is in mm, g and s.)";
 
 /// The folder for the results; one that was not named must not be there yet.
 fs::path output_folder(const MeshOptions& options) {
@@ -88,17 +82,14 @@ void report(const MeshOptions& options, const fs::path& folder, const std::vecto
                           reports.size() == 1 ? "1 body" : fmt::format("{} bodies", reports.size()),
                           counted(static_cast<std::size_t>(tets), "tet"), short_text(seconds)));
   }
-  for (const std::string& warning : warnings) say_note("warning: " + warning);
+  for (const std::string& warning : warnings) say_warning(warning);
   for (const OrganReport& organ : reports) {
-    for (const std::string& warning : organ.warnings) say_note("warning: " + organ.name + ": " + warning);
+    for (const std::string& warning : organ.warnings) say_warning(organ.name + ": " + warning);
   }
 }
 
 int work(int argc, const char* const* argv) {
-  CLI::App command(
-      "Makes bodies of a segmentation: a tet mesh for each label or closed surface, and a scene.",
-      "palpate mesh");
-  command.footer(examples);
+  CLI::App command(std::string(mesh_description), "palpate mesh");
   command.set_version_flag("--version", [] { return "palpate mesh " PALPATE_VERSION; });
   MeshOptions options;
   add_mesh_options(command, options);

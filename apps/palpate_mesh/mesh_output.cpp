@@ -8,6 +8,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/vtu_writer.hpp"
+#include "mesh_inputs.hpp"
 #include "numbers.hpp"
 #include "scene/scene.hpp"
 
@@ -123,16 +124,17 @@ nlohmann::ordered_json report_json(const OrganReport& report) {
 }
 
 std::string report_text(const std::vector<OrganReport>& reports) {
+  constexpr std::size_t longest = 32;
   std::size_t width = 5;
-  for (const OrganReport& report : reports) width = std::max(width, report.name.size());
+  for (const OrganReport& report : reports) width = std::max(width, std::min(longest, report.name.size()));
   std::string text = fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>8}  {:>5}  {:>8}\n", "organ", width,
                                  "tets", "min angle", "volume cm^3", "of input", "parts", "size mm");
   for (const OrganReport& report : reports) {
-    text +=
-        fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>7.1f}%  {:>5}  {:>8.3g}\n", report.name, width,
-                    report.statistics.tets, report.statistics.dihedral_angle.min,
-                    1e-3 * report.statistics.volume, 100.0 * report.statistics.volume / report.input_volume,
-                    report.meshed.mesh_components, report.meshed.size);
+    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>7.1f}%  {:>5}  {:>8.3g}\n",
+                        shortened(report.name, width), width, report.statistics.tets,
+                        report.statistics.dihedral_angle.min, 1e-3 * report.statistics.volume,
+                        100.0 * report.statistics.volume / report.input_volume, report.meshed.mesh_components,
+                        report.meshed.size);
   }
   return text;
 }

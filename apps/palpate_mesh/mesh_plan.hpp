@@ -7,25 +7,10 @@
 
 #include <palpate/mesh.hpp>
 
+#include "mesh_options.hpp"
 #include "organ.hpp"
 
 namespace palpate::app {
-
-/// How fine the organs are to be: a size, or a number of tets for which the size is searched.
-struct Fineness {
-  struct Named {
-    std::string organ;
-    double value;
-  };
-  double size = 0.0;                   ///< mm, of surface triangles; 0: by the number of tets
-  std::vector<Named> sizes;            ///< for organs with a size of their own
-  double tets = 0.0;                   ///< of all organs that are not named, together
-  double tets_each = 0.0;              ///< of each organ that is not named, in place of `tets`
-  std::vector<Named> named_tets;       ///< for organs with a number of their own
-  double cell_share = 0.9;             ///< size of tets over that of triangles
-  double distance_share = 0.14;        ///< distance of triangles from the surface over their size
-  std::size_t max_points = 2'000'000;  ///< of a mesh
-};
 
 /// A meshed organ and what is worth knowing of it.
 struct MeshedOrgan {

@@ -7,6 +7,7 @@
 
 #include "label_map.hpp"
 #include "lattice.hpp"
+#include "mesh_options.hpp"
 
 namespace palpate::app {
 
@@ -17,12 +18,6 @@ struct Organ {
   Lattice field;              ///< about the distance to the surface, > 0 inside, mm; in the organ's frame
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
-};
-
-/// How the shape of an organ is taken from voxels or a surface.
-struct Shaping {
-  double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
-  double gap = 0.0;        ///< mm between the surfaces of organs that touch
 };
 
 /// The smooth shape of a label: its blurred mask, cut at the value at which it has the volume of its voxels,

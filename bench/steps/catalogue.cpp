@@ -6,10 +6,10 @@
 #include <variant>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/relax.hpp>
 
 #include "head_scene.hpp"
-#include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 

@@ -8,6 +8,7 @@ import runpy
 import sys
 
 import numpy as np
+import pandas
 import pyvista
 
 import palpate
@@ -54,7 +55,7 @@ def main():
 
     shown = example("world")
     made = plotter()
-    made.add_mesh(shown["grid"], scalars="body", preference="cell", cmap="Pastel1", show_edges=True, edge_opacity=0.3,
+    made.add_mesh(shown["world"].to_pyvista(shown["positions"]), scalars="body", preference="cell", cmap="Pastel1", show_edges=True, edge_opacity=0.3,
                   show_scalar_bar=False)
     save(made, "world", [(0.25, -0.2, 0.25), (0, 0, 0.03), (0, 0, 1)])
 
@@ -69,7 +70,7 @@ def main():
     made.add_mesh(plate, color="lightgray", opacity=0.5, show_edges=True)
     save(made, "simulate", [(0.08, -0.16, 0.06), (0, 0, 0), (0, 0, 1)])
 
-    draw_study(example("study")["table"])
+    draw_study(pandas.DataFrame(example("study")["rows"]))
 
 
 def draw_study(table):

@@ -24,7 +24,7 @@ from ._mesh import ball, box, read_mesh, write_mesh
 from ._scene import Model, read_scene, stacking_scene, write_scene
 from ._settings import get_threads, set_threads
 from ._simulation import Grab, Simulation
-from ._sweep import sweep
+from ._sweep import sweep, sweep_rows
 from ._view import to_pyvista
 from ._world import World
 
@@ -56,6 +56,7 @@ __all__ = [
     "set_threads",
     "stacking_scene",
     "sweep",
+    "sweep_rows",
     "to_pyvista",
     "write_mesh",
     "write_scene",

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _core
 from ._arrays import Indices
 from ._error import Error
+from ._names import Structure
 from ._world import World
 
 Rows = NDArray[np.intp]
@@ -63,7 +64,7 @@ def detect(
     body: ArrayLike | None = None,
     *,
     self_collision: bool = False,
-    structure: str | None = None,
+    structure: Structure | None = None,
     cells_per_primitive: int | None = None,
     threads: int | None = None,
 ) -> _core.Contacts:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
+import pickle
 import signal
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
@@ -41,6 +44,66 @@ def _end_at_once_on_interrupt() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+def _call_pickled(call: bytes) -> Any:
+    """In a worker: the call that pickled_call() packed."""
+    function, job = pickle.loads(call)
+    return function(job)
+
+
+def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
+    """A call as bytes, functions of notebooks and lambdas by their code where cloudpickle is installed.
+
+    Raises Error where the job cannot be sent to another process.
+    """
+    try:
+        import cloudpickle
+    except ImportError:
+        _refuse_functions_of_notebooks(job)
+        dumps: Callable[[Any], bytes] = pickle.dumps
+    else:
+        dumps = cloudpickle.dumps
+    try:
+        return dumps((function, job))
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise Error("sweep", "apply, measure", f"a function that cannot be sent to other processes ({error})",
+                    "functions of a module, or cloudpickle: pip install 'palpate[study]'") from None
+
+
+@contextlib.contextmanager
+def _unknown_main() -> Iterator[None]:
+    """While workers start: they do not run the program that calls again, as 'spawn' does. Its functions come by their code."""
+    main = sys.modules["__main__"]
+    kept: dict[str, Any] = {name: main.__dict__.pop(name) for name in ("__file__", "__spec__") if name in main.__dict__}
+    main.__spec__ = None
+    try:
+        yield
+    finally:
+        main.__dict__.update(kept)
+
+
+def _has_cloudpickle() -> bool:
+    try:
+        import cloudpickle  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def _starts_alone() -> contextlib.AbstractContextManager[None]:
+    """How workers start: alone where cloudpickle brings all functions, else with the program, whose functions go by name."""
+    return _unknown_main() if _has_cloudpickle() else contextlib.nullcontext()
+
+
+def _refuse_functions_of_notebooks(job: Any) -> None:
+    """Without cloudpickle a function goes by its name, and nobody can import a notebook."""
+    if os.path.isfile(getattr(sys.modules["__main__"], "__file__", "")):
+        return
+    for value in job if isinstance(job, tuple) else ():
+        if callable(value) and getattr(value, "__module__", "") == "__main__":
+            raise Error("sweep", getattr(value, "__qualname__", "function"), "a function of a notebook and no cloudpickle",
+                        "cloudpickle to send it with: pip install 'palpate[study]'")
+
+
 class LocalRunner:
     """Processes of this machine. They are started afresh, not forked: a fork would lose the threads of the library."""
 
@@ -51,13 +114,15 @@ class LocalRunner:
 
     def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]:
         """A future of function(job); RunLost where the process died."""
+        call = pickled_call(function, job)
         result: Future[Any] = Future()
         result.set_running_or_notify_cancel()
-        try:
-            running = self._workers().submit(function, job)
-        except BrokenProcessPool:
-            self._end()
-            running = self._workers().submit(function, job)
+        with _starts_alone():
+            try:
+                running = self._workers().submit(_call_pickled, call)
+            except BrokenProcessPool:
+                self._end()
+                running = self._workers().submit(_call_pickled, call)
         running.add_done_callback(lambda done: self._pass_on(done, result, id(job)))
         return result
 

@@ -67,6 +67,10 @@ class Model(_core.Model):
     Model() is empty; Model.from_scene() has the bodies of a scene, and more can be added.
     """
 
+    def __repr__(self) -> str:
+        bodies = self.bodies
+        return f"<palpate.Model: {len(bodies)} bodies, {len(bodies.body_of_point)} points, {len(bodies.tets)} tets>"
+
     @classmethod
     def from_scene(cls, scene: str | os.PathLike[str] | Mapping[str, Any]) -> Model:
         """The bodies of a scene, a file or a mapping, without its settings."""

@@ -6,7 +6,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +27,12 @@ class Grab:
     def __init__(self, simulation: _core.Simulation, number: int) -> None:
         self._simulation = simulation
         self._number: int | None = number
+
+    def __repr__(self) -> str:
+        return "<palpate.Grab: let go>" if self._number is None else f"<palpate.Grab: number {self._number}>"
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a palpate.Grab cannot be pickled or copied: it belongs to its simulation")
 
     def _held(self) -> int:
         if self._number is None:
@@ -78,6 +84,14 @@ class Simulation(_core.Simulation):
         self._duration = read.duration
         self._wants_rest = False
         super().__init__(model, read, threads_or_default(threads))
+
+    def __repr__(self) -> str:
+        try:
+            metrics = self.metrics
+            return (f"<palpate.Simulation: step {metrics.step}, t = {metrics.time:.6g} s, {len(self.bodies)} bodies, "
+                    f"{metrics.detection.contacts} contacts>")
+        except Error:  # another thread is in a step of it
+            return "<palpate.Simulation: busy in another thread>"
 
     def run(
         self,

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -69,13 +70,24 @@ def _place_in_list(values: list[Any], key: str, path: str) -> int:
 def run_job(job: Job) -> Row:
     """Makes a run; returns what goes into its row. A failure of the run is a row too."""
     start = time.perf_counter()
-    row: Row = {"status": "done", "error": ""}
+    row: Row = {"status": "done", "error": "", "traceback": ""}
     try:
         row.update(_run(job))
     except Exception as error:  # whatever a run or the caller's functions raise must not end the study
-        row.update(status="failed", error=f"{error}" if isinstance(error, Error) else f"{type(error).__name__}: {error}")
+        row.update(status="failed", error=_told(error),
+                   traceback="" if isinstance(error, Error) else traceback.format_exc())
     row["seconds"] = time.perf_counter() - start
     return row
+
+
+def _told(error: Exception) -> str:
+    """An error in one line; of the caller's functions with the place where it was raised."""
+    if isinstance(error, Error):
+        return str(error)
+    here = os.path.dirname(__file__)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(here)]
+    place = f" (line {frames[-1].lineno} of {frames[-1].filename}, in {frames[-1].name})" if frames else ""
+    return f"{type(error).__name__}: {error}{place}"
 
 
 def _run(job: Job) -> Row:
@@ -201,7 +213,47 @@ def _finished(runner: Runner, jobs: Mapping[str, Job]) -> Iterator[tuple[str, Ro
                 if lost.again:
                     waiting.append((key, jobs[key]))
                 else:
-                    yield key, {"status": "failed", "error": str(lost), "seconds": 0.0}
+                    yield key, {"status": "failed", "error": str(lost), "traceback": "", "seconds": 0.0}
+
+
+def sweep_rows(
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]] | pandas.DataFrame,
+    *,
+    apply: Callable[[dict[str, Any], Row], Any] | None = None,
+    measure: Callable[[Simulation], Mapping[str, Any]] | None = None,
+    steps: int | None = None,
+    until_rest: bool = False,
+    folder: str | os.PathLike[str] | None = None,
+    retry_failed: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    client: Any = None,
+    progress: bool = False,
+) -> list[Row]:
+    """As sweep(), a mapping for each run in place of a DataFrame; needs no pandas."""
+    base = scene_dict(scene_of(scene))
+    samples = _samples(parameters)
+    text = scene_text(base, "scene")
+    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
+                       _name_of(measure)])
+    store = None if folder is None else Store(folder)
+    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
+    jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
+    rows: dict[str, Row] = {}
+    for key in jobs if store is not None else ():
+        row = store.read(key) if store is not None else None
+        if row is not None and not (retry_failed and row["status"] == "failed"):
+            rows[key] = row
+    left = {key: job for key, job in jobs.items() if key not in rows}
+    runner = dask_runner(client) if client is not None else local_runner(workers, len(left))
+    with runner, bar(progress, len(jobs), "run", len(rows)) as shown:
+        for key, row in _finished(runner, left):
+            rows[key] = row
+            if store is not None:
+                store.write(key, row)
+            shown.update()
+    return [{**values, **rows[key]} for key, values in zip(keys, samples)]
 
 
 def sweep(
@@ -234,34 +286,15 @@ def sweep(
     client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
     progress: shows a bar of tqdm.
 
-    Columns: the parameters; status ("done" or "failed") and error; steps, time, at_rest, contacts, deepest, steps_not_converged,
-    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes: define them in a
-    module (Dask also takes those of a notebook). A run whose worker process dies is made again, three times at most.
+    Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
+    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes, by
+    cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
     Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
     """
     try:
         import pandas
     except ImportError:
-        raise needed("pandas", "sweep", "study") from None
-    base = scene_dict(scene_of(scene))
-    samples = _samples(parameters)
-    text = scene_text(base, "scene")
-    same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
-                       _name_of(measure)])
-    store = None if folder is None else Store(folder)
-    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
-    jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
-    rows: dict[str, Row] = {}
-    for key in jobs if store is not None else ():
-        row = store.read(key) if store is not None else None
-        if row is not None and not (retry_failed and row["status"] == "failed"):
-            rows[key] = row
-    left = {key: job for key, job in jobs.items() if key not in rows}
-    runner = dask_runner(client) if client is not None else local_runner(workers, len(left))
-    with runner, bar(progress, len(jobs), "run", len(rows)) as shown:
-        for key, row in _finished(runner, left):
-            rows[key] = row
-            if store is not None:
-                store.write(key, row)
-            shown.update()
-    return pandas.DataFrame([{**values, **rows[key]} for key, values in zip(keys, samples)])
+        raise needed("pandas", "sweep (sweep_rows does without)", "study") from None
+    return pandas.DataFrame(sweep_rows(
+        scene, parameters, apply=apply, measure=measure, steps=steps, until_rest=until_rest, folder=folder,
+        retry_failed=retry_failed, workers=workers, threads=threads, client=client, progress=progress))

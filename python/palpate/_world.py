@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
 from ._error import Error
+from ._names import CellSizeRule, Order, Sort, Structure
 from ._scene import Model, scene_of
 from ._settings import settings, threads_or_default
 
@@ -55,10 +56,10 @@ class World(_core.World):
     def __init__(
         self,
         *,
-        structure: str | None = None,
-        order: str | None = None,
-        sort: str | None = None,
-        cell_size: str | float | None = None,
+        structure: Structure | None = None,
+        order: Order | None = None,
+        sort: Sort | None = None,
+        cell_size: CellSizeRule | float | None = None,
         cells_per_primitive: int | None = None,
         coherence: bool | None = None,
         budget: Mapping[str, Any] | None = None,
@@ -69,6 +70,14 @@ class World(_core.World):
             cells_per_primitive=cells_per_primitive, coherence=coherence, budget=budget,
         )
         super().__init__(found, threads_or_default(threads))
+
+    def __repr__(self) -> str:
+        bodies = self.bodies
+        try:
+            found = f"{len(self.contacts)} contacts"
+        except Error:
+            found = "no update() yet"
+        return f"<palpate.World: {len(bodies)} bodies, {len(bodies.body_of_point)} points, {found}>"
 
     @classmethod
     def from_scene(cls, scene: str | os.PathLike[str] | Mapping[str, Any], *, threads: int | None = None) -> World:

@@ -20,7 +20,9 @@ void bind_contacts(nb::module_& m) {
       return view<Index>(nb::cast<const Contacts&>(self).*member, self);
     };
   };
-  nb::class_<Contacts>(m, "Contacts", doc::Contacts)
+  nb::class_<Contacts> contacts(m, "Contacts", doc::Contacts);
+  refuse_pickling(contacts, "keep its arrays (point, tet, depth and so on)");
+  contacts
       .def_prop_ro("point", column(&Contacts::point), doc::Contacts_point,
                    nb::sig("def point(self) -> numpy.typing.NDArray[numpy.int32]"))
       .def_prop_ro("body", column(&Contacts::body), doc::Contacts_body,
@@ -62,7 +64,9 @@ void bind_crossings(nb::module_& m) {
       return view<Index>(nb::cast<const Crossings&>(self).*member, self);
     };
   };
-  nb::class_<Crossings>(m, "Crossings", doc::Crossings)
+  nb::class_<Crossings> crossings(m, "Crossings", doc::Crossings);
+  refuse_pickling(crossings, "keep its arrays (contact, free_point and so on)");
+  crossings
       .def_prop_ro("contact", column(&Crossings::contact), doc::Crossings_contact,
                    nb::sig("def contact(self) -> numpy.typing.NDArray[numpy.int32]"))
       .def_prop_ro("free_point", column(&Crossings::free_point), doc::Crossings_free_point,

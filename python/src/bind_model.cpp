@@ -1,8 +1,12 @@
+#include <initializer_list>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -10,7 +14,9 @@
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "docs.hpp"
+#include "material_check.hpp"
 #include "model.hpp"
+#include "pickling.hpp"
 #include "scene/suggest.hpp"
 
 namespace palpate::python {
@@ -32,31 +38,82 @@ Interpolation interpolation_of(const std::string& name) {
   throw Error("Motion", "interpolation", "'" + name + "'", expected_name(name, interpolation_names));
 }
 
+/// "palpate.Material(young_modulus=20000.0, ...)" of attributes, as Python writes them.
+std::string call_text(nb::handle self, std::initializer_list<const char*> names) {
+  std::string text = "palpate." + nb::cast<std::string>(self.type().attr("__name__")) + "(";
+  bool first = true;
+  for (const char* name : names) {
+    text += (first ? "" : ", ") + std::string(name) + "=" + nb::repr(self.attr(name)).c_str();
+    first = false;
+  }
+  return text + ")";
+}
+
+/// A value of a material that can be changed to what a scene would take.
+template <class Value>
+void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
+  material.def_prop_rw(
+      name, [value](const Material& m) { return m.*value; },
+      [value](Material& m, Value given) {
+        Material changed = m;
+        changed.*value = given;
+        check_material(changed);
+        m = changed;
+      },
+      doc);
+}
+
+using MaterialState =
+    std::tuple<double, double, double, double, double, std::optional<double>, double, std::optional<double>>;
+
+void bind_material_values(nb::class_<Material>& material) {
+  bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
+  bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
+  bind_value(material, "density", &Material::density, doc::Material_density);
+  bind_value(material, "mass_damping", &Material::mass_damping, doc::Material_mass_damping);
+  bind_value(material, "stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping);
+  bind_value(material, "plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield);
+  bind_value(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
+  bind_value(material, "plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+  material
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(
+                 self, {"young_modulus", "poisson_ratio", "density", "mass_damping", "stiffness_damping",
+                        "plastic_yield", "plastic_creep", "plastic_maximum"});
+           })
+      .def("__getstate__",
+           [](const Material& m) {
+             return MaterialState{m.young_modulus,     m.poisson_ratio, m.density,       m.mass_damping,
+                                  m.stiffness_damping, m.plastic_yield, m.plastic_creep, m.plastic_maximum};
+           })
+      .def("__setstate__",
+           [](Material& m, const MaterialState& s) { new (&m) Material(std::make_from_tuple<Material>(s)); });
+}
+
 void bind_material(nb::module_& m) {
   const Material standard;
-  nb::class_<Material>(m, "Material", doc::Material)
-      .def(
-          "__init__",
-          [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
-             double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
-             std::optional<double> plastic_maximum) {
-            new (self) Material{young_modulus,     poisson_ratio, density,       mass_damping,
-                                stiffness_damping, plastic_yield, plastic_creep, plastic_maximum};
-          },
-          nb::kw_only(), nb::arg("young_modulus") = standard.young_modulus,
-          nb::arg("poisson_ratio") = standard.poisson_ratio, nb::arg("density") = standard.density,
-          nb::arg("mass_damping") = standard.mass_damping,
-          nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
-          nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none())
-      .def_rw("young_modulus", &Material::young_modulus, doc::Material_young_modulus)
-      .def_rw("poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio)
-      .def_rw("density", &Material::density, doc::Material_density)
-      .def_rw("mass_damping", &Material::mass_damping, doc::Material_mass_damping)
-      .def_rw("stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping)
-      .def_rw("plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield)
-      .def_rw("plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep)
-      .def_rw("plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+  nb::class_<Material> material(m, "Material", doc::Material);
+  bind_material_values(material);
+  material.def(
+      "__init__",
+      [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
+         double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
+         std::optional<double> plastic_maximum) {
+        const Material made{young_modulus,     poisson_ratio, density,       mass_damping,
+                            stiffness_damping, plastic_yield, plastic_creep, plastic_maximum};
+        check_material(made);
+        new (self) Material(made);
+      },
+      nb::kw_only(), nb::arg("young_modulus") = standard.young_modulus,
+      nb::arg("poisson_ratio") = standard.poisson_ratio, nb::arg("density") = standard.density,
+      nb::arg("mass_damping") = standard.mass_damping,
+      nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
+      nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none());
 }
+
+using KeyframeState = std::tuple<double, Three, std::array<double, 4>>;
+using MotionState = std::tuple<Three, std::vector<Keyframe>, std::string>;
 
 void bind_motion(nb::module_& m) {
   nb::class_<Keyframe>(m, "Keyframe", doc::Keyframe)
@@ -71,7 +128,18 @@ void bind_motion(nb::module_& m) {
       .def_prop_rw(
           "translate", [](const Keyframe& k) { return three_of(k.translate); },
           [](Keyframe& k, const Three& v) { k.translate = vector_of_three(v); }, doc::Keyframe_translate)
-      .def_rw("quaternion", &Keyframe::quaternion, doc::Keyframe_quaternion);
+      .def_rw("quaternion", &Keyframe::quaternion, doc::Keyframe_quaternion)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"time", "translate", "quaternion"});
+           })
+      .def("__getstate__",
+           [](const Keyframe& k) {
+             return KeyframeState{k.time, three_of(k.translate), k.quaternion};
+           })
+      .def("__setstate__", [](Keyframe& k, const KeyframeState& s) {
+        new (&k) Keyframe{std::get<0>(s), vector_of_three(std::get<1>(s)), std::get<2>(s)};
+      });
   nb::class_<Motion>(m, "Motion", doc::Motion)
       .def(
           "__init__",
@@ -80,7 +148,10 @@ void bind_motion(nb::module_& m) {
             new (self) Motion{vector_of_three(center), std::move(keyframes), interpolation_of(interpolation)};
           },
           nb::arg("keyframes"), nb::kw_only(), nb::arg("center") = Three{},
-          nb::arg("interpolation") = "linear")
+          nb::arg("interpolation") = "linear",
+          nb::sig("def __init__(self, keyframes: typing.Sequence[Keyframe], *, center: "
+                  "typing.Sequence[float] = (0.0, "
+                  "0.0, 0.0), interpolation: typing.Literal['linear', 'smooth'] = 'linear') -> None"))
       .def_rw("keyframes", &Motion::keyframes, doc::Motion_keyframes)
       .def_prop_rw(
           "center", [](const Motion& o) { return three_of(o.center); },
@@ -91,7 +162,19 @@ void bind_motion(nb::module_& m) {
             return std::string(interpolation_names[static_cast<std::size_t>(o.interpolation)]);
           },
           [](Motion& o, const std::string& name) { o.interpolation = interpolation_of(name); },
-          doc::Motion_interpolation);
+          doc::Motion_interpolation)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"keyframes", "center", "interpolation"});
+           })
+      .def("__getstate__",
+           [](const Motion& o) {
+             return MotionState{three_of(o.center), o.keyframes,
+                                std::string(interpolation_names[static_cast<std::size_t>(o.interpolation)])};
+           })
+      .def("__setstate__", [](Motion& o, const MotionState& s) {
+        new (&o) Motion{vector_of_three(std::get<0>(s)), std::get<1>(s), interpolation_of(std::get<2>(s))};
+      });
 }
 
 }  // namespace
@@ -99,8 +182,9 @@ void bind_motion(nb::module_& m) {
 void bind_model(nb::module_& m) {
   bind_material(m);
   bind_motion(m);
-  nb::class_<Model>(m, "Model", doc::Model)
-      .def(nb::init<>())
+  nb::class_<Model> bound(m, "Model", doc::Model);
+  refuse_pickling(bound, "make it anew there, or send the scene that it is made of");
+  bound.def(nb::init<>())
       .def(
           "__init__",
           [](Model* self, const Scene& scene) {

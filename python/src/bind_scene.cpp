@@ -5,10 +5,11 @@
 #include <string>
 #include <utility>
 
+#include <palpate/io/mesh_reader.hpp>
+
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "docs.hpp"
-#include "io/mesh_reader.hpp"
 #include "model.hpp"
 #include "scene/generators.hpp"
 #include "scene/scene.hpp"
@@ -38,6 +39,19 @@ void bind_scene(nb::module_& m) {
           "text", [](const Scene& scene) { return write_scene(scene); }, doc::write_scene)
       .def_prop_ro(
           "folder", [](const Scene& scene) { return scene.folder.string(); }, doc::Scene_folder)
+      .def("__repr__",
+           [](const Scene& scene) {
+             return "<palpate Scene '" + scene.name + "' of " + scene.source + ": " +
+                    std::to_string(scene.bodies.size()) + " bodies>";
+           })
+      .def(
+          "__reduce__",
+          [](nb::handle self) {
+            return nb::make_tuple(
+                self.type().attr("parse"),
+                nb::make_tuple(self.attr("text"), self.attr("source"), self.attr("folder")));
+          },
+          nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
       .def_ro("source", &Scene::source, doc::Scene_source)
       .def_ro("duration", &Scene::duration, doc::Scene_duration);
   m.def(

@@ -70,6 +70,7 @@ void bind_simulation(nb::module_& m) {
   bind_metrics(m);
   nb::class_<Simulation> simulation(m, "Simulation", doc::Simulation);
   bind_checkpoint(simulation);
+  refuse_pickling(simulation, "send what save() returns, and restore() it in another of the same scene");
   simulation
       .def(
           "__init__",

@@ -12,6 +12,7 @@
 #include "bind.hpp"
 #include "docs.hpp"
 #include "geometry/vector.hpp"
+#include "pickling.hpp"
 #include "scene/scene.hpp"
 #include "world.hpp"
 
@@ -37,8 +38,9 @@ const Body& body_of_name(const Bodies& bodies, const std::string& name) {
 }
 
 void bind_bodies(nb::module_& m) {
-  nb::class_<Body>(m, "Body", doc::Body)
-      .def_ro("name", &Body::name, doc::Body_name)
+  nb::class_<Body> body(m, "Body", doc::Body);
+  refuse_pickling(body, "keep its name and slices");
+  body.def_ro("name", &Body::name, doc::Body_name)
       .def_prop_ro(
           "points", [](const Body& b) { return slice_of(b.points); }, doc::Body_points)
       .def_prop_ro(
@@ -51,8 +53,9 @@ void bind_bodies(nb::module_& m) {
         return "<palpate.Body '" + b.name + "': " + std::to_string(b.points.size()) + " points, " +
                std::to_string(b.tets.size()) + " tets>";
       });
-  nb::class_<Bodies>(m, "Bodies", doc::Bodies)
-      .def("__len__", &Bodies::body_count, "Number of bodies.")
+  nb::class_<Bodies> all(m, "Bodies", doc::Bodies);
+  refuse_pickling(all, "keep its arrays (points_rest, tets and so on)");
+  all.def("__len__", &Bodies::body_count, "Number of bodies.")
       .def(
           "__getitem__",
           [](const Bodies& bodies, Index i) -> const Body& {
@@ -79,7 +82,9 @@ void bind_bodies(nb::module_& m) {
 
 void bind_world(nb::module_& m) {
   bind_bodies(m);
-  nb::class_<World>(m, "World", doc::World)
+  nb::class_<World> bound(m, "World", doc::World);
+  refuse_pickling(bound, "make it anew in the other process");
+  bound
       .def(
           "__init__",
           [](World* self, const Scene& scene, int threads) {

@@ -1,19 +1,31 @@
 #pragma once
 
+#include <cstddef>
 #include <nanobind/nanobind.h>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "pickling.hpp"
 
 namespace palpate::python {
 
 namespace nb = nanobind;
 
-/// Binds the members of a plain struct as read-only attributes, and as_dict(), which has them all.
+/// Binds the members of a plain struct as read-only attributes, and as_dict() and repr(), which have them
+/// all.
 template <class Struct>
 class Fields {
  public:
   explicit Fields(nb::class_<Struct>& bound) : bound_(bound) {}
   ~Fields() {
+    refuse_pickling(bound_, "keep what as_dict() returns");
+    bound_.def("__repr__", [names = names_](nb::handle self) {
+      std::string text = "palpate." + nb::cast<std::string>(self.type().attr("__name__")) + "(";
+      for (std::size_t i = 0; i < names.size(); ++i)
+        text += (i > 0 ? ", " : "") + std::string(names[i]) + "=" + nb::repr(self.attr(names[i])).c_str();
+      return text + ")";
+    });
     bound_.def(
         "as_dict",
         [names = std::move(names_)](nb::handle self) {

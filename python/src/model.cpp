@@ -3,9 +3,9 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "geometry/vector.hpp"
-#include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "sim/rails.hpp"
 #include "world.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 namespace palpate::io {
 

@@ -1,7 +1,8 @@
 #pragma once
 
+#include <palpate/io/mesh_reader.hpp>
+
 #include "io/gmsh_cells.hpp"
-#include "io/mesh_reader.hpp"
 
 namespace palpate::io {
 

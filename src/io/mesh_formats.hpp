@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 /// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
 namespace palpate::io {

@@ -1,5 +1,3 @@
-#include "io/mesh_reader.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -7,6 +5,7 @@
 #include <numeric>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "io/mesh_formats.hpp"
 

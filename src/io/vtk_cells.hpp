@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 namespace palpate::io {
 

@@ -288,6 +288,7 @@ void describe(Visitor& v, OutputSettings& output) {
 
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
+  v.ignored("$schema");  // editors check and complete by it
   v.field("name", scene.name);
   v.object("units", scene.units);
   v.set_si(scene.units == Units{});

@@ -190,7 +190,7 @@ std::string format_json(const ordered_json& value) {
 
 std::string key_path(const std::string& path, std::string_view key) {
   const auto plain = [](char c) {
-    return c == '_' || c == '-' || std::isalnum(static_cast<unsigned char>(c)) != 0;
+    return c == '_' || c == '-' || c == '$' || std::isalnum(static_cast<unsigned char>(c)) != 0;
   };
   const bool is_name = !key.empty() && std::all_of(key.begin(), key.end(), plain);
   const std::string name = is_name ? std::string(key) : shortened(dump(std::string(key)));

@@ -36,6 +36,7 @@ class KeyLister {
     T value{};
     required(key, value);
   }
+  void ignored(std::string_view key) { add(key, nullptr); }
   template <class Enum>
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     add(key, names[static_cast<std::size_t>(value)]);

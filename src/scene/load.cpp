@@ -10,46 +10,15 @@
 
 #include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
-#include "scene/generators.hpp"
+#include "scene/body_mesh.hpp"
 #include "scene/near.hpp"
 #include "scene/suggest.hpp"
 
 namespace palpate {
 namespace {
 
-template <class... Cases>
-struct Overloaded : Cases... {
-  using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
-
 std::string path_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
-}
-
-/// A generated mesh. What its generator refuses is an Error in the scene, at `path` of the body.
-template <class Generate>
-TetMesh generated(const Scene& scene, const std::string& path, Generate&& generate) {
-  try {
-    return generate();
-  } catch (const Error& error) {
-    throw Error(scene.source, path + "." + error.source() + "." + error.where(), error.found(),
-                error.expected());
-  }
-}
-
-TetMesh source_mesh(const Scene& scene, std::size_t body, const MeshReader& read_mesh) {
-  const std::string path = path_of(body);
-  return std::visit(Overloaded{[&](const MeshFile& file) { return read_mesh(scene.folder / file.path); },
-                               [&](const BoxGenerator& box) {
-                                 return generated(scene, path, [&] { return make_box(box.cells, box.size); });
-                               },
-                               [&](const BallGenerator& ball) {
-                                 return generated(scene, path,
-                                                  [&] { return make_ball(ball.radius, ball.resolution); });
-                               }},
-                    scene.bodies[body].source);
 }
 
 Turn turn_of(const Rotation& rotation) {
@@ -328,7 +297,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh) {
   std::vector<Index> motions(scene.bodies.size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
-    TetMesh mesh = source_mesh(scene, b, read_mesh);
+    TetMesh mesh = body_mesh(scene, b, read_mesh);
     const Turn turn = turn_of(body.transform.rotate);
     for (Vec3& point : mesh.points) point = place(body.transform, turn, point);
     add_body(scene, b, std::move(mesh), model);

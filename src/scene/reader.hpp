@@ -29,9 +29,7 @@ class Reader {
   template <class T>
   void field(std::string_view key, T& value, const Limits& limits = any) {
     if (const auto* json = find(key)) return decode_any(key_path(path_, key), *json, value, limits);
-    if (limits.default_is_si && !context_.si) {
-      fail(context_, key_path(path_, key), "nothing", "a value, since the default is for SI units only");
-    }
+    if (limits.default_is_si && !context_.si) context_.without_default.push_back(key_path(path_, key));
   }
   template <class T>
   void required(std::string_view key, T& value, const Limits& limits = any) {
@@ -42,6 +40,11 @@ class Reader {
   template <class T>
   void optional(std::string_view key, std::optional<T>& value, const Limits& limits = any) {
     if (const auto* json = find(key)) decode_any(key_path(path_, key), *json, value.emplace(), limits);
+  }
+  /// A text that is for other programs.
+  void ignored(std::string_view key) {
+    std::string text;
+    if (const auto* json = find(key)) decode(context_, key_path(path_, key), *json, text, any);
   }
   /// One of a table of names, index = value of the enumeration.
   template <class Enum>

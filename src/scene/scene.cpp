@@ -7,6 +7,7 @@
 #include <palpate/error.hpp>
 
 #include "io/file_bytes.hpp"
+#include "scene/changes.hpp"
 #include "scene/key_lister.hpp"
 #include "scene/reader.hpp"
 #include "scene/writer.hpp"
@@ -84,25 +85,68 @@ void mark_self_collision(Scene& scene) {
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-}  // namespace
+/// All keys at once that a scene in other units than SI must give, so that nobody meets them one by one.
+void require_values(const Scene& scene, const std::vector<std::string>& keys) {
+  if (keys.empty()) return;
+  constexpr std::size_t most = 24;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(most, keys.size()); ++i) list += (i > 0 ? ", " : "") + keys[i];
+  if (keys.size() > most) list += " and " + std::to_string(keys.size() - most) + " more";
+  throw Error(scene.source, list, "nothing",
+              std::string(keys.size() == 1 ? "a value" : "values") + " in " + scene.units.length + ", " +
+                  scene.units.mass + ", " + scene.units.time + ", since defaults are for SI units only");
+}
 
-Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder) {
-  const nlohmann::json json = parse_json(text, source_name);
-  Scene scene;
-  scene.source = std::move(source_name);
-  scene.folder = std::move(base_folder);
+void fill(Scene& scene, const nlohmann::json& json) {
   scene_format::Context context{scene.source};
   scene_format::Reader reader(context, "", json);
   describe(reader, scene);
   reader.finish();
+  require_values(scene, context.without_default);
   name_bodies(scene);
   check_views(scene);
   mark_self_collision(scene);
+}
+
+/// A change of the text of a scene, and the path of what it changed as the reader names it.
+struct AppliedChange {
+  const std::string& text;
+  std::string path;
+};
+
+/// The change that gave the value at a key path, or null.
+const AppliedChange* change_at(const std::string& where, const std::vector<AppliedChange>& changes) {
+  const auto gave = [&](const AppliedChange& change) {
+    const std::size_t end = change.path.size();
+    return where.starts_with(change.path) && (where.size() == end || where[end] == '.' || where[end] == '[');
+  };
+  const auto last = std::find_if(changes.rbegin(), changes.rend(), gave);
+  return last == changes.rend() ? nullptr : &*last;
+}
+
+}  // namespace
+
+Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder,
+                      std::span<const std::string> changes) {
+  nlohmann::json json = parse_json(text, source_name);
+  std::vector<AppliedChange> applied;
+  for (const std::string& change : changes)
+    applied.push_back({change, apply_change(json, parse_scene_change(change))});
+  Scene scene;
+  scene.source = std::move(source_name);
+  scene.folder = std::move(base_folder);
+  try {
+    fill(scene, json);
+  } catch (const Error& error) {
+    const AppliedChange* const change = change_at(error.where(), applied);
+    if (change == nullptr) throw;
+    throw Error("--set " + change->text, error.where(), error.found(), error.expected());
+  }
   return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file) {
-  return read_scene_text(io::read_file(file, "a scene file"), file.string(), file.parent_path());
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> changes) {
+  return read_scene_text(io::read_file(file, "a scene file"), file.string(), file.parent_path(), changes);
 }
 
 std::string write_scene(const Scene& scene) {

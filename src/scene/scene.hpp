@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -208,14 +209,17 @@ struct Scene {
   std::filesystem::path folder;  ///< relative mesh paths count from here; not part of the text
 };
 
-/// Reads a scene file. Throws Error: file, line and column for what is not JSON, file and key path
+/// Reads a scene file; `changes`, each "KEY=VALUE" (scene/changes.hpp), take the place of its values. Throws
+/// Error: file, line and column for what is not JSON, file and key path
 /// ("bodies[2].material.density") for an unknown, repeated, missing, ill-typed or out-of-range value.
-/// Mesh files are not looked at. O(size of the file).
-Scene read_scene(const std::filesystem::path& file);
+/// What a change is to blame for names "--set" and its text. Mesh files are not looked at. O(size of the
+/// file).
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> changes = {});
 
 /// Reads a scene from text; `source_name` stands for the file in errors, relative paths count from
 /// `base_folder`.
-Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder = {});
+Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder = {},
+                      std::span<const std::string> changes = {});
 
 /// The text form of a scene, all settings written out (of a body, only what differs from the default).
 /// Reading it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.

@@ -18,7 +18,8 @@ namespace palpate::scene_format {
 /// What all readers of one scene share.
 struct Context {
   const std::string& source;
-  bool si = true;  ///< the scene is in SI units, so that defaults in SI hold
+  bool si = true;                              ///< the scene is in SI units, so that defaults in SI hold
+  std::vector<std::string> without_default{};  ///< absent keys whose default is in SI, in a scene that is not
 };
 
 [[noreturn]] void fail(const Context& context, const std::string& path, const std::string& found,

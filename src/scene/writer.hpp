@@ -34,6 +34,7 @@ class Writer {
   void optional(std::string_view key, std::optional<T>& value, const Limits& = any) {
     if (value) required(key, *value);
   }
+  static void ignored(std::string_view) {}
   template <class Enum>
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "geometry/vector.hpp"
 #include "io/file_bytes.hpp"
-#include "io/mesh_reader.hpp"
 #include "scene/json_text.hpp"
 
 namespace palpate::view {

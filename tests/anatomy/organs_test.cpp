@@ -5,8 +5,9 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
+#include <palpate/io/mesh_reader.hpp>
+
 #include "anatomy/surface.hpp"
-#include "io/mesh_reader.hpp"
 
 namespace palpate::anatomy {
 namespace {

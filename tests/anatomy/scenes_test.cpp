@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/relax.hpp>
 #include <palpate/simulation.hpp>
 
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
-#include "io/mesh_reader.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "support/mean.hpp"

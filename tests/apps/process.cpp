@@ -101,13 +101,14 @@ Finished palpate(std::vector<std::string> arguments, const std::filesystem::path
 }
 
 std::string palpate_on_terminal(std::vector<std::string> arguments, const std::filesystem::path& folder,
-                                int columns) {
+                                int columns, const std::string& typed) {
   arguments.insert(arguments.begin(), "palpate");
   const winsize size{
       .ws_row = 24, .ws_col = static_cast<unsigned short>(columns), .ws_xpixel = 0, .ws_ypixel = 0};
   int terminal = -1;
   const pid_t pid = ::forkpty(&terminal, nullptr, nullptr, &size);
   if (pid == 0) become(arguments, folder);
+  EXPECT_EQ(::write(terminal, typed.data(), typed.size()), static_cast<ssize_t>(typed.size()));
   std::string text;
   std::array<char, 4096> bytes{};
   for (ssize_t count = 0; (count = ::read(terminal, bytes.data(), bytes.size())) > 0;) {

@@ -48,8 +48,9 @@ class Process {
 /// Runs the command to its end.
 Finished palpate(std::vector<std::string> arguments, const std::filesystem::path& folder);
 
-/// Runs the command with stderr (and stdout) on a terminal of so many columns; returns what the terminal got.
+/// Runs the command on a terminal of so many columns, where somebody types `typed`; returns what the terminal
+/// got, what was typed too.
 std::string palpate_on_terminal(std::vector<std::string> arguments, const std::filesystem::path& folder,
-                                int columns);
+                                int columns, const std::string& typed = "");
 
 }  // namespace palpate::test

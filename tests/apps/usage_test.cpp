@@ -12,6 +12,9 @@ TEST_F(Usage, HelpOfEverySubcommandTeachesByExamples) {
                                                                                      {"run"},
                                                                                      {"info"},
                                                                                      {"detect"},
+                                                                                     {"new"},
+                                                                                     {"completion"},
+                                                                                     {"manual"},
                                                                                      {"generate"},
                                                                                      {"generate", "stacking"},
                                                                                      {"generate", "box"},
@@ -37,7 +40,9 @@ TEST_F(Usage, UnknownSubcommandsNameTheNearest) {
   expect_error(2, {"rnu", "scene.json"}, {"'rnu'", "expected 'run'"});
   expect_error(2, {"generate", "stackin"}, {"'stackin'", "expected 'stacking'"});
   expect_error(2, {"xyzzy"},
-               {"'xyzzy'", "one of 'run', 'info', 'detect', 'view', 'generate', 'bench', 'mesh'"});
+               {"'xyzzy'",
+                "one of 'new', 'view', 'run', 'info', 'detect', 'generate', 'bench', 'completion', 'manual', "
+                "'mesh', 'help'"});
 }
 
 TEST_F(Usage, MissingSubcommandsAndArgumentsAreNamed) {

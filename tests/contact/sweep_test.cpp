@@ -7,7 +7,8 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
+
 #include "support/meshes.hpp"
 
 namespace palpate {

@@ -4,10 +4,10 @@
 #include <string_view>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/mesh.hpp>
 
 #include "fuzz/fuzzing.hpp"
-#include "io/mesh_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace palpate;

@@ -43,7 +43,7 @@ class DevScript(unittest.TestCase):
     def test_help_names_every_command(self):
         result = self.dev("help")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "bench", "fuzz", "coverage", "reliability", "format", "setup",
+        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "wheel", "bench", "fuzz", "coverage", "reliability", "format", "setup",
                         "help"]:
             self.assertRegex(result.stdout, rf"(?m)^  {command}\b")
 
@@ -58,6 +58,8 @@ class DevScript(unittest.TestCase):
             (["bench", "--compare"], "--compare needs a report"),
             (["bench", "--compare", "nowhere.json"], "there is no file '/nowhere.json'"),
             (["bench", "instructions", "--fast"], "bench instructions takes --keep, found '--fast'"),
+            (["wheel", "now"], "wheel takes --python PY, found 'now'"),
+            (["wheel", "--python"], "--python needs a Python"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
         ]:
             with self.subTest(arguments=arguments):

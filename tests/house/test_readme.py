@@ -19,13 +19,15 @@ def stripped_lines(text):
 
 class Readme(unittest.TestCase):
     def test_the_library_example_is_the_program_that_is_tested(self):
-        """tests/package builds and runs examples/embed; the example is a run of consecutive lines of its sources."""
+        """tests/package builds and runs these programs; what is shown are consecutive lines of their sources."""
         readme = (ROOT / "README.md").read_text()
-        for language, file in [("cpp", "main.cpp"), ("cmake", "CMakeLists.txt")]:
-            program = "\n".join(stripped_lines((ROOT / "examples/embed" / file).read_text()))
+        for language, files in [("cpp", ["examples/embed/main.cpp"]),
+                                ("cmake", ["examples/embed/CMakeLists.txt", "tests/package/fetch/CMakeLists.txt"])]:
             shown = blocks(readme, language)
-            self.assertEqual(len(shown), 1, f"README.md shows one {language} block")
-            self.assertIn("\n".join(stripped_lines(textwrap.dedent(shown[0]))), program)
+            self.assertEqual(len(shown), len(files), f"README.md shows {len(files)} {language} blocks")
+            for block, file in zip(shown, files):
+                program = "\n".join(stripped_lines((ROOT / file).read_text()))
+                self.assertIn("\n".join(stripped_lines(textwrap.dedent(block))), program)
 
     def test_links_lead_to_files(self):
         for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")]:

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 namespace palpate::io::testing {
 

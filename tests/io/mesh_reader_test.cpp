@@ -1,11 +1,10 @@
-#include "io/mesh_reader.hpp"
-
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <locale>
 #include <unistd.h>
 
 #include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
 
 #include "io/mesh_files.hpp"
 #include "io/mesh_samples.hpp"

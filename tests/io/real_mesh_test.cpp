@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 namespace palpate::io {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
 
 namespace palpate::test {
 

@@ -1,7 +1,8 @@
 #include <array>
 #include <cmath>
 
-#include "io/mesh_reader.hpp"
+#include <palpate/io/mesh_reader.hpp>
+
 #include "mesh_program/meshed.hpp"
 
 /// Where organs lie in the world, from each format.

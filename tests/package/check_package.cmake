@@ -1,14 +1,7 @@
 # Installs BUILD_DIR below WORK_DIR, checks each installed header, then builds and runs examples/embed against it.
 cmake_minimum_required(VERSION 3.25)
 
-function(run)
-  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
-  if(NOT result EQUAL 0)
-    list(JOIN ARGN " " command)
-    message(FATAL_ERROR "exit ${result} from: ${command}\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 # The prefix is not the one that was configured: a package that names build or source paths would fail.
 set(prefix "${WORK_DIR}/pre fix")
@@ -63,7 +56,51 @@ endif()
 run(${CMAKE_COMMAND} --build "${WORK_DIR}/embed")
 run("${WORK_DIR}/embed/embed")
 
-# The boxes overlap by 0.1 along z and by 0.7 along x and y: 0.1 deep, straight up, but for what the planes of the sides add.
-if(NOT output MATCHES "point 8 is 0\\.1[01][0-9] deep in body 0, out: \\(0\\.0[0-9], 0\\.0[0-9], 1\\.00\\)\n")
-  message(FATAL_ERROR "embed printed: ${output}")
+check_embed("${output}")
+
+# The umbrella header has every other one.
+file(READ "${prefix}/include/palpate/palpate.hpp" umbrella)
+foreach(header IN LISTS public ITEMS version.hpp)
+  if(NOT header STREQUAL palpate.hpp AND NOT umbrella MATCHES "#include <palpate/${header}>")
+    message(FATAL_ERROR "palpate/palpate.hpp does not include ${header}")
+  endif()
+endforeach()
+
+# A prefix is not a place for Python modules.
+file(GLOB_RECURSE stray "${prefix}/*.py" "${prefix}/*.pyi" "${prefix}/*/py.typed" "${prefix}/*/_core*.so")
+if(stray OR EXISTS "${prefix}/palpate")
+  message(FATAL_ERROR "Python files in the prefix: ${stray}")
+endif()
+
+# pkg-config, for builds without CMake.
+find_program(pkg_config pkg-config)
+if(pkg_config AND NOT SANITIZE)
+  file(GLOB_RECURSE pc "${prefix}/palpate.pc")
+  get_filename_component(folder "${pc}" DIRECTORY)
+  run(sh -c "export PKG_CONFIG_PATH='${folder}' && eval \"$1\" -std=c++20 -O1 -o \"'$3'\" \"'$2'\" \"$(pkg-config --cflags --libs palpate)\""
+      sh "${CXX}" "${SOURCE_DIR}/examples/embed/main.cpp" "${WORK_DIR}/by_pkg_config")
+  run("${WORK_DIR}/by_pkg_config")
+  check_embed("${output}")
+endif()
+
+# Mesh readers: a tet of volume 1/6, in the simplest format there is.
+run(${CMAKE_COMMAND} -S "${SOURCE_DIR}/examples/mesh_file" -B "${WORK_DIR}/mesh_file" -G "${GENERATOR}"
+    "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Release
+    "-DCMAKE_CXX_FLAGS=${flags}" ${without})
+run(${CMAKE_COMMAND} --build "${WORK_DIR}/mesh_file")
+file(WRITE "${WORK_DIR}/tet.mesh" "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+  "Tetrahedra\n1\n1 2 3 4 0\nEnd\n")
+run("${WORK_DIR}/mesh_file/mesh_file" "${WORK_DIR}/tet.mesh")
+if(NOT output MATCHES "4 points, 1 tets, volume 0\\.167\n")
+  message(FATAL_ERROR "mesh_file printed: ${output}")
+endif()
+
+# The command's manual pages and completions lie beside it.
+if(EXISTS "${prefix}/bin/palpate")
+  foreach(file IN ITEMS man/man1/palpate-run.1 bash-completion/completions/palpate zsh/site-functions/_palpate
+      fish/vendor_completions.d/palpate.fish)
+    if(NOT EXISTS "${prefix}/share/${file}")
+      message(FATAL_ERROR "share/${file} is not installed")
+    endif()
+  endforeach()
 endif()

@@ -1,5 +1,6 @@
 """The examples run, and the tutorial and README show what they are and print."""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -12,15 +13,22 @@ import palpate
 EXAMPLES = ["detect", "world", "simulate", "study"]
 
 
-def run(file, *arguments):
-    return subprocess.run([sys.executable, file, *arguments], capture_output=True, text=True, check=True).stdout
+OPTIONAL = ["cloudpickle", "dask", "distributed", "meshio", "pandas", "pyvista", "tqdm"]
 
 
 @pytest.fixture(scope="session")
 def outputs(root, tmp_path_factory):
-    """What each example prints."""
-    folder = tmp_path_factory.mktemp("study")
-    return {name: run(root / f"examples/{name}.py", *([folder] if name == "study" else [])) for name in EXAMPLES}
+    """What each example prints with the base install: the packages of extras refuse to be imported."""
+    folder, absent = tmp_path_factory.mktemp("study"), tmp_path_factory.mktemp("absent")
+    for name in OPTIONAL:
+        (absent / f"{name}.py").write_text(f"raise ImportError('no {name}')\n")
+    environment = {**os.environ, "PYTHONPATH": f"{absent}:{os.environ['PYTHONPATH']}"}
+
+    def run(name, *arguments):
+        return subprocess.run([sys.executable, root / f"examples/{name}.py", *arguments], capture_output=True, text=True,
+                              check=True, env=environment).stdout
+
+    return {name: run(name, *([folder] if name == "study" else [])) for name in EXAMPLES}
 
 
 def test_all_examples_are_run(root):

@@ -306,10 +306,8 @@ def test_bad_models_are_refused_and_stay_as_they_were():
                  lambda: simulation.grab(0, (0, 0, 0), -1.0), lambda: simulation.grab(-1, (0, 0, 0), 1.0)]:
         with pytest.raises(palpate.Error):
             call()
-    bad = palpate.Model()
-    bad.add_body(points, tets, material=palpate.Material(young_modulus=-1.0))
-    with pytest.raises(palpate.Error, match="young_modulus|Young"):
-        palpate.Simulation(bad)
+    with pytest.raises(palpate.Error, match="young_modulus"):
+        palpate.Material(young_modulus=-1.0)
 
 
 def test_a_restored_simulation_goes_on_with_the_same_bits(tmp_path):

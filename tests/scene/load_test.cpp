@@ -162,7 +162,7 @@ TEST(LoadBodies, PassesMeshErrorsOn) {
     throw Error(path.string(), "line 3", "nothing", "a point");
   };
   EXPECT_EQ(message_of([&] { load_model(scene_of(R"("mesh": "a.vtu")"), broken); }),
-            "/base/a.vtu: line 3: found nothing, expected a point");
+            "s.json: bodies[0].mesh, /base/a.vtu, line 3: found nothing, expected a point");
   const std::string huge = R"("box": {"cells": [1, 1, 1], "size": [1e100, 1, 1]}, "scale": 1e3)";
   EXPECT_TRUE(load_problem(huge).starts_with("s.json: bodies[0] 'body 0', point 0: found"))
       << load_problem(huge);

@@ -199,7 +199,13 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
            ball + "}]}",
        "bodies[1].name: found 'a' again, expected a name of its own"},
       {R"({"units": {"length": "mm"}, "bodies": [)" + soft_ball + "]}",
-       "time_step: found nothing, expected a value, since the default is for SI units only"},
+       "time_step, duration, gravity, rest.speed, rest.time, bodies[0].material.young_modulus, "
+       "bodies[0].material.density: found nothing, expected values in mm, kg, s, since defaults are for SI "
+       "units only"},
+      {R"({"units": {"length": "mm"}, "time_step": 1, "duration": 1, "gravity": [0, 0, 0], "rest": {"speed": 1},
+          "bodies": [{"obstacle": true, )" +
+           ball + "}]}",
+       "rest.time: found nothing, expected a value in mm, kg, s, since"},
   };
   for (const auto& [text, expected] : cases) {
     const std::string found = problem(text);

@@ -49,6 +49,24 @@ TEST_F(View, PrintsTheAddressServesAndEndsWithCtrlC) {
   }
 }
 
+class DoorToTheView : public View {};
+
+TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
+  output_of({"generate", "ball", "--radius", "40", "--resolution", "3"});
+  const std::filesystem::path out = folder_ / "address";
+  Process process({"view", "ball.vtu", "--json", "--no-browser"}, folder_.path(), out);
+  const Json line = Json::parse(first_line(out, process));
+  EXPECT_EQ(get(line["port"].get<std::uint16_t>(), "/").status, 401) << "it serves";
+  process.send(SIGINT);
+  const Finished done = process.wait();
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_EQ(
+      done.err,
+      "palpate: ball.vtu in mm: 0.08 m, 0.25 kg; its lowest tenth is held, and an instrument presses it; "
+      "'palpate new ball.vtu' writes this scene\n");
+  EXPECT_FALSE(exists("ball.json"));
+}
+
 TEST_F(View, WarnsWhenOtherMachinesCanReachIt) {
   const std::filesystem::path out = folder_ / "address";
   Process process({"view", "scene.json", "--host", "0.0.0.0", "--no-browser"}, folder_.path(), out);
@@ -60,7 +78,7 @@ TEST_F(View, WarnsWhenOtherMachinesCanReachIt) {
 TEST_F(View, RefusesInOneLine) {
   expect_error(2, {"view"}, {"SCENE"});
   expect_error(2, {"view", "nothing.json"}, {"nothing.json"});
-  expect_error(2, {"view", "mesh.vtu"}, {"mesh.vtu", "scene"});
+  expect_error(2, {"view", "mesh.vtu"}, {"mesh.vtu", "no such file"});
   expect_error(2, {"view", "."}, {"run.json"});
   expect_error(2, {"view", "scene.json", "--port", "70000"}, {"--port", "70000"});
   expect_error(2, {"view", "scene.json", "--speed", "0"}, {"--speed"});

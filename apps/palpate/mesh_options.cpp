@@ -1,30 +1,16 @@
 #include "mesh_options.hpp"
 
-#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <array>
 #include <string_view>
-#include <utility>
 
-#include "exit_codes.hpp"
 #include "option_values.hpp"
-#include "surface_file.hpp"
 
 namespace palpate::app {
 namespace {
 
 using scene_format::above;
 using scene_format::at_least;
-
-/// Adds a flag that may come several times, each with one value.
-template <class Function>
-void add_repeated(CLI::App& app, const std::string& flag, const std::string& type, const std::string& help,
-                  Function given) {
-  const auto all = [flag, given = std::move(given)](const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) given(flag, text);
-  };
-  app.add_option_function<std::vector<std::string>>(flag, all, help)
-      ->type_name(type)
-      ->allow_extra_args(false);
-}
 
 /// "VALUE" for all organs, or "ORGAN=VALUE" for one.
 void take_value(const std::string& flag, const std::string& text, double& for_all,
@@ -76,7 +62,15 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
 
 }  // namespace
 
+constexpr const char* examples = R"(Examples:
+  palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs-bodies/scene.json
+  palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
+  palpate mesh skull.stl skin.stl --size 4 --out head && palpate run head/scene.json
+
+Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene is in mm, g and s.)";
+
 void add_mesh_options(CLI::App& app, MeshOptions& options) {
+  app.footer(examples);
   app.add_option_function<std::vector<std::string>>(
          "INPUT",
          [&options](const std::vector<std::string>& texts) {
@@ -109,36 +103,6 @@ void add_mesh_options(CLI::App& app, MeshOptions& options) {
             });
   add_json(app, options.json, "print the report as JSON");
   app.add_flag("--quiet", options.quiet, "no progress");
-}
-
-void check_mesh_options(const MeshOptions& options) {
-  std::size_t maps = 0;
-  for (const auto& input : options.inputs) {
-    if (is_label_map(input)) {
-      ++maps;
-    } else if (!is_surface(input)) {
-      throw BadInput(
-          input.string(), "", "'" + input.extension().string() + "'",
-          "a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd, a folder) or a surface (.stl .obj .ply .vtp)");
-    }
-  }
-  if (maps > 0 && options.inputs.size() > 1) {
-    throw BadInput("mesh", "", fmt::format("{} inputs", options.inputs.size()), "one label map, or surfaces");
-  }
-  const Fineness& fineness = options.fineness;
-  if ((fineness.size > 0.0 ? 1 : 0) + (fineness.tets > 0.0 ? 1 : 0) + (fineness.tets_each > 0.0 ? 1 : 0) >
-      1) {
-    throw BadInput("mesh", "", "several of --size, --tets, --tets-each for all organs", "one of them");
-  }
-}
-
-std::string input_name(const MeshOptions& options) {
-  std::filesystem::path input = options.inputs.front();
-  if (!input.has_filename()) input = input.parent_path();  // "folder/"
-  for (const char* extension : {".gz", ".nii", ".nrrd", ".seg"}) {
-    if (input.extension() == extension) input = input.stem();
-  }
-  return is_label_map(input) || is_surface(input) ? input.stem().string() : input.filename().string();
 }
 
 }  // namespace palpate::app

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate::app {
+
+/// How fine the organs are to be: a size, or a number of tets for which the size is searched.
+struct Fineness {
+  struct Named {
+    std::string organ;
+    double value;
+  };
+  double size = 0.0;                   ///< mm, of surface triangles; 0: by the number of tets
+  std::vector<Named> sizes;            ///< for organs with a size of their own
+  double tets = 0.0;                   ///< of all organs that are not named, together
+  double tets_each = 0.0;              ///< of each organ that is not named, in place of `tets`
+  std::vector<Named> named_tets;       ///< for organs with a number of their own
+  double cell_share = 0.9;             ///< size of tets over that of triangles
+  double distance_share = 0.14;        ///< distance of triangles from the surface over their size
+  std::size_t max_points = 2'000'000;  ///< of a mesh
+};
+
+/// How the shape of an organ is taken from voxels or a surface.
+struct Shaping {
+  double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
+  double gap = 0.0;        ///< mm between the surfaces of organs that touch
+};
+
+/// What `palpate mesh` was asked for.
+struct MeshOptions {
+  std::vector<std::filesystem::path> inputs;  ///< one label map, or surfaces
+  std::optional<std::filesystem::path>
+      out;  ///< folder; none: named after the input, and must not be there yet
+  std::optional<std::filesystem::path> labels;  ///< table of names
+  std::vector<std::string> only;                ///< organs to mesh, by name or number; empty: all
+  std::vector<std::string> rigid;               ///< organs that become obstacles
+  Fineness fineness;
+  Shaping shaping;
+  bool ras = false;  ///< meshes in RAS in place of LPS
+  bool json = false;
+  bool quiet = false;
+};
+
+inline constexpr std::string_view mesh_description =
+    "Makes bodies of a segmentation: a tet mesh for each label or closed surface, and a scene.";
+
+/// Adds the flags and examples of `palpate mesh`, for its program and for the help of the command; they
+/// change `options` when the command is parsed.
+void add_mesh_options(CLI::App& app, MeshOptions& options);
+
+}  // namespace palpate::app

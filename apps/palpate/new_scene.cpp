@@ -1,0 +1,76 @@
+#include "new_scene.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <system_error>
+
+#include "exit_codes.hpp"
+#include "geometry/vector.hpp"
+#include "numbers.hpp"
+#include "scene_input.hpp"
+#include "size_warnings.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+double longest_side(const TetMesh& mesh) {
+  Vec3 lower = at(mesh.points, mesh.tets.front()[0]);
+  Vec3 upper = lower;
+  for (const Tet& tet : mesh.tets) {
+    for (const Index corner : tet) {
+      const Vec3& p = at(mesh.points, corner);
+      lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+      upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+    }
+  }
+  const Vec3 sides = upper - lower;
+  return std::max({sides.x, sides.y, sides.z});
+}
+
+/// The mesh as a scene in `folder` names it: relative, so that both can move together, where that is
+/// possible.
+std::string mesh_from(const fs::path& folder, const fs::path& mesh) {
+  std::error_code failed;
+  const fs::path relative = fs::relative(mesh, folder.empty() ? "." : folder, failed);
+  return failed || relative.empty() ? fs::absolute(mesh).string() : relative.string();
+}
+
+}  // namespace
+
+NewScene new_scene_of(const NewSceneRequest& request) {
+  if (!is_mesh(request.mesh)) {
+    throw BadInput(
+        request.mesh.string(), "", "the extension '" + request.mesh.extension().string() + "'",
+        "a mesh of tets (.vtu .vtk .msh .node .ele .mesh); 'palpate mesh' makes them of surfaces and "
+        "label maps");
+  }
+  const MeshInput input = read_mesh_input(request.mesh);
+  NewScene made{.mesh = request.mesh,
+                .longest_side = longest_side(input.mesh),
+                .unit = {},
+                .drop = request.drop,
+                .first = {}};
+  made.unit = request.unit.value_or(guess_unit(made.longest_side));
+  if (request.longest) made.unit = {"", *request.longest / made.longest_side};
+  const std::string file = mesh_from(request.folder, request.mesh);
+  made.first = as_input([&] {
+    return make_first_scene(request.mesh.stem().string(), file, input.mesh,
+                            {.meters = made.unit.meters, .drop = request.drop});
+  });
+  made.first.scene.folder = request.folder;
+  made.first.scene.source = request.mesh.string();
+  return made;
+}
+
+std::string description_of(const NewScene& made) {
+  const Vec3& size = made.first.size;
+  const std::string unit =
+      made.unit.name.empty() ? "scaled by " + short_text(made.unit.meters) : "in " + made.unit.name;
+  return fmt::format("{} {}: {}, {}; {}, and an instrument presses it", made.mesh.string(), unit,
+                     length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass),
+                     made.drop ? "it falls onto a floor" : "its lowest tenth is held");
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "scene/first_scene.hpp"
+
+namespace palpate::app {
+
+/// What a first scene of a mesh is made of.
+struct NewSceneRequest {
+  std::filesystem::path mesh;
+  std::filesystem::path folder{};   ///< of the scene: the mesh is named from there
+  std::optional<MeshUnit> unit{};   ///< none: guessed
+  std::optional<double> longest{};  ///< m, that the longest side is to have, in place of a unit
+  bool drop = false;
+};
+
+struct NewScene {
+  std::filesystem::path mesh;
+  double longest_side = 0.0;  ///< in units of the file
+  MeshUnit unit;              ///< that was taken
+  bool drop = false;
+  FirstScene first;
+};
+
+/// The first scene of a mesh file. Throws BadInput naming the file.
+NewScene new_scene_of(const NewSceneRequest& request);
+
+/// "liver.vtu in mm: 0.21 m, 1.4 kg", one line.
+std::string description_of(const NewScene& made);
+
+}  // namespace palpate::app

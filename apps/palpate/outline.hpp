@@ -1,0 +1,43 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+/// The command as data, for what is made of the same text as --help: completion of shells and manual pages.
+namespace palpate::app {
+
+/// What the value of a flag or argument is.
+enum class ValueKind { none, word, file, scene, folder, other };
+
+/// A flag, or an argument.
+struct OutlineOption {
+  std::vector<std::string> names;  ///< "-h", "--help"; of an argument its one name, "SCENE"
+  bool argument = false;
+  bool required = false;
+  bool repeated = false;  ///< an argument that may come several times
+  std::string value;      ///< what --help shows for it, "N"; empty for a switch
+  ValueKind kind = ValueKind::none;
+  std::vector<std::string> words;  ///< that the value may be
+  std::string text;
+};
+
+/// A command or subcommand.
+struct Outline {
+  std::vector<std::string> path;  ///< "palpate", "generate", "box"
+  std::string text;
+  std::string footer;
+  std::vector<OutlineOption> options;
+  std::vector<Outline> subcommands;
+};
+
+/// Of a command with all that is below it.
+Outline outline_of(const CLI::App& command);
+
+/// "palpate generate box"; other separators for names of files and functions.
+std::string title_of(const Outline& outline, const std::string& separator = " ");
+
+/// The outline and all below it, the whole before its parts.
+std::vector<const Outline*> all_of(const Outline& outline);
+
+}  // namespace palpate::app

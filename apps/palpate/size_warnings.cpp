@@ -1,0 +1,110 @@
+#include "size_warnings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <fmt/format.h>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "geometry/vector.hpp"
+#include "messages.hpp"
+#include "numbers.hpp"
+
+namespace palpate::app {
+namespace {
+
+using NamedUnits = std::array<std::pair<std::string_view, double>, 6>;
+constexpr NamedUnits lengths{
+    {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"in", 0.0254}}};
+constexpr NamedUnits masses{
+    {{"kg", 1.0}, {"g", 1e-3}, {"mg", 1e-6}, {"t", 1e3}, {"tonne", 1e3}, {"ton", 1e3}}};
+
+/// In SI; none where the name is not known.
+std::optional<double> in_si(const NamedUnits& units, const std::string& name) {
+  const auto found = std::ranges::find_if(units, [&](const auto& unit) { return unit.first == name; });
+  return found == units.end() ? std::nullopt : std::optional(found->second);
+}
+
+constexpr double longest = 5.0;      // m
+constexpr double shortest = 0.2e-3;  // m
+constexpr double heaviest = 2000.0;  // kg
+
+/// What one body is, in SI.
+struct BodySize {
+  std::string name;
+  double length = 0.0;  ///< longest side of its box
+  double mass = 0.0;
+
+  /// How far it is from what is likely; up to 1 nothing is said.
+  [[nodiscard]] double strangeness() const {
+    return std::max({length / longest, shortest / std::max(length, 1e-300), mass / heaviest});
+  }
+};
+
+BodySize size_of(const Model& model, Index body, double meter, double kilogramme) {
+  const MeshStatistics statistics = mesh_statistics(model.bodies, model.bodies.points_rest(), body);
+  const Vec3 sides = statistics.upper - statistics.lower;
+  return {.name = at(model.bodies.bodies(), body).name,
+          .length = meter * std::max({sides.x, sides.y, sides.z}),
+          .mass = kilogramme * statistics.volume * at(model.materials, body).density};
+}
+
+std::string two_digits(double value) {
+  constexpr double hundred = 100.0;
+  constexpr double million = 1e6;
+  return hundred <= value && value < million ? fmt::format("{:.0f}", value) : fmt::format("{:.2g}", value);
+}
+
+std::string warning_of(const BodySize& body) {
+  const char* const side = body.length < shortest ? "larger" : "smaller";
+  return fmt::format(
+      "'{}' is {} long and weighs {}: is its mesh in other units than the scene? "
+      "The body's \"scale\" makes it {}",
+      shortened(body.name, 40), length_text(body.length), mass_text(body.mass), side);
+}
+
+}  // namespace
+
+void warn_of_sizes(const Scene& scene, const Model& model) {
+  const auto meter = in_si(lengths, scene.units.length);
+  const auto kilogramme = in_si(masses, scene.units.mass);
+  if (!meter || !kilogramme) return;
+  BodySize strangest;
+  double most = 1.0;
+  std::size_t others = 0;
+  for (Index body = 0; body < model.bodies.body_count(); ++body) {
+    if (at(model.obstacles, body) != 0) continue;
+    BodySize size = size_of(model, body, *meter, *kilogramme);
+    const double strangeness = size.strangeness();
+    if (strangeness > 1.0) ++others;
+    if (strangeness <= most) continue;
+    most = strangeness;
+    strangest = std::move(size);
+  }
+  if (others == 0) return;
+  say_warning(warning_of(strangest) +
+              (others > 1
+                   ? fmt::format(" (so with {})",
+                                 others == 2 ? "another body" : fmt::format("{} other bodies", others - 1))
+                   : ""));
+}
+
+std::string length_text(double meters) {
+  constexpr double small = 0.01;
+  constexpr double tiny = 1e-5;
+  if (meters < tiny) return two_digits(1e6 * meters) + " um";
+  return meters < small ? two_digits(1e3 * meters) + " mm" : two_digits(meters) + " m";
+}
+
+std::string mass_text(double kilogrammes) {
+  constexpr double heavy = 1000.0;
+  constexpr double light = 0.1;
+  constexpr double tiny = 1e-4;
+  if (kilogrammes >= heavy) return two_digits(1e-3 * kilogrammes) + " tonnes";
+  if (kilogrammes >= light) return two_digits(kilogrammes) + " kg";
+  return kilogrammes >= tiny ? two_digits(1e3 * kilogrammes) + " g" : two_digits(1e6 * kilogrammes) + " mg";
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include <palpate/model.hpp>
+
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// Warns of the soft body that is furthest from what tissue is: longer than 5 m, shorter than 0.2 mm, or over
+/// 2 tonnes. Mostly the mesh is in other units than the scene. Silent where the scene's units are not known.
+void warn_of_sizes(const Scene& scene, const Model& model);
+
+/// "0.21 m", "3.5 mm": a length in metres, for people.
+std::string length_text(double meters);
+/// "1.4 kg", "12 g", "38 tonnes": a mass in kilogrammes, for people.
+std::string mass_text(double kilogrammes);
+
+}  // namespace palpate::app

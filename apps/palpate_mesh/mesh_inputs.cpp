@@ -1,0 +1,58 @@
+#include "mesh_inputs.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <string_view>
+
+#include <palpate/io/mesh_reader.hpp>
+
+#include "exit_codes.hpp"
+#include "label_map.hpp"
+#include "surface_file.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// There is nothing to do but to use it.
+void refuse_tet_mesh(const std::filesystem::path& input) {
+  const std::string extension = input.extension().string();
+  if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
+  throw BadInput(input.string(), "", "a mesh of tets, which needs no meshing",
+                 "a label map or surfaces; make a scene of it with: palpate new " + input.string());
+}
+
+}  // namespace
+
+void check_mesh_options(const MeshOptions& options) {
+  std::size_t maps = 0;
+  for (const auto& input : options.inputs) {
+    refuse_tet_mesh(input);
+    if (is_label_map(input)) {
+      ++maps;
+    } else if (!is_surface(input)) {
+      throw BadInput(
+          input.string(), "", "'" + input.extension().string() + "'",
+          "a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd, a folder) or a surface (.stl .obj .ply .vtp)");
+    }
+  }
+  if (maps > 0 && options.inputs.size() > 1) {
+    throw BadInput("mesh", "", fmt::format("{} inputs", options.inputs.size()), "one label map, or surfaces");
+  }
+  const Fineness& fineness = options.fineness;
+  if ((fineness.size > 0.0 ? 1 : 0) + (fineness.tets > 0.0 ? 1 : 0) + (fineness.tets_each > 0.0 ? 1 : 0) >
+      1) {
+    throw BadInput("mesh", "", "several of --size, --tets, --tets-each for all organs", "one of them");
+  }
+}
+
+std::string input_name(const MeshOptions& options) {
+  std::filesystem::path input = options.inputs.front();
+  if (!input.has_filename()) input = input.parent_path();  // "folder/"
+  for (const char* extension : {".gz", ".nii", ".nrrd", ".seg"}) {
+    if (input.extension() == extension) input = input.stem();
+  }
+  return is_label_map(input) || is_surface(input) ? input.stem().string() : input.filename().string();
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "mesh_options.hpp"
+
+namespace palpate::app {
+
+/// Throws BadInput where the flags do not fit each other.
+void check_mesh_options(const MeshOptions& options);
+
+/// What the input is called: the file name of the first without folder and extensions (".seg.nrrd",
+/// ".nii.gz").
+std::string input_name(const MeshOptions& options);
+
+}  // namespace palpate::app

@@ -1,0 +1,29 @@
+#include "material_check.hpp"
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "scene/reader.hpp"
+#include "scene/writer.hpp"
+
+namespace palpate::python {
+
+void check_material(const Material& material) {
+  const std::string source = "Material";
+  try {
+    Material copy = material;
+    scene_format::Writer writer("");
+    describe(writer, copy);
+    const nlohmann::json json = writer.take();
+    scene_format::Context context{.source = source, .si = true, .without_default = {}};
+    scene_format::Reader reader(context, "", json);
+    describe(reader, copy);
+    reader.finish();
+  } catch (const Error& error) {  // of the writer: its source is the scene
+    throw Error(source, error.where(), error.found(), error.expected());
+  }
+}
+
+}  // namespace palpate::python

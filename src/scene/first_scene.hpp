@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <palpate/mesh.hpp>
+
+#include "scene/scene.hpp"
+
+namespace palpate {
+
+/// How long one unit of a mesh file is.
+struct MeshUnit {
+  std::string name;     ///< "m", "cm", "mm" or "um"; empty where none fits
+  double meters = 1.0;  ///< > 0
+};
+
+/// The unit of that name, if there is one.
+std::optional<MeshUnit> mesh_unit(std::string_view name);
+
+/// The unit that a mesh is probably in, by its longest side: the first of m, mm, cm and um with which it is
+/// as large as an organ or a limb (files do not say). Where none fits, as for a unit cube, it is one that
+/// makes the mesh 0.1 m long, and nameless.
+MeshUnit guess_unit(double longest_side);
+
+/// What a first scene of a mesh is to be.
+struct FirstSceneOptions {
+  double meters = 1.0;  ///< length of a unit of the mesh, > 0
+  bool drop = false;    ///< the body falls onto the floor; else its lowest tenth is held
+};
+
+/// A scene in SI units to begin with, and what its body is.
+struct FirstScene {
+  Scene scene;
+  Vec3 size;    ///< of the body's box, m
+  double mass;  ///< kg
+};
+
+/// A scene of one soft body: it stands on a floor, or falls onto it, under gravity, and a rigid ball on rails
+/// presses it from above by a seventh of its height and goes back. The stiffness is so that the body keeps
+/// its shape: at least 20 kPa, more where its weight would compress it by more than about 1/25.
+///
+/// \param name  of the scene and the body
+/// \param file  the mesh file as the scene is to name it
+/// \param mesh  its points and tets, checked; in units of the file
+/// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n).
+FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,
+                            const FirstSceneOptions& options);
+
+}  // namespace palpate

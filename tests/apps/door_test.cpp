@@ -1,0 +1,231 @@
+// The first minutes with the command: from a mesh to a scene, and what is said on the way.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <sstream>
+
+#include <palpate/version.hpp>
+
+#include "apps/workplace.hpp"
+
+namespace palpate::test {
+namespace {
+
+class Door : public CommandTest {
+ protected:
+  /// A block of 210 x 100 x 60 in units that its file does not name: 1.26 kg if they are mm and it is of
+  /// water.
+  void make_liver() const {
+    output_of(
+        {"generate", "box", "--cells", "7", "4", "3", "--size", "210", "100", "60", "--out", "liver.vtu"});
+  }
+  /// What a shell gets that runs `line` in the folder of the test; "palpate" is the command.
+  [[nodiscard]] std::string shell(const std::string& line) const {
+    const std::string call =
+        "cd '" + folder_.path().string() + "'; palpate() { '" PALPATE_COMMAND "' \"$@\"; }; " + line;
+    const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(call.c_str(), "r"), ::pclose);
+    std::string text;
+    std::array<char, 4096> bytes{};
+    while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), pipe.get()))
+      text.append(bytes.data(), count);
+    return text;
+  }
+};
+
+TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
+  make_liver();
+  const Finished made = palpate({"new", "liver.vtu"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_TRUE(made.out.starts_with("liver.json: liver.vtu in mm: 0.21 m, 1.3 kg; ")) << made.out;
+  EXPECT_EQ(made.err,
+            "palpate: next: 'palpate view liver.json' shows it and lets you pull at it, "
+            "'palpate run liver.json' simulates it\n");
+  const Json report = json_of({"run", "liver.json", "--json", "--no-picture"});
+  EXPECT_EQ(report["steps_too_far"], 0);
+  EXPECT_EQ(report["solver"]["steps_not_converged"], 0);
+  EXPECT_EQ(report["inverted_tets"]["largest"], 0);
+  EXPECT_GT(report["contacts"]["largest"], 0) << "the instrument touches it";
+  EXPECT_EQ(report["bodies"].size(), 3U);
+  EXPECT_NEAR(report["bodies"][0]["mass"].get<double>(), 1.26, 1e-9);
+  // The lowest tenth is held: gravity and the instrument move its surface by much less than its height of 60
+  // mm.
+  EXPECT_LT(report["bodies"][0]["displacement"]["largest"].get<double>(), 0.02);
+}
+
+TEST_F(Door, NewTakesWhatItIsTold) {
+  make_liver();
+  const auto said = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"new", "liver.vtu", "--out", "scene.json"});
+    return output_of(flags);
+  };
+  EXPECT_NE(said({"--unit", "cm"}).find("in cm: 2.1 m, 1.3 tonnes"), std::string::npos);
+  EXPECT_NE(said({"--size", "0.105"}).find("scaled by 0.0005: 0.1 m, 0.16 kg"), std::string::npos);
+  EXPECT_NE(said({"--drop"}).find("it falls onto a floor"), std::string::npos);
+  const Json dropped = json_of({"run", "scene.json", "--json", "--no-picture", "--steps", "40"});
+  EXPECT_GT(dropped["contacts"]["last"], 0) << "it lies on the floor";
+  EXPECT_GT(dropped["bodies"][0]["displacement"]["largest"].get<double>(), 0.005) << "it fell by 6 mm";
+}
+
+TEST_F(Door, NewNamesTheMeshFromWhereTheSceneIs) {
+  make_liver();
+  std::filesystem::create_directory(folder_ / "scenes");
+  output_of({"new", "liver.vtu", "--out", "scenes/trial.json"});
+  EXPECT_EQ(Json::parse(read("scenes/trial.json"))["bodies"][0]["mesh"], "../liver.vtu");
+  output_of({"run", "scenes/trial.json", "--steps", "1", "--no-picture"});
+}
+
+TEST_F(Door, AMeshWithoutAUnitBecomesAsLargeAsAHand) {
+  output_of({"generate", "ball", "--radius", "0.5", "--resolution", "2"});
+  EXPECT_NE(output_of({"new", "ball.vtu"}).find("ball.vtu scaled by 0.1: 0.1 m, "), std::string::npos);
+}
+
+TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
+  make_liver();
+  write("liver.json", "mine");
+  write("skin.stl", "solid");
+  expect_error(2, {"new", "liver.vtu"}, {"liver.json: found a file of that name already", "--out"});
+  EXPECT_EQ(read("liver.json"), "mine");
+  expect_error(2, {"new", "skin.stl"}, {"skin.stl", "'palpate mesh'"});
+  expect_error(2, {"new", "none.vtu"}, {"none.vtu: found no such file"});
+  expect_error(2, {"new", "liver.vtu", "--out", "no/x.json"}, {"--out: found no folder 'no'"});
+  expect_error(2, {"new", "liver.vtu", "--out", "x.txt"}, {"'x.txt'", ".json"});
+  expect_error(2, {"new", "liver.vtu", "--unit", "km"}, {"--unit", "'km'", "'m'"});
+  expect_error(2, {"new", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
+  expect_error(2, {"run", "liver.vtu"}, {"liver.vtu: found a mesh file", "palpate new liver.vtu"});
+  expect_error(2, {"run", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
+  expect_error(2, {"detect", "head.nii.gz"}, {"head.nii.gz: found a label map", "palpate mesh head.nii.gz"});
+}
+
+TEST_F(Door, NewAsksOnATerminal) {
+  make_liver();
+  const auto answered = [&](const std::string& typed) {
+    std::filesystem::remove(folder_ / "liver.json");
+    return palpate_on_terminal({"new", "liver.vtu"}, folder_.path(), 200, typed);
+  };
+  const std::string agreed = answered("\n");
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg."), std::string::npos)
+      << agreed;
+  EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
+  EXPECT_NE(answered("cm\n").find("in cm: 2.1 m"), std::string::npos);
+  EXPECT_NE(answered("0.3\n").find(": 0.3 m, "), std::string::npos);
+  EXPECT_NE(answered("elephant\n").find("found 'elephant', expected m, cm, mm, um"), std::string::npos);
+  EXPECT_FALSE(exists("liver.json"));
+  EXPECT_NE(answered("\x04").find("the end of the input"), std::string::npos);  // Ctrl-D
+}
+
+TEST_F(Door, WarnsOfBodiesThatAreOfNoHumanSize) {
+  const auto box = [](const std::string& size) {
+    return R"({"bodies": [{"name": "liver", "material": {}, "box": {"cells": [1, 1, 1], "size": [)" + size +
+           "]}}]}";
+  };
+  write("large.json", box("6, 2.5, 2.5"));
+  write("small.json", box("1e-4, 1e-4, 1e-4"));
+  write("right.json", box("0.2, 0.1, 0.1"));
+  const auto said = [&](const std::string& file) { return palpate({"info", file}).err; };
+  EXPECT_EQ(said("large.json"),
+            "palpate: warning: 'liver' is 6 m long and weighs 38 tonnes: is its mesh in other units "
+            "than the scene? The body's \"scale\" makes it smaller\n");
+  EXPECT_NE(said("small.json").find("'liver' is 0.1 mm long"), std::string::npos);
+  EXPECT_EQ(said("right.json"), "");
+}
+
+TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
+  write("scene.json", falling_box());
+  const Json scene =
+      json_of({"run", "scene.json", "--json", "--no-picture", "--set", "duration=0.03", "--set",
+               "contact.friction=0.25", "--set", "bodies.box.material.density=800", "--set",
+               "bodies[0].color=[1, 0, 0]", "--set", "contact.structure=hash"})["scene"];
+  EXPECT_EQ(scene["duration"], 0.03);
+  EXPECT_EQ(scene["contact"]["friction"], 0.25);
+  EXPECT_EQ(scene["contact"]["structure"], "hash");
+  EXPECT_EQ(scene["bodies"][1]["material"]["density"], 800);
+  EXPECT_EQ(scene["bodies"][0]["color"], Json({1, 0, 0}));
+  const auto refuse = [&](const std::string& change, const std::vector<std::string>& parts) {
+    expect_error(2, {"run", "scene.json", "--set", change}, parts);
+  };
+  refuse("contact.frction=1",
+         {"--set contact.frction=1: contact.frction: found unknown key, expected 'friction'"});
+  refuse("duration=-1", {"--set duration=-1: duration: found -1, expected a number > 0"});
+  refuse("bodies.bx.velocity=[0,0,1]", {"--set", "bodies: found 'bx'", "'box'"});
+  refuse("bodies[7].name=x", {"bodies: found '7', expected a number below 2"});
+  refuse("duration.x=1", {"found 0.1, expected an object that has 'x'"});
+  refuse("friction", {"--set: found 'friction', expected KEY=VALUE"});
+  refuse("=1", {"--set: found '=1'"});
+}
+
+TEST_F(Door, ASceneMayComeFromStandardInput) {
+  write("scene.json", falling_box());
+  const std::string hash = json_of({"run", "scene.json", "--json", "--no-picture"})["state_hash"];
+  EXPECT_NE(shell("palpate run - --json --no-picture --out piped < scene.json 2>/dev/null").find(hash),
+            std::string::npos);
+  EXPECT_NE(shell("palpate detect - < scene.json 2>/dev/null").find("point,"), std::string::npos);
+  EXPECT_EQ(shell("palpate info - < /dev/null 2>&1"),
+            "palpate: error: stdin: found nothing, expected a scene file\n");
+  EXPECT_TRUE(shell("echo '{\"bodies\": 1}' | palpate run - 2>&1")
+                  .starts_with("palpate: error: stdin: bodies: found 1"));
+}
+
+TEST_F(Door, HelpOfASubcommandIsAWordToo) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{}, {"run"}, {"generate", "box"}, {"mesh"}}) {
+    std::vector<std::string> by_word{"help"};
+    by_word.insert(by_word.end(), words.begin(), words.end());
+    std::vector<std::string> by_flag = words;
+    by_flag.emplace_back("--help");
+    EXPECT_EQ(output_of(by_word), output_of(by_flag));
+  }
+  expect_error(2, {"help", "rnu"}, {"'rnu'", "expected 'run'"});
+  EXPECT_EQ(output_of({"-V"}), output_of({"--version"}));
+}
+
+TEST_F(Door, ColoursAreForTerminalsThatShowThem) {
+  const auto error_with = [&](const char* name, const char* value) {
+    const char* const before = std::getenv(name);
+    const std::string kept = before == nullptr ? "" : before;
+    ::setenv(name, value, 1);
+    const std::string text = palpate_on_terminal({"run", "none.json"}, folder_.path(), 80);
+    before == nullptr ? ::unsetenv(name) : ::setenv(name, kept.c_str(), 1);
+    return text;
+  };
+  ::setenv("TERM", "xterm", 0);
+  ::unsetenv("NO_COLOR");
+  EXPECT_TRUE(error_with("TERM", "xterm")
+                  .starts_with("palpate: \x1b[1;31merror:\x1b[0m none.json: found no such file"));
+  EXPECT_TRUE(error_with("NO_COLOR", "1").starts_with("palpate: error: none.json"));
+  EXPECT_TRUE(error_with("TERM", "dumb").starts_with("palpate: error: none.json"));
+}
+
+TEST_F(Door, TheSummaryDoesNotWaitForThePicture) {
+  write("scene.json", falling_box());
+  const std::string shown = palpate_on_terminal({"run", "scene.json"}, folder_.path(), 80);
+  const auto place = [&](const std::string& text) {
+    const std::size_t at = shown.find(text);
+    EXPECT_NE(at, std::string::npos) << text << " is not in: " << shown;
+    return at;
+  };
+  EXPECT_LT(place("state hash"), place("drawing the picture"));
+  EXPECT_LT(place("drawing the picture"), place("picture       results/falling-box/picture.png"));
+}
+
+TEST_F(Door, LongNamesAreCutInTables) {
+  const std::string name = "left ligamentum teres uteri of the patient";
+  write("scene.json", R"({"bodies": [{"name": ")" + name +
+                          R"(", "material": {}, "box": {"cells": [1, 1, 1], "size": [0.1, 0.1, 0.1]}}]})");
+  const auto lines = lines_of(output_of({"info", "scene.json"}));
+  const auto row =
+      std::ranges::find_if(lines, [](const std::string& line) { return line.starts_with("left"); });
+  ASSERT_NE(row, lines.end());
+  EXPECT_TRUE(row->starts_with("left lig... patient ")) << *row;
+}
+
+TEST_F(Door, AMissingMeshIsNamedWithItsSceneAndKey) {
+  write("scene.json",
+        R"({"$schema": "scene.schema.json", "bodies": [{"material": {}, "mesh": "gone.vtu"}]})");
+  expect_error(2, {"run", "scene.json"},
+               {"scene.json: bodies[0].mesh, gone.vtu: found no such file, expected a "});
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,139 @@
+"""What a user meets first: objects that say what they are, wrong values, notebooks, processes, the command."""
+
+import copy
+import json
+import os
+import pickle
+import subprocess
+import sys
+import typing
+
+import pytest
+
+import palpate
+from palpate import _names
+
+SCENE = {"duration": 0.05, "bodies": [{"name": "ball", "ball": {"radius": 0.05, "resolution": 1}, "material": {}}]}
+
+
+@pytest.fixture(scope="module")
+def objects():
+    """One of each class."""
+    simulation = palpate.Simulation(palpate.stacking_scene(count=2, cells=(2, 2, 1)))
+    simulation.step()
+    world = palpate.World.from_scene(palpate.stacking_scene(count=2, cells=(2, 2, 1)))
+    relaxed = palpate.Simulation({**palpate.stacking_scene(count=2, cells=(2, 2, 1)), "relax": {}}).relaxed
+    key = palpate.Keyframe(1.0, (0.0, 0.0, 1.0))
+    return [simulation, world, palpate.World(), palpate.Model.from_scene(palpate.stacking_scene(count=2)), palpate.Material(),
+            key, palpate.Motion([key], interpolation="smooth"), simulation.grab(30, (0, 0, 0), 1.0), simulation.bodies,
+            simulation.bodies[1], simulation.contacts, simulation.crossings, simulation.metrics, simulation.metrics.detection,
+            world.times, relaxed]
+
+
+def test_every_class_is_among_them(objects):
+    classes = {name for name in palpate.__all__ if isinstance(getattr(palpate, name), type)} - {"Error", "NotConverged"}
+    assert {type(one).__name__ for one in objects} == classes
+
+
+def test_every_object_says_what_it_is(objects):
+    for one in objects:
+        text = repr(one)
+        assert type(one).__name__ in text and " at 0x" not in text and text.startswith(("palpate.", "<palpate.")), text
+    texts = {type(one).__name__: repr(one) for one in objects}
+    assert texts["Simulation"] == "<palpate.Simulation: step 1, t = 0.005 s, 2 bodies, 0 contacts>"
+    assert texts["Model"] == "<palpate.Model: 2 bodies, 484 points, 1000 tets>"
+    assert "young_modulus=100000.0" in texts["Material"] and "solves=" in texts["StepMetrics"]
+    assert repr(objects[2]) == "<palpate.World: 0 bodies, 0 points, no update() yet>"
+
+
+def test_objects_are_pickled_and_copied_or_refuse_it_in_one_line(objects):
+    values = (palpate.Material, palpate.Keyframe, palpate.Motion)
+    for one in objects:
+        if isinstance(one, values):
+            for again in (pickle.loads(pickle.dumps(one)), copy.deepcopy(one), copy.copy(one)):
+                assert repr(again) == repr(one) and again is not one
+            continue
+        for attempt in (pickle.dumps, copy.deepcopy):
+            with pytest.raises(TypeError, match=rf"^a palpate\.{type(one).__name__} cannot be pickled or copied: \w+") as caught:
+                attempt(one)
+            assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "value", "expected"), [
+    ("young_modulus", -1.0, "a number > 0"), ("young_modulus", float("nan"), "a finite number"),
+    ("poisson_ratio", 0.5, "a number in (-1, 0.5)"), ("density", 0.0, "a number > 0"), ("mass_damping", -0.1, "a number >= 0"),
+    ("stiffness_damping", float("inf"), "a finite number"), ("plastic_yield", -0.1, "a number >= 0"),
+])
+def test_a_material_is_checked_when_it_is_made_and_changed(name, value, expected):
+    material = palpate.Material()
+    before = repr(material)
+    for attempt in (lambda: palpate.Material(**{name: value}), lambda: setattr(material, name, value)):
+        with pytest.raises(palpate.Error) as caught:
+            attempt()
+        assert (caught.value.source, caught.value.where, caught.value.expected) == ("Material", name, expected)
+    assert repr(material) == before
+
+
+def test_names_for_type_checkers_are_those_of_scenes(root):
+    contact = json.loads((root / "docs/scene.schema.json").read_text())["properties"]["contact"]["properties"]
+    for key, names in [("structure", _names.Structure), ("order", _names.Order), ("sort", _names.Sort)]:
+        assert set(typing.get_args(names)) == set(contact[key]["enum"]), key
+    assert set(typing.get_args(_names.CellSizeRule)) == set(contact["cell_size"]["oneOf"][0]["enum"])
+
+
+def notebook(code):
+    """Runs code as a notebook does: its functions are of a __main__ that no file is behind."""
+    return subprocess.run([sys.executable, "-"], input=code, capture_output=True, text=True, timeout=300)
+
+
+STUDY = f"""
+import palpate
+factor = 2.0
+def measure(simulation):
+    return {{"twice": factor * simulation.metrics.step}}
+table = palpate.sweep({SCENE!r}, {{"time_step": [0.01, 0.025]}}, measure=measure, workers=2)
+print(table["twice"].tolist(), table["status"].tolist())
+"""
+
+
+def test_a_sweep_takes_functions_of_a_notebook():
+    done = notebook(STUDY)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "[10.0, 4.0] ['done', 'done']\n"
+
+
+def test_a_sweep_without_cloudpickle_says_what_a_notebook_needs():
+    done = notebook("import sys\nsys.modules['cloudpickle'] = None\n" + STUDY)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("sweep: measure: found a function of a notebook and no cloudpickle, expected "
+                                                 "cloudpickle to send it with: pip install 'palpate[study]'")
+
+
+def test_a_sweep_takes_lambdas_and_says_where_a_function_failed():
+    def fails(simulation):
+        return {"share": 1 / (simulation.metrics.step - 5)}
+
+    table = palpate.sweep(SCENE, {"time_step": [0.01, 0.025]}, measure=fails, workers=1,
+                          apply=lambda scene, values: scene.update(time_step=values["time_step"]))
+    assert table["status"].tolist() == ["failed", "done"] and table["share"][1] == pytest.approx(-1 / 3)
+    line = fails.__code__.co_firstlineno + 1
+    assert table["error"][0] == f"ZeroDivisionError: division by zero (line {line} of {__file__}, in fails)"
+    assert table["traceback"][0].startswith("Traceback") and "in fails" in table["traceback"][0]
+    assert table["traceback"][1] == ""
+
+
+def test_python_m_palpate_is_the_command(command, tmp_path):
+    """The package with the command in it, as a wheel has it, and without."""
+    package = os.path.dirname(palpate.__file__)
+    run = [sys.executable, "-m", "palpate", "--version"]
+    without = subprocess.run(run, capture_output=True, text=True)
+    assert without.returncode == 1 and without.stderr.startswith("palpate: error: this package was built without the palpate command")
+    (tmp_path / "palpate/bin").mkdir(parents=True)
+    for name in os.listdir(package):
+        if name != "bin":
+            os.symlink(os.path.join(os.path.realpath(package), name), tmp_path / "palpate" / name)
+    os.unlink(tmp_path / "palpate/__main__.py")
+    (tmp_path / "palpate/__main__.py").write_bytes(open(os.path.join(package, "__main__.py"), "rb").read())
+    os.symlink(command, tmp_path / "palpate/bin/palpate")
+    with_it = subprocess.run(run, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert with_it.stdout.startswith(f"palpate {palpate.__version__} (")

@@ -1,0 +1,89 @@
+"""The wheels of ./dev wheel in bare virtual environments: no compiler, no library of ours in reach."""
+
+import os
+import re
+import subprocess
+import zipfile
+
+import pytest
+
+pytestmark = pytest.mark.long
+
+
+ALONE = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent"}  # no PYTHONPATH to the package of the build
+
+
+def run(*arguments, env=ALONE, **options):
+    done = subprocess.run([str(argument) for argument in arguments], capture_output=True, text=True, env=env, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(root):
+    """For the system's Python; its build folder stays, so that the next one is quick."""
+    run(root / "dev", "wheel", "--python", "/usr/bin/python3", env=os.environ)
+    version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
+    tag = run("/usr/bin/python3", "-c", "import sys; print('cp%d%d' % sys.version_info[:2])").strip()
+    found, = (root / "dist").glob(f"palpate-{version}-{tag}-*.whl")
+    return found
+
+
+@pytest.fixture(scope="module")
+def venv(wheel, tmp_path_factory):
+    """The wheel and NumPy in an environment that knows nothing else, and a PATH without compilers."""
+    folder = tmp_path_factory.mktemp("wheel")
+    run("/usr/bin/python3", "-m", "venv", folder / "venv")
+    run(folder / "venv/bin/pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:", wheel,
+        env={**{name: value for name, value in os.environ.items() if name.startswith("PIP_")}, "PATH": "/nowhere",
+             "HOME": str(folder)})
+    return folder / "venv"
+
+
+def test_it_is_a_manylinux_wheel_with_all_that_it_needs(wheel):
+    assert re.search(r"-manylinux_2_\d+_x86_64\.whl$", wheel.name), wheel.name
+    assert wheel.stat().st_size < 100e6  # what a package index takes
+    names = zipfile.ZipFile(wheel).namelist()
+    assert "palpate/bin/palpate" in names and any(name.startswith("palpate.libs/libvtk") for name in names)
+    metadata = zipfile.ZipFile(wheel).read(next(name for name in names if name.endswith("/METADATA"))).decode()
+    assert re.findall(r"(?m)^License.*$", metadata) == ["License-Expression: Apache-2.0", "License-File: LICENSE"]
+
+
+def test_its_libraries_are_its_own_or_every_linux_has_them(venv):
+    site, = venv.glob("lib/python3*/site-packages")
+    # What the rules of manylinux count on: https://peps.python.org/pep-0600/
+    allowed = r"linux-vdso|ld-linux|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z|expat)\.so"
+    for file in [site / "palpate/bin/palpate", *site.glob("palpate/_core*.so")]:
+        for line in run("ldd", file).splitlines():
+            assert str(site) in line or re.match(rf"\s*(/\S*/)?({allowed})", line), line
+
+
+def test_from_pip_to_a_picture(venv, tmp_path):
+    """The command: a mesh, a scene of it, a run with frames and a picture, the page of the viewer."""
+    palpate = venv / "bin/palpate"
+    environment = {"PATH": f"{venv}/bin:/usr/bin:/bin", "HOME": str(tmp_path)}
+    run(palpate, "generate", "ball", "--radius", "40", "--resolution", "3", cwd=tmp_path, env=environment)
+    run(palpate, "new", "ball.vtu", cwd=tmp_path, env=environment)
+    said = run(palpate, "run", "ball.json", "--set", "duration=0.2", cwd=tmp_path, env=environment)
+    assert "picture       results/ball/picture.png" in said
+    assert (tmp_path / "results/ball/picture.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "results/ball/frames.pvd").exists()
+    assert run(palpate, "--version") == run(venv / "bin/python", "-m", "palpate", "--version")
+    server = subprocess.Popen([palpate, "view", "ball.json", "--no-browser", "--json"], cwd=tmp_path, env=environment,
+                              stdout=subprocess.PIPE, text=True)
+    try:
+        assert '"address":"http://127.0.0.1:' in server.stdout.readline()
+    finally:
+        server.terminate()
+        assert server.wait(30) == 0
+
+
+def test_the_package_works_and_has_the_bits_of_the_command(venv, command, root, tmp_path):
+    code = ("import palpate, sys; s = palpate.Simulation(sys.argv[1]); s.run(3); print(s.state_hash)")
+    scene = root / "scenes/ball-on-plate.json"
+    hash_ = run(venv / "bin/python", "-I", "-c", code, scene, cwd=tmp_path).strip()
+    assert f'"state_hash": "{hash_}"' in run(command, "run", scene, "--steps", "3", "--json", "--no-picture", cwd=tmp_path)
+    output = run(venv / "bin/python", root / "examples/detect.py", cwd=tmp_path, env={"PATH": "/nowhere"})
+    assert "contacts, the deepest" in output
+
+
