@@ -101,6 +101,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
+      rigid_(obstacle_bodies),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
       multigrid_(matrix_),

@@ -108,6 +108,13 @@ class Dynamics {
   [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
   void end_step();
 
+  /// Lists the elements that holding_forces() visits. O(n_elements).
+  void find_held_elements();
+  /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
+  /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N, zero
+  /// at free points. The loads are those of begin_step(). O(n_points + elements at such points).
+  void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces, std::span<Vec3> forces) const;
+
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
   /// dv of the last step (n_points x 3), m/s: the guess of the next. Part of the state that a resumed run
@@ -128,6 +135,7 @@ class Dynamics {
   }  ///< (n_points), kg, also of obstacles
   [[nodiscard]] std::span<const std::uint8_t> free_points() const { return free_; }  ///< (n_points) 1: moves
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
+  [[nodiscard]] const Elements& elements() const { return elements_; }
 
   /// Set the state (n_points x 3). Positions are taken for every point, also where it does not move;
   /// velocities and their changes are taken at points that move and stay zero elsewhere. Throw Error on
@@ -165,6 +173,8 @@ class Dynamics {
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
   void advance_inversion_clocks();
+  void add_damping_forces(std::span<Vec3> forces) const;
+  void add_stiff_forces(std::span<Vec3> forces) const;
   void set_bulk_fraction(std::size_t element);
   void check_points(std::span<const Vec3> values, const char* name);
   void check_strains(std::span<const SymmetricMatrix3> strains) const;
@@ -182,6 +192,8 @@ class Dynamics {
   std::vector<double> masses_;
   Elements elements_;
   std::vector<std::uint8_t> free_;
+  std::vector<std::uint8_t> rigid_;   ///< (n_bodies)
+  std::vector<Index> held_elements_;  ///< with a corner that is not free
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;

@@ -94,6 +94,14 @@ double ContactResponse::stiffness(Index body_a, Index body_b) const {
   return settings_.stiffness.value_or(1.0 / (at(body_compliance_, body_a) + at(body_compliance_, body_b)));
 }
 
+ContactOutcome ContactResponse::outcome(std::size_t contact) const {
+  const Law& law = laws_[contact];
+  const ContactStatus status = !law.pushes        ? ContactStatus::open
+                               : law.share == 1.0 ? ContactStatus::stick
+                                                  : ContactStatus::slide;
+  return {law.depth, law.direction, status};
+}
+
 double ContactResponse::reduced_mass(Index point, const Tet& tet,
                                      const std::array<double, 4>& weights) const {
   double inverse = at(moves_, point) != 0 ? 1.0 / at(masses_, point) : 0.0;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <palpate/detection.hpp>
+#include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 
 #include "contact/nearest_surface.hpp"
@@ -13,6 +14,13 @@
 #include "sim/side_shares.hpp"
 
 namespace palpate {
+
+/// A contact as the step's last solve had it.
+struct ContactOutcome {
+  double depth = 0.0;  ///< at the start of the step, m; negative: the gap of a foreseen contact
+  Vec3 direction{};
+  ContactStatus status = ContactStatus::open;
+};
 
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
@@ -92,6 +100,9 @@ class ContactResponse {
   [[nodiscard]] bool foresee(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
                              std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
                              std::vector<fem::Coupling>& couplings);
+
+  /// Of a contact, in the order of the couplings. O(1).
+  [[nodiscard]] ContactOutcome outcome(std::size_t contact) const;
 
   /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
   void undo() { memory_.undo(); }
