@@ -181,6 +181,14 @@ Motion motion_of(const SceneMotion& scene_motion) {
   return motion;
 }
 
+/// Of rigid bodies that name none: its density counts, as their mass.
+Material default_material(const Units& units) {
+  Material material;
+  material.young_modulus = from_si(material.young_modulus, units, dimension::pressure);
+  material.density = from_si(material.density, units, dimension::density);
+  return material;
+}
+
 /// Fills in what a model knows of the points of one body.
 class BodyPoints {
  public:
@@ -200,6 +208,7 @@ class BodyPoints {
     fill_attached();
     fill_velocity();
     fill_loads();
+    fill_gravity();
     fill_grabs();
   }
 
@@ -273,19 +282,75 @@ class BodyPoints {
                 "a body whose motion starts where the body is placed");
   }
   void fill_velocity() {
-    if (body_.velocity == Vec3{}) return;
+    if (body_.velocity == Vec3{} && body_.angular_velocity == Vec3{}) return;
     model_.velocities.resize(model_.bodies.points_rest().size());
-    for (Index p = range_.begin; p < range_.end; ++p) at(model_.velocities, p) = body_.velocity;
+    const Vec3 center = body_.angular_velocity == Vec3{} ? Vec3{} : center_of_mass();
+    for (Index p = range_.begin; p < range_.end; ++p) {
+      const Vec3 arm = at(model_.bodies.points_rest(), p) - center;
+      at(model_.velocities, p) = body_.velocity + cross(body_.angular_velocity, arm);
+    }
+  }
+  /// At the start, of the body's tets with their densities.
+  [[nodiscard]] Vec3 center_of_mass() const {
+    const auto rest = model_.bodies.points_rest();
+    Vec3 sum;
+    double mass = 0.0;
+    const Range tets = at(model_.bodies.bodies(), select_.body).tets;
+    for (Index t = tets.begin; t < tets.end; ++t) {
+      const Tet& corners = at(model_.bodies.tets(), t);
+      const auto corner = [&](std::size_t i) { return at(rest, corners[i]); };
+      const double volume = dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0));
+      const Index material = model_.material_of_tet.empty() ? select_.body : at(model_.material_of_tet, t);
+      const double weight = volume * at(model_.materials, material).density;
+      mass += weight;
+      for (std::size_t i = 0; i < 4; ++i) sum += (0.25 * weight) * corner(i);
+    }
+    return (1.0 / mass) * sum;
   }
   void fill_loads() {
     for (std::size_t l = 0; l < body_.loads.size(); ++l) {
-      const auto& [force, selection] = body_.loads[l];
-      const auto indices = select_(selection, path("loads", l));
-      model_.forces.resize(model_.bodies.points_rest().size());
-      for (const Index i : indices) {
-        at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * force;
+      const Load& load = body_.loads[l];
+      std::vector<Index> indices = select_(load.points, path("loads", l));
+      if (load.force) {
+        add_force(load, std::move(indices));
+      } else {
+        add_surface_load(load, indices, path("loads", l));
       }
     }
+  }
+  void add_force(const Load& load, std::vector<Index> indices) {
+    if (load.ramp) {
+      for (Index& i : indices) i += range_.begin;
+      model_.point_loads.push_back({std::move(indices), *load.force, *load.ramp});
+      return;
+    }
+    model_.forces.resize(model_.bodies.points_rest().size());
+    for (const Index i : indices)
+      at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * *load.force;
+  }
+  void add_surface_load(const Load& load, const std::vector<Index>& indices, const std::string& where) {
+    std::vector<std::uint8_t> chosen(points_.size(), 0);
+    for (const Index i : indices) at(chosen, i) = 1;
+    SurfaceLoad surface{.triangles = {},
+                        .pressure = load.pressure.value_or(0.0),
+                        .traction = load.traction.value_or(Vec3{}),
+                        .ramp = load.ramp.value_or(Ramp{})};
+    const Range triangles = at(model_.bodies.bodies(), select_.body).triangles;
+    for (Index t = triangles.begin; t < triangles.end; ++t) {
+      const Triangle& corners = at(model_.bodies.triangles(), t);
+      if (std::ranges::all_of(corners, [&](Index p) { return at(chosen, p - range_.begin) != 0; }))
+        surface.triangles.push_back(t);
+    }
+    if (surface.triangles.empty()) {
+      throw Error(scene_.source, where, "no surface triangle with all of its corners",
+                  "one or more triangles selected");
+    }
+    model_.surface_loads.push_back(std::move(surface));
+  }
+  void fill_gravity() {
+    if (!body_.gravity) return;
+    model_.gravity_of_body.resize(scene_.bodies.size());
+    at(model_.gravity_of_body, select_.body) = body_.gravity;
   }
   void fill_grabs() {
     for (const SceneGrab& grab : body_.grabs) {
@@ -332,7 +397,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh) {
     const Turn turn = turn_of(body.transform.rotate);
     for (Vec3& point : mesh.points) point = place(body.transform, turn, point);
     add_body(scene, b, std::move(mesh), model);
-    model.materials.push_back(body.material.value_or(Material{}));
+    model.materials.push_back(body.material.value_or(default_material(scene.units)));
     model.obstacles.push_back(is_rigid(body) ? 1 : 0);
     if (!body.motion) continue;
     motions[b] = static_cast<Index>(model.motions.size());

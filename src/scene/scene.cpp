@@ -74,7 +74,10 @@ void check_views(const Scene& scene) {
     check_known(scene, view.bodies, path + ".bodies");
     if (view.cut) check_known(scene, view.cut->bodies, path + ".cut.bodies");
     if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");
+    if (view.field) check_known(scene, view.field->bodies, path + ".field.bodies");
   }
+  for (std::size_t i = 0; i < scene.output.pairs.size(); ++i)
+    check_known(scene, scene.output.pairs[i].bodies, element_path("output.pairs", i) + ".bodies");
 }
 
 /// What detection needs to know of each body.
