@@ -106,20 +106,27 @@ std::string unit_name(const Units& units, const Dimension& d) {
   return fmt::format("{} = {}", product(units, d), worked_out);
 }
 
-std::string in_words(double value, const Units& units, const Dimension& d) {
-  if (d == Dimension{} || !std::isfinite(value)) return fmt::format("{:.4g}", value);
+UnitForPeople unit_for_people(double size, const Units& units, const Dimension& d) {
+  if (d == Dimension{}) return {};
   const SiUnit unit = si_unit(d);
-  const double si = times_power_of_ten(to_si(value, units, d), -unit.exponent);
-  if (unit.name.empty()) return fmt::format("{:.4g} {}", to_si(value, units, d), product(Units{}, d));
+  const int to_base = exponent_of(units, d) - unit.exponent;
+  if (unit.name.empty()) return {times_power_of_ten(1.0, to_base), product(Units{}, d)};
   // After rounding to four digits 999.96 is 1.000 of the next prefix.
   constexpr double rounds_up = 999.95;
-  int exponent = lowest_prefix;
   const int highest = lowest_prefix + 3 * (static_cast<int>(prefixes.size()) - 1);
-  while (exponent < highest && std::abs(times_power_of_ten(si, -exponent)) >= rounds_up) exponent += 3;
-  if (si == 0.0) exponent = 0;
+  const bool plain = size == 0.0 || !std::isfinite(size);
+  int exponent = plain ? 0 : lowest_prefix;
+  while (!plain && exponent < highest && std::abs(times_power_of_ten(size, to_base - exponent)) >= rounds_up)
+    exponent += 3;
   bool known = false;
   const std::string_view prefix = prefix_of(exponent, known);
-  return fmt::format("{:.4g} {}{}", times_power_of_ten(si, -exponent), prefix, unit.name);
+  return {times_power_of_ten(1.0, to_base - exponent), fmt::format("{}{}", prefix, unit.name)};
+}
+
+std::string in_words(double value, const Units& units, const Dimension& d) {
+  const UnitForPeople unit = unit_for_people(value, units, d);
+  const std::string number = fmt::format("{:.4g}", unit.factor * value);
+  return unit.name.empty() ? number : number + " " + unit.name;
 }
 
 }  // namespace palpate

@@ -59,6 +59,12 @@ inline constexpr Dimension stiffness{1, 0, -2};
 /// The name of a scene's unit: "N" in SI, else "g mm/s^2 = uN", or "kg cm/s^2 = 1e-2 N" where there is no
 /// prefix for it. ASCII. Empty for a pure number.
 [[nodiscard]] std::string unit_name(const Units& units, const Dimension& dimension);
+/// The unit in which people read numbers of about this size: a number of the scene times `factor` is in it.
+struct UnitForPeople {
+  double factor = 1.0;
+  std::string name;  ///< "kPa"; ASCII, empty for a pure number
+};
+[[nodiscard]] UnitForPeople unit_for_people(double size, const Units& units, const Dimension& dimension);
 /// A number of a scene for people, in SI with the prefix that suits it: "5.33 N", "12 kPa". Four digits.
 [[nodiscard]] std::string in_words(double value, const Units& units, const Dimension& dimension);
 
