@@ -12,12 +12,14 @@ namespace {
 void add_wrench_columns(std::string& line, const std::string& what, const Units& units) {
   for (const auto& [name, unit] : {std::pair("force", dimension::force), std::pair("torque", dimension::torque)}) {
     for (const char axis : {'x', 'y', 'z'})
-      line += "," + csv_field(fmt::format("{} {}_{} [{}]", what, name, axis, unit_name(units, unit)));
+      line.append(1, ',').append(
+          csv_field(fmt::format("{} {}_{} [{}]", what, name, axis, unit_name(units, unit))));
   }
 }
 
 std::string header(const ForceProbe& probe, const Units& units) {
-  std::string line = "step," + csv_field(fmt::format("time [{}]", units.time));
+  std::string line = "step,";
+  line += csv_field(fmt::format("time [{}]", units.time));
   for (std::size_t b = 0; b < probe.names().size(); ++b) {
     add_wrench_columns(line, probe.names()[b] + " contact", units);
     if (probe.is_held(b)) add_wrench_columns(line, probe.names()[b] + " held", units);
@@ -26,7 +28,8 @@ std::string header(const ForceProbe& probe, const Units& units) {
     const std::string what = fmt::format("{} on {}", probe.names()[static_cast<std::size_t>(pair.first)],
                                          probe.names()[static_cast<std::size_t>(pair.second)]);
     add_wrench_columns(line, what, units);
-    line += "," + csv_field(fmt::format("{} normal [{}]", what, unit_name(units, dimension::force)));
+    line.append(1, ',').append(
+        csv_field(fmt::format("{} normal [{}]", what, unit_name(units, dimension::force))));
   }
   return line + "\n";
 }

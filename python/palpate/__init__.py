@@ -7,6 +7,7 @@ says what was found and what was expected. docs/python.md and docs/tutorial/ sho
 from ._core import (
     Bodies,
     Body,
+    ContactForces,
     Contacts,
     Crossings,
     DetectionCounts,
@@ -14,8 +15,12 @@ from ._core import (
     Keyframe,
     Material,
     Motion,
+    PairWrench,
     RelaxReport,
     StepMetrics,
+    SurfaceTractions,
+    TissueState,
+    Wrench,
     version as __version__,
 )
 from ._detect import detect
@@ -31,6 +36,7 @@ from ._world import World
 __all__ = [
     "Bodies",
     "Body",
+    "ContactForces",
     "Contacts",
     "Crossings",
     "DetectionCounts",
@@ -42,10 +48,14 @@ __all__ = [
     "Model",
     "Motion",
     "NotConverged",
+    "PairWrench",
     "RelaxReport",
     "Simulation",
     "StepMetrics",
+    "SurfaceTractions",
+    "TissueState",
     "World",
+    "Wrench",
     "__version__",
     "ball",
     "box",

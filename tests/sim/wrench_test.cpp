@@ -8,8 +8,6 @@
 #include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
-#include "scene/generators.hpp"
-#include "scene/load.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
@@ -110,27 +108,6 @@ TEST(Wrench, ListsEachContactWithItsForce) {
   }
   EXPECT_TRUE(met) << "the ball fell on the block";
   EXPECT_GT(sticks, 100U);
-}
-
-/// The stack of the paper at rest: between membranes k and k + 1 acts the weight of those above.
-TEST(WrenchOfTheStack, BetweenTwoMembranesIsTheWeightAbove) {
-  Scene scene = make_stacking_scene();
-  scene.settings.solver.tolerance = 1e-6;
-  scene.settings.rest.speed = 2e-5;  // m/s in 10 ms: 2e-4 of g, of one membrane
-  Simulation simulation(load_model(scene, {}), scene.settings, 2);
-  run_to_rest(simulation, 3000);
-  double above = 0.0;
-  std::vector<double> weights(20, 0.0);
-  for (std::size_t b = 19; b > 0; --b) weights[b] = above += g * simulation.masses()[b];
-  std::size_t neighbours = 0;
-  for (const PairWrench& pair : simulation.pair_wrenches()) {
-    ASSERT_EQ(pair.body_b, pair.body_a + 1) << "membranes touch their neighbours only";
-    ++neighbours;
-    EXPECT_NEAR(pair.on_b.force.z, at(weights, pair.body_b), 1e-3 * at(weights, pair.body_b))
-        << pair.body_a << " and " << pair.body_b;
-    EXPECT_GE(pair.normal, (1.0 - 1e-3) * at(weights, pair.body_b));
-  }
-  EXPECT_EQ(neighbours, 19U);
 }
 
 /// Gravity that leans, in place of a plate that does.
