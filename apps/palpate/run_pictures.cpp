@@ -84,8 +84,7 @@ Coloured field(const RunImages& run, const FieldMap& map) {
   if (!(most > map.least)) most = map.least + 1.0;  // nothing to see: any scale does
   const UnitForPeople unit = unit_for_people(most, run.scene.units, find_field(map.name)->dimension);
   for (double& value : shown.values) value *= unit.factor;
-  std::string label = map.name;
-  std::ranges::replace(label, '_', ' ');
+  std::string label(find_field(map.name)->title);
   if (!unit.name.empty()) label += ", " + unit.name;
   shown.scale = io::ColourScale{unit.factor * most, label, unit.factor * map.least};
   return shown;

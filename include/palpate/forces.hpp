@@ -58,8 +58,8 @@ struct ContactForces {
 
 /// What two bodies did to each other through their contacts.
 struct PairWrench {
-  Index body_a = -1;  ///< the lower index; the same as body_b for a body that touches itself
-  Index body_b = -1;
+  Index body_a = -1;    ///< the lower index; the same as body_b for a body that touches itself
+  Index body_b = -1;    ///< the higher one
   Index contacts = 0;   ///< that are not open
   double normal = 0.0;  ///< sum of the normal forces, N: how hard they press, whatever the directions
   Wrench on_b{};        ///< of a on b, about the centre of mass of b; b does the reverse to a
@@ -78,8 +78,9 @@ struct SurfaceTractions {
   std::vector<Vec3> traction;                      ///< (n_triangles x 3) force over area, Pa; 0 without area
   std::vector<double> pressure;                    ///< (n_triangles) traction against the outward normal, Pa
   std::vector<Vec3> point_forces;     ///< (n_points x 3) sums of the corner forces at each point, N
-  std::vector<Vec3> point_traction;   ///< (n_points x 3) mean of the triangles around by area, Pa
-  std::vector<double> point_pressure; ///< (n_points) the same, Pa
+  /// (n_points x 3) the force over a third of the area around, Pa: what a uniform traction gives.
+  std::vector<Vec3> point_traction;
+  std::vector<double> point_pressure;  ///< (n_points) the same against the mean outward normal, Pa
 };
 
 }  // namespace palpate

@@ -112,16 +112,16 @@ void bind_forces_of(Bound& simulation) {
            })
       .def("tissue",
            [](Simulation& s) {
-             const palpate::Simulation& simulation = s.idle();
+             const palpate::Simulation& idle = s.idle();
              const nb::gil_scoped_release release;
-             return simulation.tissue();
+             return idle.tissue();
            },
            doc::Simulation_tissue)
       .def("tissue_at_points",
            [](Simulation& s) {
-             const palpate::Simulation& simulation = s.idle();
+             const palpate::Simulation& idle = s.idle();
              const nb::gil_scoped_release release;
-             return simulation.tissue_at_points();
+             return idle.tissue_at_points();
            },
            doc::Simulation_tissue_at_points);
 }

@@ -16,10 +16,6 @@ namespace {
 
 using Three = std::array<double, 3>;
 
-Three three_of(const Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 /// An array over the rows of a vector, of any shape beyond the first axis; `owner` keeps the memory.
 template <class T, class Row>
 nb::ndarray<nb::numpy, const T, nb::c_contig> rows_of(const std::vector<Row>& rows,
@@ -75,25 +71,24 @@ void bind_wrench(nb::module_& m) {
   nb::class_<Wrench>(m, "Wrench", doc::Wrench)
       .def_prop_ro(
           "force", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.force.x, 3)); },
+          nb::rv_policy::reference,
           doc::Wrench_force, nb::sig("def force(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "torque", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.torque.x, 3)); },
+          nb::rv_policy::reference,
           doc::Wrench_torque, nb::sig("def torque(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "about", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.about.x, 3)); },
+          nb::rv_policy::reference,
           doc::Wrench_about, nb::sig("def about(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def(
           "moved_to",
           [](const Wrench& w, const Three& about) { return moved_to(w, {about[0], about[1], about[2]}); },
           nb::arg("about"), doc::moved_to)
       .def("__repr__", [](const Wrench& w) {
-        const auto text = [](const Vec3& v) {
-          return "(" + nb::cast<std::string>(nb::str(nb::float_(v.x))) + ", " +
-                 nb::cast<std::string>(nb::str(nb::float_(v.y))) + ", " +
-                 nb::cast<std::string>(nb::str(nb::float_(v.z))) + ")";
-        };
-        return "<palpate.Wrench: force " + text(w.force) + ", torque " + text(w.torque) + " about " +
-               text(w.about) + ">";
+        const auto numbers = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
+        return nb::str("<palpate.Wrench: force {}, torque {} about {}>")
+            .attr("format")(numbers(w.force), numbers(w.torque), numbers(w.about));
       });
   nb::class_<PairWrench>(m, "PairWrench", doc::PairWrench)
       .def_ro("body_a", &PairWrench::body_a, doc::PairWrench_body_a)
@@ -125,7 +120,7 @@ void bind_contact_forces(nb::module_& m) {
             for (std::size_t i = 0; i < c.size(); ++i) all.push_back(c.force(i));
             return moved<double>(std::move(all));
           },
-          "(n x 3) whole force on each point, N.",
+          nb::rv_policy::reference, "(n x 3) whole force on each point, N.",
           nb::sig("def force(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "status",
@@ -177,7 +172,8 @@ void bind_tissue(nb::module_& m) {
     const std::string signature =
         std::string("def ") + name + "(self) -> numpy.typing.NDArray[numpy.float64]";
     tissue.def_prop_ro(
-        name, [member](const S& s) { return matrices_of(s.*member); }, doc, nb::sig(signature.c_str()));
+        name, [member](const S& s) { return matrices_of(s.*member); }, nb::rv_policy::reference, doc,
+        nb::sig(signature.c_str()));
   };
   tensors("strain", &S::strain, "(n x 3 x 3) Green's strain: (F^T F - I) / 2.");
   tensors("stress", &S::stress, "(n x 3 x 3) Cauchy's stress, Pa; tension is positive.");

@@ -38,11 +38,12 @@ SiUnit si_unit(const Dimension& d) {
   constexpr std::array named{SiUnit{dimension::mass, "g", -3},       SiUnit{dimension::length, "m"},
                              SiUnit{dimension::time, "s"},           SiUnit{dimension::speed, "m/s"},
                              SiUnit{dimension::acceleration, "m/s^2"}, SiUnit{dimension::force, "N"},
-                             SiUnit{dimension::pressure, "Pa"},      SiUnit{dimension::stiffness, "N/m"}};
+                             SiUnit{dimension::pressure, "Pa"},      SiUnit{dimension::stiffness, "N/m"},
+                             SiUnit{dimension::torque, "N m"},       SiUnit{dimension::energy, "J"}};
   for (const SiUnit& unit : named) {
     if (unit.dimension == d) return unit;
   }
-  return d == dimension::energy ? SiUnit{d, "J"} : SiUnit{d, ""};
+  return {d, ""};
 }
 
 constexpr int lowest_prefix = -12;

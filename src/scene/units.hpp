@@ -32,6 +32,7 @@ struct Dimension {
   int mass = 0;
   int length = 0;
   int time = 0;
+  bool turns = false;  ///< a torque, which has the dimension of an energy and another unit
   friend bool operator==(const Dimension&, const Dimension&) = default;
 };
 
@@ -43,7 +44,7 @@ inline constexpr Dimension time{0, 0, 1};
 inline constexpr Dimension speed{0, 1, -1};
 inline constexpr Dimension acceleration{0, 1, -2};
 inline constexpr Dimension force{1, 1, -2};
-inline constexpr Dimension torque{1, 2, -2};
+inline constexpr Dimension torque{1, 2, -2, true};
 inline constexpr Dimension energy{1, 2, -2};
 inline constexpr Dimension pressure{1, -1, -2};
 inline constexpr Dimension density{1, -3, 0};

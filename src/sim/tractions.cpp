@@ -121,6 +121,7 @@ class SurfaceForces {
 /// What the triangles around a point add up to.
 struct Around {
   double area = 0.0;
+  Vec3 normal{};  ///< outward, twice the area long
   int count = 0;
   /// Part of the point's force that a triangle of this area has.
   [[nodiscard]] double part(double triangle) const {
@@ -152,6 +153,7 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
     result.area[i] = 0.5 * length(doubled_area(triangles[i]));
     for (const Index corner : triangles[i]) {
       at(around, corner).area += result.area[i];
+      at(around, corner).normal += doubled_area(triangles[i]);
       ++at(around, corner).count;
     }
   }
@@ -166,11 +168,11 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
     if (!(area > 0.0)) continue;
     result.traction[i] = (1.0 / area) * force;
     result.pressure[i] = -dot(result.traction[i], normalized(doubled_area(t)));
-    for (const Index corner : t) {
-      const double part = area / at(around, corner).area;
-      at(result.point_traction, corner) += part * result.traction[i];
-      at(result.point_pressure, corner) += part * result.pressure[i];
-    }
+  }
+  for (std::size_t p = 0; p < positions.size(); ++p) {
+    if (!(around[p].area > 0.0)) continue;
+    result.point_traction[p] = (3.0 / around[p].area) * result.point_forces[p];
+    result.point_pressure[p] = -dot(result.point_traction[p], normalized(around[p].normal));
   }
   return result;
 }

@@ -199,7 +199,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
            ball + "}]}",
        "bodies[1].name: found 'a' again, expected a name of its own"},
       {R"({"units": {"length": "inch"}, "bodies": [)" + soft_ball + "]}",
-       "units.length: found 'inch', expected one of m, cm, mm, um, km"},
+       "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
       {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}", "units.mass: found 'kgg', expected 'kg'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
        "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},

@@ -31,6 +31,7 @@ TEST(Units, HaveNamesThatSayWhatTheyAre) {
   EXPECT_EQ(unit_name(medical, dimension::force), "g mm/s^2 = uN");
   EXPECT_EQ(unit_name(medical, dimension::pressure), "g/(mm s^2) = Pa");
   EXPECT_EQ(unit_name(medical, dimension::energy), "g mm^2/s^2 = nJ");
+  EXPECT_EQ(unit_name(medical, dimension::torque), "g mm^2/s^2 = nN m");
   EXPECT_EQ(unit_name(medical, dimension::stiffness), "g/s^2 = mN/m");
   EXPECT_EQ(unit_name(medical, dimension::length), "mm");
   EXPECT_EQ(unit_name(tonnes, dimension::pressure), "t/(mm s^2) = MPa");
