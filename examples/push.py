@@ -24,13 +24,13 @@ tissue = palpate.Material(young_modulus=6e3, poisson_ratio=0.45, density=1060.0,
 
 model = palpate.Model()
 model.add_body(points, tets, name="liver", material=tissue, fixed=points[:, 2] < -0.015)
-tip, tip_tets = palpate.ball(radius=0.008, resolution=6)
+tip, tip_tets = palpate.ball(radius=0.012, resolution=6)
 held = palpate.Motion([palpate.Keyframe(0.0)])  # led by hand below
-model.add_body(tip + [-0.02, 0.0, 0.032], tip_tets, name="instrument", motion=held)
+model.add_body(tip + [-0.02, 0.0, 0.036], tip_tets, name="instrument", motion=held)
 simulation = palpate.Simulation(model, gravity=(0, 0, 0), reactions=True)
 
 depths, forces = [0.0], [0.0]
-for depth in np.linspace(0.0, 0.02, 41)[1:]:
+for depth in np.linspace(0.0, 0.01, 41)[1:]:
     simulation.move_to("instrument", (0.0, 0.0, -depth))
     simulation.run(2)
     depths.append(depth)
