@@ -29,8 +29,7 @@ CsvFile::CsvFile(std::filesystem::path path, std::string header)
   open(O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
 }
 
-CsvFile::CsvFile(std::filesystem::path path, std::uint64_t bytes)
-    : path_(std::move(path)), bytes_(bytes) {
+CsvFile::CsvFile(std::filesystem::path path, std::uint64_t bytes) : path_(std::move(path)), bytes_(bytes) {
   open(O_WRONLY | O_APPEND | O_CLOEXEC);
   const off_t size = ::lseek(descriptor_, 0, SEEK_END);
   if (size < 0 || static_cast<std::uint64_t>(size) < bytes) {

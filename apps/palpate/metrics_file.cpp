@@ -24,9 +24,10 @@ std::string header(const Units& units) {
       "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
       "retries,cuckoo_growths,detections,solves,solver_iterations,"
       "solver_converged,inverted_tets";
-  line += in("kinetic_energy", unit_name(units, dimension::energy)) + in("elastic_energy", unit_name(units, dimension::energy));
-  return line + in("largest_speed", unit_name(units, dimension::speed)) + in("fastest_body", unit_name(units, dimension::speed)) +
-         in("deepest", units.length) + "\n";
+  line += in("kinetic_energy", unit_name(units, dimension::energy)) +
+          in("elastic_energy", unit_name(units, dimension::energy));
+  return line + in("largest_speed", unit_name(units, dimension::speed)) +
+         in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) + "\n";
 }
 
 }  // namespace
@@ -55,8 +56,8 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
   line += fmt::format(",{},{:.4f},{},{},{},{},{},{},{}", sort, points.occupancy(),
-                        points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
-                        m.solves, m.solver_iterations, m.solver_converged ? 1 : 0, m.inverted_tets);
+                      points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
+                      m.solves, m.solver_iterations, m.solver_converged ? 1 : 0, m.inverted_tets);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     line.append(1, ',').append(exact_text(value));

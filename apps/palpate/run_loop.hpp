@@ -67,7 +67,7 @@ struct RunOutcome {
   /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
   /// between two detections, unseen.
   std::int64_t steps_too_far = 0;
-  double shortest_edge = 0.0;  ///< smallest mean edge length of a body at rest
+  double shortest_edge = 0.0;                  ///< smallest mean edge length of a body at rest
   std::vector<LargestForce> largest_forces{};  ///< (n_bodies) of contacts
 };
 

@@ -53,7 +53,8 @@ Json stiffness_json(const RunReport& report) {
 }
 
 Json wrench_json(const Wrench& wrench) {
-  return {{"force", to_json(wrench.force)}, {"torque", to_json(wrench.torque)}, {"about", to_json(wrench.about)}};
+  return {
+      {"force", to_json(wrench.force)}, {"torque", to_json(wrench.torque)}, {"about", to_json(wrench.about)}};
 }
 
 /// What acted on a body in the last step, and how much at most in any.

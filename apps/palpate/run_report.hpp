@@ -23,7 +23,7 @@ struct RunReport {
   const std::vector<std::optional<MeshRecord>>& files;  ///< (n_bodies)
   const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
   const ForceProbe& probe;
-  const std::optional<RelaxReport>& relaxed;            ///< none: the scene did not ask for it
+  const std::optional<RelaxReport>& relaxed;  ///< none: the scene did not ask for it
   const RunOutcome& outcome;
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::filesystem::path folder;

@@ -74,12 +74,13 @@ std::string forces_lines(const RunReport& report) {
   for (std::size_t b = 0; b < forces.size(); ++b) {
     const LargestForce& largest = report.outcome.largest_forces[b];
     if (!report.probe.is_held(b) || largest.force == 0.0 || ++lines > most_lines) continue;
-    text += fmt::format("{:<14}{}: contacts {} at the end, {} at most (step {})", "force", report.probe.names()[b],
+    text += fmt::format("{:<14}{}: contacts {} at the end, {} at most (step {})", "force",
+                        report.probe.names()[b],
                         in_words(length(forces[b].contact.force), units, dimension::force),
                         in_words(largest.force, units, dimension::force), largest.step);
     if (report.scene.bodies[b].motion) {
-      text += fmt::format("; its motor {}", in_words(length(forces[b].held.value_or(Wrench{}).force), units,
-                                                     dimension::force));
+      text += fmt::format("; its motor {}",
+                          in_words(length(forces[b].held.value_or(Wrench{}).force), units, dimension::force));
     }
     text += '\n';
   }

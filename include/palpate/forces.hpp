@@ -30,8 +30,8 @@ inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "s
 
 /// The contacts that a step was solved with, and the force that each had. They are those at the start of the
 /// step, sorted by (point, body), then those that bodies met within the step (foreseen), by round and then by
-/// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there has
-/// no force yet.
+/// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
+/// has no force yet.
 ///
 /// The force acts on the point; its reaction, on the penetrated body, acts at the same place. So a sum over
 /// both bodies is zero to rounding, torques too. Structure of arrays.
@@ -77,7 +77,7 @@ struct SurfaceTractions {
   std::vector<double> area;                        ///< (n_triangles), m^2
   std::vector<Vec3> traction;                      ///< (n_triangles x 3) force over area, Pa; 0 without area
   std::vector<double> pressure;                    ///< (n_triangles) traction against the outward normal, Pa
-  std::vector<Vec3> point_forces;     ///< (n_points x 3) sums of the corner forces at each point, N
+  std::vector<Vec3> point_forces;  ///< (n_points x 3) sums of the corner forces at each point, N
   /// (n_points x 3) the force over a third of the area around, Pa: what a uniform traction gives.
   std::vector<Vec3> point_traction;
   std::vector<double> point_pressure;  ///< (n_points) the same against the mean outward normal, Pa

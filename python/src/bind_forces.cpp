@@ -50,7 +50,9 @@ class Columns {
 
  private:
   static std::string signature(const char* name) {
-    const char* const kind = std::is_same_v<T, double> ? "float64" : std::is_same_v<T, Index> ? "int32" : "uint8";
+    const char* const kind = std::is_same_v<T, double>  ? "float64"
+                             : std::is_same_v<T, Index> ? "int32"
+                                                        : "uint8";
     return std::string("def ") + name + "(self) -> numpy.typing.NDArray[numpy." + kind + "]";
   }
   nb::class_<Struct>& bound_;
@@ -63,7 +65,8 @@ nb::ndarray<nb::numpy, const double, nb::c_contig> matrices_of(const std::vector
   for (const SymmetricTensor& t : tensors)
     rows.push_back({t.xx, t.xy, t.xz, t.xy, t.yy, t.yz, t.xz, t.yz, t.zz});
   auto* kept = new std::vector<Tensor>(std::move(rows));
-  const nb::capsule owner(kept, [](void* memory) noexcept { delete static_cast<std::vector<Tensor>*>(memory); });
+  const nb::capsule owner(kept,
+                          [](void* memory) noexcept { delete static_cast<std::vector<Tensor>*>(memory); });
   return rows_of<double>(*kept, {3, 3}, owner);
 }
 
@@ -71,19 +74,21 @@ void bind_wrench(nb::module_& m) {
   nb::class_<Wrench>(m, "Wrench", doc::Wrench)
       .def_prop_ro(
           "force", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.force.x, 3)); },
-          nb::rv_policy::reference,
-          doc::Wrench_force, nb::sig("def force(self) -> numpy.typing.NDArray[numpy.float64]"))
+          nb::rv_policy::reference, doc::Wrench_force,
+          nb::sig("def force(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "torque", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.torque.x, 3)); },
-          nb::rv_policy::reference,
-          doc::Wrench_torque, nb::sig("def torque(self) -> numpy.typing.NDArray[numpy.float64]"))
+          nb::rv_policy::reference, doc::Wrench_torque,
+          nb::sig("def torque(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def_prop_ro(
           "about", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.about.x, 3)); },
-          nb::rv_policy::reference,
-          doc::Wrench_about, nb::sig("def about(self) -> numpy.typing.NDArray[numpy.float64]"))
+          nb::rv_policy::reference, doc::Wrench_about,
+          nb::sig("def about(self) -> numpy.typing.NDArray[numpy.float64]"))
       .def(
           "moved_to",
-          [](const Wrench& w, const Three& about) { return moved_to(w, {about[0], about[1], about[2]}); },
+          [](const Wrench& w, const Three& about) {
+            return moved_to(w, {about[0], about[1], about[2]});
+          },
           nb::arg("about"), doc::moved_to)
       .def("__repr__", [](const Wrench& w) {
         const auto numbers = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
@@ -110,8 +115,8 @@ void bind_contact_forces(nb::module_& m) {
       .add("direction", &ContactForces::direction, {3}, doc::ContactForces_direction)
       .add("normal", &ContactForces::normal, {}, doc::ContactForces_normal)
       .add("friction", &ContactForces::friction, {3}, doc::ContactForces_friction);
-  Columns<ContactForces, std::uint8_t>(forces)
-      .add("foreseen", &ContactForces::foreseen, {}, doc::ContactForces_foreseen);
+  Columns<ContactForces, std::uint8_t>(forces).add("foreseen", &ContactForces::foreseen, {},
+                                                   doc::ContactForces_foreseen);
   forces
       .def_prop_ro(
           "force",

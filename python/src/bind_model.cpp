@@ -157,9 +157,10 @@ void bind_model(nb::module_& m) {
           },
           nb::arg("body"), nb::arg("points"), nb::arg("pressure"), nb::arg("traction"),
           nb::arg("ramp").none())
-      .def("_set_velocities", [](Model& model, Index body, const PointsIn& velocities) {
-        model.set_velocities(body, points_of(velocities));
-      })
+      .def("_set_velocities",
+           [](Model& model, Index body, const PointsIn& velocities) {
+             model.set_velocities(body, points_of(velocities));
+           })
       .def("_set_gravity", [](Model& model, Index body,
                               const Three& gravity) { model.set_gravity(body, vector_of_three(gravity)); })
       .def("_grab", [](Model& model, Index body, Index point, const Three& target,

@@ -108,14 +108,14 @@ void Model::attach(Index body, std::span<const Index> points, Index to, std::opt
 }
 
 /// Springs to the places of the nearest tets.
-void Model::tie(const Body& tissue, std::span<const Index> points, Index to, std::optional<double> stiffness) {
+void Model::tie(const Body& tissue, std::span<const Index> points, Index to,
+                std::optional<double> stiffness) {
   if (tissue.points.begin == at(data_.bodies.bodies(), to).points.begin)
     throw Error("Model.attach", "to", "the body itself", "another body");
   for (const Index point : points) static_cast<void>(point_at(tissue, point, "Model.attach"));
   for (const Index point : points) {
     const Index p = tissue.points.begin + point;
-    data_.ties.push_back(
-        {p, nearest_tet(data_.bodies, to, at(data_.bodies.points_rest(), p)), stiffness});
+    data_.ties.push_back({p, nearest_tet(data_.bodies, to, at(data_.bodies.points_rest(), p)), stiffness});
   }
 }
 

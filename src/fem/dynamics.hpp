@@ -111,9 +111,10 @@ class Dynamics {
   /// Lists the elements that holding_forces() visits. O(n_elements).
   void find_held_elements();
   /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
-  /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N, zero
-  /// at free points. The loads are those of begin_step(). O(n_points + elements at such points).
-  void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces, std::span<Vec3> forces) const;
+  /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N,
+  /// zero at free points. The loads are those of begin_step(). O(n_points + elements at such points).
+  void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
+                      std::span<Vec3> forces) const;
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s

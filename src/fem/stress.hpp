@@ -17,7 +17,8 @@ struct ElementStress {
   double volume_ratio = 1.0;
 };
 
-/// The Cauchy stress P F^T / J of the energy that the forces of an element are the derivative of (elements.hpp):
+/// The Cauchy stress P F^T / J of the energy that the forces of an element are the derivative of
+/// (elements.hpp):
 ///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
 /// P F^T is symmetric: the energy does not change with a rotation of the whole.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);

@@ -50,8 +50,8 @@ Vec3 with_positive_largest(const Vec3& a) {
 }  // namespace
 
 SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a) {
-  const double size = std::max({std::abs(a.xx), std::abs(a.yy), std::abs(a.zz), std::abs(a.xy),
-                                std::abs(a.xz), std::abs(a.yz)});
+  const double size = std::max(
+      {std::abs(a.xx), std::abs(a.yy), std::abs(a.zz), std::abs(a.xy), std::abs(a.xz), std::abs(a.yz)});
   const bool finite = std::isfinite(a.xx + a.yy + a.zz + a.xy + a.xz + a.yz);
   if (!finite) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();

@@ -87,9 +87,7 @@ struct Around {
   [[nodiscard]] Index material(Index tet) const {
     return materials.of_tet.empty() ? bodies.body_of(at(bodies.tets(), tet)) : at(materials.of_tet, tet);
   }
-  [[nodiscard]] double volume(Index tet) const {
-    return at(elements.volumes_rest(), at(element, tet));
-  }
+  [[nodiscard]] double volume(Index tet) const { return at(elements.volumes_rest(), at(element, tet)); }
   /// The material with the most volume at a point, -1 without any.
   [[nodiscard]] Index material_at(Index point) const {
     const std::span<const Index> tets = bodies.point_tets()[point];

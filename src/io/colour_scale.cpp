@@ -35,7 +35,8 @@ std::string number(double value) {
 }  // namespace
 
 Rgb scale_colour(double value, const ColourScale& scale) {
-  const double share = std::isfinite(value) ? std::clamp((value - scale.least) / (scale.most - scale.least), 0.0, 1.0) : 0.0;
+  const double share =
+      std::isfinite(value) ? std::clamp((value - scale.least) / (scale.most - scale.least), 0.0, 1.0) : 0.0;
   const double place = share * (viridis.size() - 1);
   const auto low = std::min(static_cast<std::size_t>(place), viridis.size() - 2);
   const auto between = static_cast<float>(place - static_cast<double>(low));
@@ -62,7 +63,8 @@ void draw_scale(Image& image, const ColourScale& scale, int bottom) {
   }
   for (const double share : {0.0, 0.5, 1.0}) {
     const int y = static_cast<int>(std::lround(end - 1 - share * (end - 1 - top)));
-    draw_text(image, number(scale.least + share * (scale.most - scale.least)), unit, right + unit / 2, y, TextSide::right);
+    draw_text(image, number(scale.least + share * (scale.most - scale.least)), unit, right + unit / 2, y,
+              TextSide::right);
   }
   draw_text(image, scale.label, unit, right + 3 * unit, 2 * unit, TextSide::left);
 }

@@ -200,8 +200,8 @@ struct View {
 };
 /// What a run writes.
 struct OutputSettings {
-  int every = 10;        ///< steps from one frame file to the next
-  FieldNames fields{};   ///< that frames have besides displacement, velocity, contact and depth
+  int every = 10;                 ///< steps from one frame file to the next
+  FieldNames fields{};            ///< that frames have besides displacement, velocity, contact and depth
   std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
   Picture picture;
   std::vector<View> views;

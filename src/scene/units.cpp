@@ -35,11 +35,16 @@ struct SiUnit {
 
 /// What people call a unit, and how many of the SI's it is.
 SiUnit si_unit(const Dimension& d) {
-  constexpr std::array named{SiUnit{dimension::mass, "g", -3},       SiUnit{dimension::length, "m"},
-                             SiUnit{dimension::time, "s"},           SiUnit{dimension::speed, "m/s"},
-                             SiUnit{dimension::acceleration, "m/s^2"}, SiUnit{dimension::force, "N"},
-                             SiUnit{dimension::pressure, "Pa"},      SiUnit{dimension::stiffness, "N/m"},
-                             SiUnit{dimension::torque, "N m"},       SiUnit{dimension::energy, "J"}};
+  constexpr std::array named{SiUnit{dimension::mass, "g", -3},
+                             SiUnit{dimension::length, "m"},
+                             SiUnit{dimension::time, "s"},
+                             SiUnit{dimension::speed, "m/s"},
+                             SiUnit{dimension::acceleration, "m/s^2"},
+                             SiUnit{dimension::force, "N"},
+                             SiUnit{dimension::pressure, "Pa"},
+                             SiUnit{dimension::stiffness, "N/m"},
+                             SiUnit{dimension::torque, "N m"},
+                             SiUnit{dimension::energy, "J"}};
   for (const SiUnit& unit : named) {
     if (unit.dimension == d) return unit;
   }
@@ -66,8 +71,8 @@ std::string power_text(const std::string& unit, int power) {
 std::string product(const Units& units, const Dimension& d) {
   std::string above;
   std::string below;
-  for (const auto& [unit, power] : {std::pair(units.mass, d.mass), std::pair(units.length, d.length),
-                                    std::pair(units.time, d.time)}) {
+  for (const auto& [unit, power] :
+       {std::pair(units.mass, d.mass), std::pair(units.length, d.length), std::pair(units.time, d.time)}) {
     if (power == 0) continue;
     std::string& side = power > 0 ? above : below;
     if (!side.empty()) side += ' ';

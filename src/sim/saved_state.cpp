@@ -117,7 +117,8 @@ void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies
 void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodies) {
   for (const ActedContact& c : contacts) {
     for (const Index point : c.points) check_index("acting contact", point, 0, bodies.points_rest().size());
-    if (tet_of(c, bodies) < 0) throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
+    if (tet_of(c, bodies) < 0)
+      throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
     check_finite("acting contact", {c.weights[0], c.weights[1], c.weights[2]});
     check_finite("acting contact", {c.weights[3], c.depth, 0.0});

@@ -36,9 +36,10 @@ std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts
     const bool known = place != pairs.end() && of(*place) == std::pair(low, high);
     PairWrench& pair =
         known ? *place
-              : *pairs.insert(place, PairWrench{.body_a = low,
-                                                .body_b = high,
-                                                .on_b = {.force = {}, .torque = {}, .about = at(centers, high)}});
+              : *pairs.insert(place,
+                              PairWrench{.body_a = low,
+                                         .body_b = high,
+                                         .on_b = {.force = {}, .torque = {}, .about = at(centers, high)}});
     if (contact.status != ContactStatus::open) ++pair.contacts;
     pair.normal += dot(contact.force, contact.direction);
     if (low == high) continue;

@@ -31,7 +31,8 @@ struct Beam {
   Beam(const std::array<int, 3>& cells, double poisson_ratio)
       : bodies(single_body(box_mesh(cells, {beam_length, width, height}))),
         material{young_modulus, poisson_ratio, 1000.0, 0.0, 0.0},
-        dynamics(Scene{material, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 2}.dynamics(bodies)) {}
+        dynamics(
+            Scene{material, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 2}.dynamics(bodies)) {}
   Bodies bodies;
   Material material;
   Dynamics dynamics;
@@ -96,8 +97,8 @@ double bending_stress_error(const std::array<int, 3>& cells) {
   const parallel::Threads threads(2);
   const TissueState tets =
       tissue_of_tets(threads, beam.bodies, beam.dynamics.elements(), beam.dynamics.positions());
-  const TissueState points = tissue_of_points(threads, beam.bodies, beam.dynamics.elements(),
-                                              Materials{beam.material}, tets);
+  const TissueState points =
+      tissue_of_points(threads, beam.bodies, beam.dynamics.elements(), Materials{beam.material}, tets);
   const double inertia = width * std::pow(height, 3) / 12.0;
   const double largest = load * beam_length * 0.5 * height / inertia;
   double squares = 0.0;

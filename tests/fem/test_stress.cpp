@@ -1,12 +1,11 @@
-// Strain and stress of tets and points. Oracles: Eigen; affine maps and the corotational law by hand; the energy,
-// differentiated by differences.
-#include "fem/stress.hpp"
-
+// Strain and stress of tets and points. Oracles: Eigen; affine maps and the corotational law by hand; the
+// energy, differentiated by differences.
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "fem/meshes.hpp"
+#include "fem/stress.hpp"
 #include "fem/symmetric_eigen.hpp"
 #include "fem/tissue.hpp"
 
@@ -25,19 +24,20 @@ Eigen::Matrix3d to_eigen_rows(const Tensor& rows) {
 struct Lame {
   explicit Lame(const Material& m)
       : mu(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))),
-        lambda(m.young_modulus * m.poisson_ratio / ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio))) {}
+        lambda(m.young_modulus * m.poisson_ratio /
+               ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio))) {}
   double mu;
   double lambda;
 };
 
-/// The corotational Cauchy stress of F = Q U with U symmetric and positive, by the polar decomposition of Eigen.
+/// The corotational Cauchy stress of F = Q U with U symmetric and positive, by the polar decomposition of
+/// Eigen.
 Eigen::Matrix3d stress_by_hand(const Eigen::Matrix3d& f, const Material& material) {
   const Lame lame(material);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d q = svd.matrixU() * svd.matrixV().transpose();
   const Eigen::Matrix3d e = q.transpose() * f - Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d p =
-      q * (2.0 * lame.mu * e + lame.lambda * e.trace() * Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d p = q * (2.0 * lame.mu * e + lame.lambda * e.trace() * Eigen::Matrix3d::Identity());
   return p * f.transpose() / f.determinant();
 }
 
@@ -79,7 +79,8 @@ TEST(StressPatchTest, IsUniformInAnyMesh) {
   Eigen::Matrix3d u;
   u << 1.001, 5e-4, -3e-4, 5e-4, 0.9992, 7e-4, -3e-4, 7e-4, 1.0004;
   for (const bool turned : {false, true}) {
-    const Eigen::Matrix3d f = (turned ? test::to_eigen(random_rotation(random)) : Eigen::Matrix3d::Identity()) * u;
+    const Eigen::Matrix3d f =
+        (turned ? test::to_eigen(random_rotation(random)) : Eigen::Matrix3d::Identity()) * u;
     const auto expected = mapped(bodies, [&](const Vec3& p) {
       const Eigen::Vector3d q = f * test::to_eigen(p);
       return Vec3{q.x(), q.y(), q.z()};
@@ -139,8 +140,10 @@ TEST(StressUniaxial, FollowsTheCorotationalLawWithFreeSides) {
     EXPECT_NEAR(s.volume_ratio[t], a * b * b, 1e-8);
     EXPECT_NEAR(s.strain[t].xx, 0.5 * (a * a - 1.0), 1e-8);
     EXPECT_NEAR(s.strain[t].yy, 0.5 * (b * b - 1.0), 1e-8);
-    EXPECT_LT((to_eigen_rows(s.deformation_gradient[t]) - Eigen::Vector3d(a, b, b).asDiagonal().toDenseMatrix()).norm(),
-              1e-8);
+    EXPECT_LT(
+        (to_eigen_rows(s.deformation_gradient[t]) - Eigen::Vector3d(a, b, b).asDiagonal().toDenseMatrix())
+            .norm(),
+        1e-8);
   }
 }
 

@@ -200,14 +200,19 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[1].name: found 'a' again, expected a name of its own"},
       {R"({"units": {"length": "inch"}, "bodies": [)" + soft_ball + "]}",
        "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
-      {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}", "units.mass: found 'kgg', expected 'kg'"},
+      {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}",
+       "units.mass: found 'kgg', expected 'kg'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
        "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
       {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
        "bodies[0].loads[0].pressure: found it beside another, expected one of"},
-      {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [0, 1], "factors": [1]}}])"),
+      {with_body(
+           ball +
+           R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [0, 1], "factors": [1]}}])"),
        "bodies[0].loads[0].ramp.factors: found 1, expected as many as times, one or more"},
-      {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [1, 1], "factors": [1, 2]}}])"),
+      {with_body(
+           ball +
+           R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [1, 1], "factors": [1, 2]}}])"),
        "bodies[0].loads[0].ramp.times: found times that do not grow"},
       {with(R"("output": {"fields": ["von_misses"]})"),
        "output.fields[0]: found \"von_misses\", expected 'von_mises'"},
@@ -238,8 +243,9 @@ TEST(ReadScene, TurnsDefaultsIntoTheUnitsOfTheScene) {
       "bodies": [{"material": {}, "ball": {"radius": 1, "resolution": 1}}]})");
   EXPECT_DOUBLE_EQ(scene.settings.time_step, 10.0);
   EXPECT_DOUBLE_EQ(scene.duration, 1000.0);
-  EXPECT_DOUBLE_EQ(scene.settings.gravity.z, -9.81e-3);  // mm/ms^2: 1e-3 of m/s^2 is 1e-6 of mm/ms^2, times 1e3
-  EXPECT_DOUBLE_EQ(scene.settings.rest.speed, 1e-3);     // mm/ms is m/s
+  EXPECT_DOUBLE_EQ(scene.settings.gravity.z,
+                   -9.81e-3);                         // mm/ms^2: 1e-3 of m/s^2 is 1e-6 of mm/ms^2, times 1e3
+  EXPECT_DOUBLE_EQ(scene.settings.rest.speed, 1e-3);  // mm/ms is m/s
   EXPECT_DOUBLE_EQ(scene.settings.rest.time, 50.0);
   EXPECT_DOUBLE_EQ(scene.bodies[0].material->density, 1e-3);       // g/mm^3
   EXPECT_DOUBLE_EQ(scene.bodies[0].material->young_modulus, 0.1);  // g/(mm ms^2) is MPa

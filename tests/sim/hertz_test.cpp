@@ -1,6 +1,7 @@
-// Hertz's contact: force against approach, contact radius and the profile of the pressure. Oracles: Hertz, "Ueber die
-// Beruehrung fester elastischer Koerper", J. reine angew. Math. 92 (1881), with Tatara's correction for a ball that is
-// pressed from both sides (J. Eng. Mater. Technol. 113, 1991), of first order in contact radius over radius.
+// Hertz's contact: force against approach, contact radius and the profile of the pressure. Oracles: Hertz,
+// "Ueber die Beruehrung fester elastischer Koerper", J. reine angew. Math. 92 (1881), with Tatara's
+// correction for a ball that is pressed from both sides (J. Eng. Mater. Technol. 113, 1991), of first order
+// in contact radius over radius.
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -16,7 +17,8 @@ namespace palpate {
 namespace {
 
 constexpr double radius = 0.05;
-const Material material{.young_modulus = 1e5, .poisson_ratio = 0.3, .mass_damping = 20.0, .stiffness_damping = 0.01};
+const Material material{
+    .young_modulus = 1e5, .poisson_ratio = 0.3, .mass_damping = 20.0, .stiffness_damping = 0.01};
 const double plane_modulus = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
 
 /// A ball whose mesh is finer at both poles, by a factor of five along the surface and into the depth.
@@ -50,10 +52,9 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
   for (std::size_t p = 0; p < model.bodies.points_rest().size(); ++p)
     model.motion_of_point.push_back(model.bodies.body_of_point()[p]);
   for (const double sign : {1.0, -1.0}) {
-    model.motions.push_back(
-        {{},
-         {{0.0, {}, {1, 0, 0, 0}}, {0.2, {0, 0, sign * 0.5 * closing}, {1, 0, 0, 0}}},
-         Interpolation::smooth});
+    model.motions.push_back({{},
+                             {{0.0, {}, {1, 0, 0, 0}}, {0.2, {0, 0, sign * 0.5 * closing}, {1, 0, 0, 0}}},
+                             Interpolation::smooth});
   }
   for (const TetMesh& ball : balls) {
     model.bodies.add("ball", ball);
@@ -135,17 +136,16 @@ Errors errors_of(const Simulation& simulation, Index body, double force, double 
 
 TEST(Hertz, ABallOnAPlaneHasItsForceRadiusAndPressure) {
   constexpr double approach = 0.02 * radius;
-  const double expected = force_for(approach, [](double f) {
-    return approach_by_hertz(f) - push_from_the_other_side(f);
-  });
+  const double expected =
+      force_for(approach, [](double f) { return approach_by_hertz(f) - push_from_the_other_side(f); });
   std::vector<Errors> all;
   for (const int cells : {6, 9, 12}) {
     const Simulation simulation = pressed({graded_ball(cells, {0, 0, radius})}, 2.0 * radius, 2.0 * approach);
     const double force = simulation.contact_wrench(1).force.z;
     EXPECT_NEAR(simulation.contact_wrench(0).force.z, -force, 1e-3 * force);
     all.push_back(errors_of(simulation, 2, force, expected));
-    std::printf("%2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n", cells, force,
-                100.0 * all.back().force, 100.0 * all.back().radius, 100.0 * all.back().pressure);
+    std::printf("%2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n", cells,
+                force, 100.0 * all.back().force, 100.0 * all.back().radius, 100.0 * all.back().pressure);
   }
   EXPECT_LT(all.back().force, 0.03);
   EXPECT_LT(all.back().radius, 0.03);

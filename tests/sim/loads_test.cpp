@@ -16,8 +16,8 @@ namespace palpate {
 namespace {
 
 /// A block of 0.1 m alone.
-Model block(const Material& material = {.young_modulus = 1e5, .poisson_ratio = 0.3, .mass_damping = 5.0,
-                                        .stiffness_damping = 5e-3}) {
+Model block(const Material& material = {
+                .young_modulus = 1e5, .poisson_ratio = 0.3, .mass_damping = 5.0, .stiffness_damping = 5e-3}) {
   Model model;
   model.bodies.add("block", test::box_mesh({4, 4, 4}, {0, 0, 0}, {0.1, 0.1, 0.1}));
   model.materials = {material};
@@ -58,7 +58,8 @@ std::string error_of(Action&& action) {
   return "";
 }
 
-/// Pascal: a pressure all around squeezes tissue by p / K, has no sum and no torque, and is the stress inside.
+/// Pascal: a pressure all around squeezes tissue by p / K, has no sum and no torque, and is the stress
+/// inside.
 TEST(PressureLoad, AllAroundIsThePressureInside) {
   Model model = block();
   model.surface_loads.push_back({.triangles = all_faces(model.bodies), .pressure = 200.0});
@@ -95,7 +96,8 @@ TEST(PressureLoad, FollowsTheSurface) {
 
 /// A column under traction at its end follows Hooke; half way up the ramp by half.
 TEST(TractionLoad, StretchesAColumnByHookeAndByItsRamp) {
-  Model model = block({.young_modulus = 1e5, .poisson_ratio = 0.0, .mass_damping = 20.0, .stiffness_damping = 5e-3});
+  Model model =
+      block({.young_modulus = 1e5, .poisson_ratio = 0.0, .mass_damping = 20.0, .stiffness_damping = 5e-3});
   for (const Vec3& p : model.bodies.points_rest()) model.fixed_points.push_back(p.z == 0.0 ? 1 : 0);
   const std::vector<Index> top = faces(model.bodies, [](const Vec3& p) { return p.z > 0.0999; });
   model.surface_loads.push_back({.triangles = top,
@@ -242,7 +244,8 @@ TEST(Drive, RefusesWhatIsOutOfRangeAndChangesNothing) {
   const auto vec = [](const Vec3& v) { return std::vector<Vec3>{v}; };
   EXPECT_EQ(error_of([&] { simulation.set_forces(one(999), vec({})); }),
             "simulation: point: found 999, expected less than 133");
-  EXPECT_EQ(error_of([&] { simulation.set_forces(one(1), {}); }), "simulation: forces: found 0 values, expected 1");
+  EXPECT_EQ(error_of([&] { simulation.set_forces(one(1), {}); }),
+            "simulation: forces: found 0 values, expected 1");
   EXPECT_EQ(error_of([&] { simulation.set_forces(one(1), vec(nowhere)); }),
             "simulation: force: found a number that is not finite, expected three finite numbers");
   EXPECT_EQ(error_of([&] { simulation.set_pressure(one(rigid_face), 1.0); }),
@@ -255,9 +258,10 @@ TEST(Drive, RefusesWhatIsOutOfRangeAndChangesNothing) {
                 ", which is on rails, expected points that no motion moves");
   EXPECT_EQ(error_of([&] { simulation.set_positions(one(0), vec(nowhere)); }),
             "simulation: positions: found a number that is not finite, expected three finite numbers");
-  EXPECT_EQ(error_of([&] { simulation.set_velocities(one(0), vec({})); }),
-            "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
-            "fixed nor on rails");
+  EXPECT_EQ(
+      error_of([&] { simulation.set_velocities(one(0), vec({})); }),
+      "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
+      "fixed nor on rails");
   EXPECT_EQ(simulation.state_hash(), before);
   const auto refused = [&](SurfaceLoad load) {
     Model bad = block();
