@@ -140,7 +140,7 @@ class Simulation(_core.Simulation):
         """The number of a body, from its name or number. Raises Error where there is none."""
         bodies = self.bodies
         if isinstance(body, str):
-            names = [b.name for b in bodies]
+            names = [bodies[number].name for number in range(len(bodies))]
             if body not in names:
                 raise Error("Simulation", "body", repr(body), f"one of {names}")
             return names.index(body)
@@ -229,7 +229,7 @@ class Simulation(_core.Simulation):
         return np.array(self._center_of_mass(self.body_number(body)))
 
     def _about(self, body: int, about: ArrayLike | None) -> tuple[float, float, float]:
-        return self._center_of_mass(body) if about is None else _arrays.vector(about, "about")
+        return _arrays.vector(self._center_of_mass(body) if about is None else about, "about")
 
     def _points(self, points: ArrayLike) -> _arrays.Indices:
         return _arrays.selection(points, "points", len(self.bodies.points_rest))

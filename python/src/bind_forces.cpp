@@ -92,8 +92,9 @@ void bind_wrench(nb::module_& m) {
           nb::arg("about"), doc::moved_to)
       .def("__repr__", [](const Wrench& w) {
         const auto numbers = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
-        return nb::str("<palpate.Wrench: force {}, torque {} about {}>")
-            .attr("format")(numbers(w.force), numbers(w.torque), numbers(w.about));
+        return nb::cast<std::string>(
+            nb::str("<palpate.Wrench: force {}, torque {} about {}>")
+                .attr("format")(numbers(w.force), numbers(w.torque), numbers(w.about)));
       });
   nb::class_<PairWrench>(m, "PairWrench", doc::PairWrench)
       .def_ro("body_a", &PairWrench::body_a, doc::PairWrench_body_a)
