@@ -57,6 +57,7 @@ std::vector<BodyForces> ForceProbe::forces(const Simulation& simulation) const {
 }
 
 std::vector<PairWrench> ForceProbe::pair_forces(const Simulation& simulation) const {
+  if (pairs_.empty()) return {};
   const std::vector<PairWrench> there = simulation.pair_wrenches();
   std::vector<PairWrench> wanted;
   for (const auto& [first, second] : pairs_) {
