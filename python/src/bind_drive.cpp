@@ -123,21 +123,9 @@ void bind_forces_of(Bound& simulation) {
              return Three{c.x, c.y, c.z};
            })
       .def(
-          "tissue",
-          [](Simulation& s) {
-            const palpate::Simulation& idle = s.idle();
-            const nb::gil_scoped_release release;
-            return idle.tissue();
-          },
-          doc::Simulation_tissue)
+          "tissue", [](Simulation& s) { return s.tissue(false); }, doc::Simulation_tissue)
       .def(
-          "tissue_at_points",
-          [](Simulation& s) {
-            const palpate::Simulation& idle = s.idle();
-            const nb::gil_scoped_release release;
-            return idle.tissue_at_points();
-          },
-          doc::Simulation_tissue_at_points);
+          "tissue_at_points", [](Simulation& s) { return s.tissue(true); }, doc::Simulation_tissue_at_points);
 }
 
 }  // namespace

@@ -71,6 +71,12 @@ ContactForces Simulation::acting_contacts() {
   return forces;
 }
 
+TissueState Simulation::tissue(bool at_points) {
+  const Busy::Use use(busy_, "Simulation.tissue");
+  const nanobind::gil_scoped_release release;
+  return at_points ? simulation_->tissue_at_points() : simulation_->tissue();
+}
+
 Index Simulation::motion_of(Index body) const {
   const auto count = static_cast<Index>(motion_of_body_.size());
   if (body < 0 || body >= count)

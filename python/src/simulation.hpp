@@ -39,6 +39,8 @@ class Simulation {
 
   /// The contacts of the last step with their forces, weights in the order of the mesh that was given.
   ContactForces acting_contacts();
+  /// Strain and stress of the tets, or of the points. Lets other Python threads run.
+  TissueState tissue(bool at_points);
   /// From the next step on: a body with a motion goes by another one, or to a pose at the end of that step.
   void set_motion(Index body, Motion motion);
   void move_to(Index body, const Keyframe& pose);
