@@ -72,18 +72,14 @@ measure::PaperEffort effort_of(const PaperOptions& options) {
   return effort;
 }
 
-/// Of a unit of length as scenes name it; scenes of the paper are in m or mm.
-double meters(const Units& units) {
-  return units.length == "mm" ? 1e-3 : units.length == "cm" ? 1e-2 : 1.0;
-}
-
 std::vector<measure::PaperScene> read_scenes(const fs::path& folder) {
   std::vector<measure::PaperScene> scenes;
   for (const char* name : {"stacking", "eye", "skull"}) {
     SceneInput input = read_scene_input({.file = folder / (std::string(name) + ".json"), .changes = {}});
     const Scene& scene = input.scene;
     if (scene.relax) relax(input.model, scene.settings, *scene.relax);
-    scenes.push_back({name, std::move(input.model), scene.settings, meters(scene.units)});
+    scenes.push_back(
+        {name, std::move(input.model), scene.settings, to_si(1.0, scene.units, dimension::length)});
   }
   return scenes;
 }

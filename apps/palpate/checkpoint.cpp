@@ -35,12 +35,17 @@ void describe(Archive& archive, CuckooRun& run) {
 }
 
 template <class Archive>
+void describe(Archive& archive, LargestForce& largest) {
+  archive(largest.force, largest.step);
+}
+
+template <class Archive>
 void describe(Archive& archive, RunOutcome& o) {
   archive(o.steps, o.contacts, o.border_edges, o.crossings, o.candidates, o.movers, o.depth_fallbacks,
           o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions, o.regions_without_border,
           o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets, o.late_steps,
           o.least_completeness, o.steps_without_foresight, o.solver_iterations, o.steps_not_converged,
-          o.steps_too_far);
+          o.steps_too_far, o.largest_forces);
 }
 
 template <class Archive>
@@ -50,7 +55,7 @@ void describe(Archive& archive, FramesSoFar& frames) {
 
 template <class Archive>
 void describe(Archive& archive, Checkpoint& c) {
-  archive(c.plan, c.outcome, c.metrics_bytes, c.frames, c.simulation);
+  archive(c.plan, c.outcome, c.metrics_bytes, c.forces_bytes, c.frames, c.simulation);
 }
 
 namespace {
@@ -113,14 +118,16 @@ void CheckpointWriter::remove_but(const std::vector<fs::path>& kept) const {
 }
 
 void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
-                           MetricsFile& metrics, bool always) {
+                           MetricsFile& metrics, ForcesFile& forces, bool always) {
   const std::int64_t step = outcome.steps;
   const bool due = regular() && step % plan_.checkpoint_every == 0 && step > 0;
   if (step == last_step_ || (!due && !always)) return;
   metrics.sync();
+  forces.sync();
   Checkpoint checkpoint{.plan = plan_,
                         .outcome = outcome,
                         .metrics_bytes = metrics.bytes(),
+                        .forces_bytes = forces.bytes(),
                         .frames = frames.so_far(),
                         .simulation = simulation.save()};
   ArchiveWriter writer;

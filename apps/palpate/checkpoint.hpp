@@ -9,6 +9,7 @@
 
 #include <palpate/simulation.hpp>
 
+#include "forces_file.hpp"
 #include "frame_writer.hpp"
 #include "metrics_file.hpp"
 #include "run_loop.hpp"
@@ -17,7 +18,7 @@
 
 namespace palpate::app {
 
-inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 2};
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 3};
 
 /// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
 struct RunPlan {
@@ -37,6 +38,7 @@ struct Checkpoint {
   RunPlan plan;
   RunOutcome outcome;  ///< without times
   std::uint64_t metrics_bytes = 0;
+  std::uint64_t forces_bytes = 0;
   FramesSoFar frames;
   std::vector<std::byte> simulation;  ///< Simulation::save()
 };
@@ -53,7 +55,7 @@ class CheckpointWriter {
   /// far reach the disk before it. Then removes all but this one and the one before it. Throws Error naming
   /// the file that cannot be written: those that are there stay.
   void add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
-           MetricsFile& metrics, bool always = false);
+           MetricsFile& metrics, ForcesFile& forces, bool always = false);
 
   [[nodiscard]] bool regular() const { return plan_.checkpoint_every > 0; }
   /// The step of the last one; none: there is none yet.

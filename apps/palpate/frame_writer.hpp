@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <palpate/simulation.hpp>
 
 #include "io/series_writer.hpp"
+#include "scene/scene.hpp"
 
 namespace palpate::app {
 
@@ -19,9 +21,11 @@ struct FramesSoFar {
 /// Writes the states of a run as a series of .vtu frames: every so many steps, and those it is told to.
 class FrameWriter {
  public:
+  /// \param output  how often, and with which fields
   /// \param so_far  of the run that goes on; others that are there are removed
   /// Throws Error where the folder cannot be written; so does add().
-  FrameWriter(const std::filesystem::path& folder, int every, const FramesSoFar& so_far = {});
+  FrameWriter(const std::filesystem::path& folder, const OutputSettings& output, const Units& units,
+              const FramesSoFar& so_far = {});
 
   /// Writes the state if its step is due, or if `always`; never the same step twice.
   void add(const Simulation& simulation, bool always = false);
@@ -35,6 +39,8 @@ class FrameWriter {
  private:
   io::SeriesWriter series_;
   int every_;
+  std::vector<std::string> fields_;
+  Units units_;
   std::int64_t last_step_;
   std::vector<std::uint8_t> in_contact_;
   std::vector<double> depths_;

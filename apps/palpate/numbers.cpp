@@ -48,18 +48,4 @@ std::string utf8_text(const std::string& text) {
   return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
-std::string energy_unit(const Units& units) {
-  if (units == Units{}) return "J";
-  return fmt::format("{} {}^2/{}^2", units.mass, units.length, units.time);
-}
-
-std::string force_unit(const Units& units) {
-  if (units == Units{}) return "N";
-  return fmt::format("{} {}/{}^2", units.mass, units.length, units.time);
-}
-
-std::string speed_unit(const Units& units) {
-  return units.length + "/" + units.time;
-}
-
 }  // namespace palpate::app

@@ -30,9 +30,4 @@ nlohmann::ordered_json to_json(const Vec3& v);
 /// Text that JSON can hold: bytes that are not UTF-8 are replaced (file names may have any).
 std::string utf8_text(const std::string& text);
 
-/// Names of derived units; "J" and "N" where the scene is in SI.
-std::string energy_unit(const Units& units);
-std::string force_unit(const Units& units);
-std::string speed_unit(const Units& units);
-
 }  // namespace palpate::app

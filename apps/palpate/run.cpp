@@ -44,7 +44,7 @@ constexpr const char* examples = R"(Examples:
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
   palpate run --resume results/scene                go on where that run ended
 
-Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv (a row for each step), run.json and picture.png; what
+Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png; what
 an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
@@ -186,13 +186,20 @@ MetricsFile open_metrics(const Begin& begin) {
   return {path, begin.input.scene.units};
 }
 
+ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
+  const fs::path path = begin.folder / "forces.csv";
+  if (begin.checkpoint) return {path, probe, begin.checkpoint->checkpoint.forces_bytes};
+  return {path, probe, begin.input.scene.units};
+}
+
 /// Where the results of a run are written. Rows come first: a run that cannot go on with them changes
 /// nothing.
 struct Outputs {
-  explicit Outputs(const Begin& begin)
+  Outputs(const Begin& begin, const ForceProbe& probe)
       : lock(begin.folder),
         metrics(open_metrics(begin)),
-        frames(begin.folder, begin.input.scene.output.every,
+        forces(open_forces(begin, probe)),
+        frames(begin.folder, begin.input.scene.output, begin.input.scene.units,
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
         checkpoints(begin.folder, begin.plan,
                     begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
@@ -200,18 +207,20 @@ struct Outputs {
   }
   FolderLock lock;
   MetricsFile metrics;
+  ForcesFile forces;
   FrameWriter frames;
   CheckpointWriter checkpoints;
 };
 
-RunOutcome step_through(const Begin& begin, Simulation& simulation, Outputs& outputs, bool quiet) {
+RunOutcome step_through(const Begin& begin, Simulation& simulation, const ForceProbe& probe, Outputs& outputs,
+                        bool quiet) {
   // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
   // there.
   const InterruptFlag interrupt;
   Progress progress(simulation.metrics().step, begin.plan.most_steps, quiet);
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt,
-                    {outputs.frames, outputs.metrics, outputs.checkpoints, progress},
+                    {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress},
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
@@ -228,7 +237,9 @@ int run(const RunOptions& options) {
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
   const std::optional<RelaxReport> relaxed =
       relax_model(scene, begin.input.model, options.threads, options.quiet);
+  const ForceProbe probe(scene, begin.input.model);
   Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
+  simulation.record_reactions(true);
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
   take_up(begin, simulation);
   const std::optional<std::int64_t> first =
@@ -237,14 +248,14 @@ int run(const RunOptions& options) {
     say_note(fmt::format("{}: going on from step {}", begin.folder.string(), *first));
 
   const fs::path& folder = begin.folder;
-  Outputs outputs(begin);
+  Outputs outputs(begin, probe);
   if (const auto& missing = outputs.frames.missing(); !missing.empty()) {
     say_note(
         fmt::format("{}: {} frame{} from before not there any more (the first is number {}), left out of it",
                     outputs.frames.collection().string(), missing.size(),
                     missing.size() == 1 ? " is" : "s are", missing.front()));
   }
-  RunOutcome outcome = step_through(begin, simulation, outputs, options.quiet);
+  RunOutcome outcome = step_through(begin, simulation, probe, outputs, options.quiet);
   const double wall_seconds = watch.lap();
   const auto report_with = [&](const std::vector<fs::path>& pictures) {
     return RunReport{.scene_file = begin.plan.scene_file,
@@ -252,6 +263,7 @@ int run(const RunOptions& options) {
                      .simulation = simulation,
                      .files = begin.input.files,
                      .obstacles = obstacles,
+                     .probe = probe,
                      .relaxed = relaxed,
                      .outcome = outcome,
                      .resumed_from = first,

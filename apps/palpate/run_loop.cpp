@@ -6,6 +6,7 @@
 #include <palpate/error.hpp>
 
 #include "checkpoint.hpp"
+#include "geometry/vector.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -43,8 +44,20 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
 }
 
+/// A row of forces, and the largest so far.
+void note_forces(const Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs) {
+  const std::vector<BodyForces> forces = outputs.probe.forces(simulation);
+  outputs.forces.add(simulation, forces);
+  outcome.largest_forces.resize(forces.size());
+  for (std::size_t b = 0; b < forces.size(); ++b) {
+    const double force = length(forces[b].contact.force);
+    if (force > outcome.largest_forces[b].force)
+      outcome.largest_forces[b] = {force, simulation.metrics().step};
+  }
+}
+
 /// One step; false where the simulation failed.
-bool step(Simulation& simulation, RunOutcome& outcome, MetricsFile& metrics) {
+bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs) {
   Stopwatch watch;
   try {
     simulation.step();
@@ -55,7 +68,8 @@ bool step(Simulation& simulation, RunOutcome& outcome, MetricsFile& metrics) {
   const double seconds = watch.lap();
   outcome.times.add(simulation.metrics(), seconds);
   count(outcome, simulation.metrics(), simulation.settings().time_step);
-  metrics.add(simulation.metrics(), seconds);
+  outputs.metrics.add(simulation.metrics(), seconds);
+  note_forces(simulation, outcome, outputs);
   return true;
 }
 
@@ -79,25 +93,27 @@ void CuckooRun::add(const CuckooCounts& counts) {
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
                     const InterruptFlag& interrupt, const RunOutputs& outputs,
                     const std::optional<RunOutcome>& before) {
-  const auto& [frames, metrics, checkpoints, progress] = outputs;
+  const auto& [frames, metrics, forces, probe, checkpoints, progress] = outputs;
   RunOutcome outcome = before.value_or(RunOutcome{});
   outcome.shortest_edge = shortest_edge(simulation.bodies());
   if (!before) {
     count(outcome, simulation.metrics(), simulation.settings().time_step);
     metrics.add(simulation.metrics(), 0.0);
+    note_forces(simulation, outcome, outputs);
     frames.add(simulation, true);
   }
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
-    if (interrupt.requested() || !step(simulation, outcome, metrics)) break;
+    if (interrupt.requested() || !step(simulation, outcome, outputs)) break;
     frames.add(simulation);
-    checkpoints.add(simulation, outcome, frames, metrics);
+    checkpoints.add(simulation, outcome, frames, metrics, forces);
     progress.update(simulation.metrics());
   }
   outcome.interrupted = interrupt.requested();
   // Before the last frame, which a run that goes on does not have. At the end it lets the run be made longer.
   const bool ends_well = outcome.failure.empty() && checkpoints.regular();
-  checkpoints.add(simulation, outcome, frames, metrics, outcome.interrupted || ends_well);
+  checkpoints.add(simulation, outcome, frames, metrics, forces, outcome.interrupted || ends_well);
   metrics.flush();
+  forces.flush();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();
   frames.add(simulation, true);  // after a failure: the last good state
   if (outcome.failure.empty()) progress.finish(simulation.metrics());

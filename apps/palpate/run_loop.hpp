@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <palpate/simulation.hpp>
 
+#include "body_forces.hpp"
+#include "forces_file.hpp"
 #include "frame_writer.hpp"
 #include "interrupt.hpp"
 #include "metrics_file.hpp"
@@ -64,7 +67,8 @@ struct RunOutcome {
   /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
   /// between two detections, unseen.
   std::int64_t steps_too_far = 0;
-  double shortest_edge = 0.0;  ///< smallest mean edge length of a body at rest
+  double shortest_edge = 0.0;                  ///< smallest mean edge length of a body at rest
+  std::vector<LargestForce> largest_forces{};  ///< (n_bodies) of contacts
 };
 
 class CheckpointWriter;
@@ -73,6 +77,8 @@ class CheckpointWriter;
 struct RunOutputs {
   FrameWriter& frames;
   MetricsFile& metrics;
+  ForcesFile& forces;
+  const ForceProbe& probe;
   CheckpointWriter& checkpoints;
   Progress& progress;
 };

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "geometry/vector.hpp"
 #include "io/picture.hpp"
 #include "io/picture_cut.hpp"
 #include "numbers.hpp"
+#include "scene/field_values.hpp"
 #include "status_line.hpp"
 
 namespace palpate::app {
@@ -47,24 +49,58 @@ std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Oth
   return list;
 }
 
-/// How far points are from rest, NaN where the view does not show it.
-std::vector<double> displacements(const RunImages& run, const View& view, std::span<const Vec3> positions) {
-  std::vector<double> values(positions.size(), std::numeric_limits<double>::quiet_NaN());
-  if (!view.displacement) return values;
-  const Bodies& bodies = run.simulation.bodies();
-  const auto coloured =
-      flags(run.scene, view.displacement->bodies, [](const SceneBody& body) { return !is_rigid(body); });
+/// Values at points and the scale that shows them, in the unit that people read them in.
+struct Coloured {
+  std::vector<double> values;  ///< (n_points), NaN where the view does not show it
+  std::optional<io::ColourScale> scale{};
+};
+
+/// Blanks the points of bodies that are not coloured.
+void keep_coloured(const RunImages& run, const BodyNames& bodies, std::vector<double>& values) {
+  const auto coloured = flags(run.scene, bodies, [](const SceneBody& body) { return !is_rigid(body); });
   for (std::size_t p = 0; p < values.size(); ++p) {
-    if (at(coloured, bodies.body_of_point()[p]) != 0)
-      values[p] = length(positions[p] - bodies.points_rest()[p]);
+    if (at(coloured, run.simulation.bodies().body_of_point()[p]) == 0)
+      values[p] = std::numeric_limits<double>::quiet_NaN();
   }
-  return values;
+}
+
+/// How far points are from rest.
+Coloured displacements(const RunImages& run, const DisplacementMap& map, std::span<const Vec3> positions) {
+  Coloured shown{.values = std::vector<double>(positions.size())};
+  for (std::size_t p = 0; p < positions.size(); ++p)
+    shown.values[p] = length(positions[p] - run.simulation.bodies().points_rest()[p]);
+  keep_coloured(run, map.bodies, shown.values);
+  shown.scale = io::ColourScale{map.most, "displacement, " + run.scene.units.length};
+  return shown;
+}
+
+/// A field at the end of the run.
+Coloured field(const RunImages& run, const FieldMap& map) {
+  Coloured shown{.values = point_scalars(run.simulation, map.name)};
+  keep_coloured(run, map.bodies, shown.values);
+  double most = map.most.value_or(map.least);
+  for (const double value : shown.values) {
+    if (!map.most && value > most) most = value;
+  }
+  if (!(most > map.least)) most = map.least + 1.0;  // nothing to see: any scale does
+  const UnitForPeople unit = unit_for_people(most, run.scene.units, find_field(map.name)->dimension);
+  for (double& value : shown.values) value *= unit.factor;
+  std::string label(find_field(map.name)->title);
+  if (!unit.name.empty()) label += ", " + unit.name;
+  shown.scale = io::ColourScale{unit.factor * most, label, unit.factor * map.least};
+  return shown;
+}
+
+Coloured coloured(const RunImages& run, const View& view, bool at_start, std::span<const Vec3> positions) {
+  if (view.displacement) return displacements(run, *view.displacement, positions);
+  if (view.field && !at_start) return field(run, *view.field);
+  return {.values = std::vector<double>(positions.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
 io::Image take_view(const RunImages& run, const View& view, bool at_start, int width) {
   const auto all = [](const SceneBody&) { return true; };
   const std::span<const Vec3> positions = at_start ? run.start : run.simulation.positions();
-  const std::vector<double> values = displacements(run, view, positions);
+  const Coloured shown = coloured(run, view, at_start, positions);
   io::CutSettings cut{.shown = flags(run.scene, view.bodies, all), .cut = {}, .point = {}, .normal = {}};
   cut.cut.resize(cut.shown.size(), 0);
   if (view.cut) {
@@ -72,7 +108,7 @@ io::Image take_view(const RunImages& run, const View& view, bool at_start, int w
     cut.point = view.cut->point;
     cut.normal = view.cut->normal;
   }
-  const io::CutSurface surface = io::cut_open(run.simulation.bodies(), positions, values, cut);
+  const io::CutSurface surface = io::cut_open(run.simulation.bodies(), positions, shown.values, cut);
   std::vector<Index> dots;
   if (view.contacts && !at_start) dots = run.simulation.detector().contacts().point;
   io::PictureSettings settings{.width = width,
@@ -82,8 +118,7 @@ io::Image take_view(const RunImages& run, const View& view, bool at_start, int w
                                .caption = {}};
   const double time = at_start ? 0.0 : run.simulation.metrics().time;
   settings.caption = fmt::format("{}, t = {} {}", run.scene.name, short_text(time), run.scene.units.time);
-  if (view.displacement)
-    settings.scale = io::ColourScale{view.displacement->most, "displacement, " + run.scene.units.length};
+  settings.scale = shown.scale;
   return io::take_picture({.positions = surface.points,
                            .triangles = surface.triangles,
                            .body_of_point = surface.body_of_point,

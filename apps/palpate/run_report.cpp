@@ -52,8 +52,40 @@ Json stiffness_json(const RunReport& report) {
   return high > 0.0 ? Json{{"min", low}, {"max", high}} : Json();
 }
 
+Json wrench_json(const Wrench& wrench) {
+  return {
+      {"force", to_json(wrench.force)}, {"torque", to_json(wrench.torque)}, {"about", to_json(wrench.about)}};
+}
+
+/// What acted on a body in the last step, and how much at most in any.
+Json forces_json(const BodyForces& forces, const LargestForce& largest) {
+  return {{"contact", wrench_json(forces.contact)},
+          {"held", forces.held ? wrench_json(*forces.held) : Json()},
+          {"largest_contact", {{"force", largest.force}, {"step", largest.step}}}};
+}
+
+Json stress_json(const LargestStress& largest) {
+  if (largest.tet < 0) return {};
+  return {{"largest_von_mises", largest.von_mises}, {"tet", largest.tet}, {"place", to_json(largest.place)}};
+}
+
+/// What numbers of each kind are in.
+Json units_json(const Units& units) {
+  Json json = Json::object();
+  for (const auto& [name, kind] :
+       {std::pair("length", dimension::length), std::pair("mass", dimension::mass),
+        std::pair("time", dimension::time), std::pair("speed", dimension::speed),
+        std::pair("force", dimension::force), std::pair("torque", dimension::torque),
+        std::pair("stress", dimension::pressure), std::pair("energy", dimension::energy),
+        std::pair("stiffness", dimension::stiffness)})
+    json[name] = unit_name(units, kind);
+  return json;
+}
+
 Json bodies_json(const RunReport& report) {
   const Simulation& sim = report.simulation;
+  const std::vector<BodyForces> forces = report.probe.forces(sim);
+  const std::vector<LargestStress> stresses = largest_stresses(sim);
   Json list = Json::array();
   for (Index b = 0; b < sim.bodies().body_count(); ++b) {
     const Body& body = at(sim.bodies().bodies(), b);
@@ -62,6 +94,8 @@ Json bodies_json(const RunReport& report) {
               {"obstacle", at(report.obstacles, b) != 0},
               {"mass", at(sim.masses(), b)},
               {"contact_force", to_json(at(sim.contact_forces(), b))},
+              {"forces", forces_json(at(forces, b), at(report.outcome.largest_forces, b))},
+              {"stress", stress_json(at(stresses, b))},
               {"displacement", displacement_json(displacement_of(sim, b))},
               {"inverted_tets", inverted_tets(sim, b)}};
     json.update(statistics_json(mesh_statistics(sim.bodies(), sim.bodies().points_rest(), b)));
@@ -79,6 +113,7 @@ Json results_json(const RunReport& report) {
           {"series", "frames.pvd"},
           {"frames", report.frames},
           {"metrics", "metrics.csv"},
+          {"forces", "forces.csv"},
           {"picture", report.pictures.empty() ? Json() : Json(report.pictures.front().filename().string())},
           {"views", views}};
 }
@@ -185,6 +220,23 @@ Json cell_size_json(const CellSizeChoice& choice) {
 
 }  // namespace
 
+std::vector<LargestStress> largest_stresses(const Simulation& simulation) {
+  const Bodies& bodies = simulation.bodies();
+  const TissueState tissue = simulation.tissue();
+  std::vector<LargestStress> largest(bodies.bodies().size());
+  for (std::size_t t = 0; t < tissue.size(); ++t) {
+    const Tet& corners = bodies.tets()[t];
+    const Index body = bodies.body_of(corners);
+    LargestStress& most = at(largest, body);
+    if (!(tissue.von_mises[t] > most.von_mises)) continue;
+    most.von_mises = tissue.von_mises[t];
+    most.tet = static_cast<Index>(t) - at(bodies.bodies(), body).tets.begin;
+    most.place = {};
+    for (const Index p : corners) most.place += 0.25 * at(simulation.positions(), p);
+  }
+  return largest;
+}
+
 std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector) {
   std::vector<std::string> names;
   const auto late = detector.late_bodies();
@@ -199,6 +251,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
   add_build_and_machine(json, report);
   json["scene_file"] = utf8_text(report.scene_file.string());
   add_outcome(json, report);
+  json["units"] = units_json(report.scene.units);
   json["resolved"] = {{"cell_size", report.simulation.metrics().detection.cell_size},
                       {"cell_size_choice", cell_size_json(report.simulation.detector().cell_size_choice())},
                       {"cell_doublings", report.simulation.metrics().detection.cell_doublings},

@@ -23,7 +23,8 @@ struct RunReport {
   const Simulation& simulation;
   const std::vector<std::optional<MeshRecord>>& files;  ///< (n_bodies)
   const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
-  const std::optional<RelaxReport>& relaxed;            ///< none: the scene did not ask for it
+  const ForceProbe& probe;
+  const std::optional<RelaxReport>& relaxed;  ///< none: the scene did not ask for it
   const RunOutcome& outcome;
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::filesystem::path folder;
@@ -39,6 +40,15 @@ std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& d
 
 /// The content of run.json.
 nlohmann::ordered_json report_json(const RunReport& report);
+
+/// The largest stress of a body at the end of a run.
+struct LargestStress {
+  double von_mises = 0.0;
+  Index tet = -1;  ///< of the body's own tets
+  Vec3 place{};    ///< its centre
+};
+/// (n_bodies); rigid bodies have none. O(tets).
+std::vector<LargestStress> largest_stresses(const Simulation& simulation);
 
 /// What nobody is to overlook of a run in which steps did not converge; empty where all did.
 std::string not_converged_text(const RunOutcome& outcome);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <stdexcept>
@@ -64,11 +65,45 @@ std::string notes_lines(const RunReport& report) {
   return text;
 }
 
+/// Forces on what holds others, at the end and at most: for people, in N.
+std::string forces_lines(const RunReport& report) {
+  constexpr std::size_t most_lines = 8;
+  const Units& units = report.scene.units;
+  const std::vector<BodyForces> forces = report.probe.forces(report.simulation);
+  std::string text;
+  std::size_t lines = 0;
+  for (std::size_t b = 0; b < forces.size(); ++b) {
+    const LargestForce& largest = report.outcome.largest_forces[b];
+    if (!report.probe.is_held(b) || largest.force == 0.0 || ++lines > most_lines) continue;
+    text += fmt::format("{:<14}{}: contacts {} at the end, {} at most (step {})", "force",
+                        report.probe.names()[b],
+                        in_words(length(forces[b].contact.force), units, dimension::force),
+                        in_words(largest.force, units, dimension::force), largest.step);
+    if (report.scene.bodies[b].motion) {
+      text += fmt::format("; its motor {}",
+                          in_words(length(forces[b].held.value_or(Wrench{}).force), units, dimension::force));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+/// The largest stress of all bodies.
+std::string stress_line(const RunReport& report) {
+  const std::vector<LargestStress> stresses = largest_stresses(report.simulation);
+  const auto most = std::ranges::max_element(stresses, {}, &LargestStress::von_mises);
+  if (most == stresses.end() || most->tet < 0) return {};
+  return fmt::format("{:<14}von Mises {} at most, in tet {} of {}\n", "stress",
+                     in_words(most->von_mises, report.scene.units, dimension::pressure), most->tet,
+                     report.probe.names()[static_cast<std::size_t>(most - stresses.begin())]);
+}
+
 std::string places_text(const RunReport& report) {
   const std::string folder = report.folder.string();
   std::string text =
       fmt::format("results       {}/frames.pvd ({})\n", folder, counted(report.frames, "frame"));
   text += fmt::format("metrics       {}/metrics.csv\n", folder);
+  text += fmt::format("forces        {}/forces.csv\n", folder);
   text += fmt::format("report        {}/run.json\n", folder);
   return text;
 }
@@ -104,10 +139,11 @@ std::string report_text(const RunReport& report) {
   }
   text += tally_line("contacts", outcome.contacts);
   text += tally_line("crossings", outcome.crossings);
-  text += fmt::format("deepest       {} {}\n", short_text(metrics.deepest), units.length);
-  text += fmt::format("fastest       {} {} (point), {} {} (body, root mean square)\n",
-                      short_text(metrics.largest_speed), speed_unit(units), short_text(metrics.fastest_body),
-                      speed_unit(units));
+  text += fmt::format("deepest       {}\n", in_words(metrics.deepest, units, dimension::length));
+  text += fmt::format("fastest       {} (point), {} (body, root mean square)\n",
+                      in_words(metrics.largest_speed, units, dimension::speed),
+                      in_words(metrics.fastest_body, units, dimension::speed));
+  text += forces_lines(report) + stress_line(report);
   if (outcome.inverted_tets.largest > 0) text += tally_line("inverted tets", outcome.inverted_tets);
   text += phases_text(outcome.times);
   text += fmt::format("converged     in {} of {}\n", outcome.steps - outcome.steps_not_converged,

@@ -54,6 +54,29 @@ struct Tie {
   std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
 };
 
+/// A factor over time: linear between the times, constant before the first and after the last; 1 without any.
+struct Ramp {
+  std::vector<double> times{};    ///< s, growing
+  std::vector<double> factors{};  ///< one for each
+};
+
+/// A force that points share equally.
+struct PointLoad {
+  std::vector<Index> points{};  ///< of all points; one that is named twice has two shares
+  Vec3 force{};                 ///< N
+  Ramp ramp{};
+};
+
+/// A load on a part of a surface.
+struct SurfaceLoad {
+  std::vector<Index> triangles{};  ///< of all surface triangles, each once
+  /// Pa, against the outward normal. It follows the surface: normals and areas are those at the start of each
+  /// step.
+  double pressure = 0.0;
+  Vec3 traction{};  ///< Pa, force per area at rest; keeps its direction
+  Ramp ramp{};      ///< of both
+};
+
 /// What a simulation is made of, apart from its settings. Arrays that are allowed to be empty then mean
 /// "none".
 struct Model {
@@ -68,6 +91,10 @@ struct Model {
   std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
   std::vector<Grab> grabs{};
   std::vector<Tie> ties{};
+  std::vector<PointLoad> point_loads{};      ///< besides `forces`
+  std::vector<SurfaceLoad> surface_loads{};  ///< on bodies that deform
+  /// (n_bodies) or empty: gravity of a body, m/s^2, in place of that of the settings.
+  std::vector<std::optional<Vec3>> gravity_of_body{};
 };
 
 }  // namespace palpate

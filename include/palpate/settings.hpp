@@ -130,7 +130,7 @@ struct SolverSettings {
   /// So many iterations in each solve, whatever the tolerance, for steps that take the same time; none: as
   /// many as it asks for. > 0.
   std::optional<int> fixed_iterations{};
-  /// Cap of the linear solves of a step, where friction or bodies that meet ask for more than one.
+  /// Cap of the solves of a step, where bodies that meet, or turn fast, ask for more than one.
   int max_solves = 40;
 };
 

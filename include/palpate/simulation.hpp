@@ -8,10 +8,12 @@
 #include <vector>
 
 #include <palpate/detection.hpp>
+#include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 #include <palpate/model.hpp>
 #include <palpate/settings.hpp>
+#include <palpate/tissue.hpp>
 
 namespace palpate {
 
@@ -70,6 +72,20 @@ class Simulation {
   /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
   /// Throws Error on a point out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
+  /// The same for many points: forces[i] on points[i]; of a point that is named twice the last counts. Throws
+  /// Error, and changes nothing, where one is out of range or not finite, or lengths differ. O(points).
+  void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
+  /// Loads surface triangles with a pressure (Pa, against the outward normal) from the next step on, in place
+  /// of the one that was set before; 0 takes it off. It follows the surface, and adds to the model's loads.
+  /// Throws Error, and changes nothing, on a triangle out of range, one of a rigid body, and a pressure that
+  /// is not finite. O(triangles).
+  void set_pressure(std::span<const Index> triangles, double pressure);
+  /// Puts points elsewhere, or gives them other velocities (m, m/s), values[i] to points[i]; the contacts are
+  /// those at the new positions at once. Throw Error, and change nothing, on a point out of range, one on
+  /// rails (and for velocities one that is fixed), a value that is not finite, and lengths that differ.
+  /// O(all points), and for positions a detection.
+  void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
+  void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
   /// Pulls a point by a spring from the next step on; returns the number of the grab. The spring is damped
   /// critically against the mass of the point. Throws Error on a point out of range, a stiffness that is not
   /// a number > 0 and a target that is not finite.
@@ -93,6 +109,41 @@ class Simulation {
   [[nodiscard]] bool at_rest() const;
   /// Force on each body by contacts during the last step, N: (n_bodies x 3). They add up to zero.
   [[nodiscard]] std::span<const Vec3> contact_forces() const;
+  /// The contacts that the last step was solved with, and their forces. A copy: O(contacts).
+  [[nodiscard]] ContactForces acting_contacts() const;
+  /// Force and torque on a body by contacts during the last step, about its centre of mass or another point.
+  /// Arms are those at positions(). Throws Error on a body out of range. O(contacts).
+  [[nodiscard]] Wrench contact_wrench(Index body) const;
+  [[nodiscard]] Wrench contact_wrench(Index body, const Vec3& about) const;
+  /// The same for each two bodies that touched, sorted by (body_a, body_b): they add up to zero.
+  /// O(contacts log).
+  [[nodiscard]] std::vector<PairWrench> pair_wrenches() const;
+  /// The same as loads on the surface triangles at positions(). O(contacts + triangles).
+  [[nodiscard]] SurfaceTractions tractions() const;
+  /// Force of each tie of the model on its point during the last step, N: (n_ties x 3).
+  [[nodiscard]] std::span<const Vec3> tie_forces() const;
+  /// Whether steps note what holds the points that are not free: reactions(). Off at first: it takes a pass
+  /// over the tets at such points. O(tets).
+  void record_reactions(bool on);
+  /// What held each point that is fixed or on rails during the last step, N: (n_points x 3), zero at free
+  /// points. With it Newton's law holds for each of these points: it carries the weight of the point and
+  /// what accelerates it, and what tissue, contacts, ties, grabs and loads pull. Throws Error where the last
+  /// step did not note it.
+  [[nodiscard]] std::span<const Vec3> reactions() const;
+  /// Sum of reactions() over the points of a body, or over those on a motion (what its motor had to give, for
+  /// the body and the tissue attached to it), with torques at positions(). Throw Error as reactions() does,
+  /// and on an index out of range. O(points).
+  [[nodiscard]] Wrench reaction_of_body(Index body, const Vec3& about) const;
+  [[nodiscard]] Wrench reaction_of_motion(Index motion, const Vec3& about) const;
+  /// Centre of mass of a body at positions(). Throws Error on a body out of range. O(points of the body).
+  [[nodiscard]] Vec3 center_of_mass(Index body) const;
+  /// Strain and stress of each tet at positions(): (n_tets). O(tets), parallel.
+  [[nodiscard]] TissueState tissue() const;
+  /// The same for each point: (n_points), means over the tets around it by their volumes at rest. Stress does
+  /// not go over borders of materials: where tets of several meet at a point, those of the material with the
+  /// most volume there count (of equal ones the first). What follows from the stress follows from its mean.
+  /// O(tets), parallel.
+  [[nodiscard]] TissueState tissue_at_points() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
   /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its

@@ -85,6 +85,8 @@ class Model(_core.Model):
         material: _core.Material | None = None,
         fixed: ArrayLike = (),
         velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        gravity: ArrayLike | None = None,
         obstacle: bool = False,
         motion: _core.Motion | None = None,
         self_collision: bool = False,
@@ -94,7 +96,8 @@ class Model(_core.Model):
         points: (n, 3) positions at the start, at rest, m. tets: (m, 4) indices of its own points, from 0.
         material: needed unless the body is rigid.
         fixed: points that do not move, as indices or as a mask (n).
-        velocity: of its free points at the start, m/s.
+        velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: besides, about the mean of its
+            points, rad/s. gravity: in place of that of the simulation, m/s^2.
         obstacle: rigid: no point of it moves but by its motion. motion: rails that make it rigid and move it.
         self_collision: whether the body also touches itself.
         Raises Error, and adds nothing, on a bad mesh or value.
@@ -103,24 +106,72 @@ class Model(_core.Model):
         positions = _arrays.points(points, "points")
         mask = np.zeros(len(positions), np.uint8)
         mask[_arrays.selection(fixed, "fixed", len(positions))] = 1
+        velocities = self._velocities(positions, velocity, angular_velocity)
+        own_gravity = None if gravity is None else _arrays.vector(gravity, "gravity")
         if (obstacle or motion is not None) and self_collision:
             raise Error("Model.add_body", "self_collision", "True for a rigid body", "False: a rigid body has one shape")
-        return self._add_body(
-            label, positions, _arrays.tets(tets, "tets"), material, _arrays.vector(velocity, "velocity"), mask,
-            obstacle, self_collision, motion,
+        body = self._add_body(
+            label, positions, _arrays.tets(tets, "tets"), material, (0.0, 0.0, 0.0), mask, obstacle, self_collision, motion
         )
+        if velocities.any():
+            self._set_velocities(body, velocities)
+        if own_gravity is not None:
+            self._set_gravity(body, own_gravity)
+        return body
+
+    @staticmethod
+    def _velocities(positions: _arrays.Floats, velocity: ArrayLike, angular_velocity: ArrayLike) -> _arrays.Floats:
+        """Of each point: a velocity for all or for each, and a turn about their mean."""
+        each = np.asarray(velocity, dtype=np.float64)
+        if each.shape == (3,):
+            each = np.broadcast_to(each, positions.shape)
+        if each.shape != positions.shape:
+            raise Error("velocity", "", f"an array of shape {each.shape}", f"shape (3,) or {positions.shape}")
+        turn = np.array(_arrays.vector(angular_velocity, "angular_velocity"))
+        each = each + np.cross(turn, positions - positions.mean(axis=0))
+        if not np.isfinite(each).all():
+            raise Error("velocity", "", "a number that is not finite", "finite numbers")
+        return np.ascontiguousarray(each)
 
     def add_region(self, body: int, tets: ArrayLike, material: _core.Material) -> None:
         """Gives tets of a body (indices or a mask, in the body's own numbers) another material; the last one counts."""
         self._add_region(body, self._selection(body, tets, "tets"), material)
 
-    def attach(self, body: int, points: ArrayLike, to: int) -> None:
-        """Glues points of a body (indices or a mask, in its own numbers) to a body with a motion: tissue on a bone."""
-        self._attach(body, self._selection(body, points, "points"), to)
+    def attach(self, body: int, points: ArrayLike, to: int, *, stiffness: float | None = None) -> None:
+        """Lets another body hold points of a body (indices or a mask, in its own numbers): glued to one with a motion
+        (tissue on a bone), or tied by springs to one that deforms, each to the nearest tet, where it is at the start.
 
-    def load(self, body: int, points: ArrayLike, force: ArrayLike) -> None:
-        """A force, N, shared equally by points of a body (indices or a mask, in its own numbers); loads add up."""
-        self._load(body, self._selection(body, points, "points"), _arrays.vector(force, "force"))
+        stiffness: of each spring, N/m; None: that of a contact between the two.
+        """
+        self._attach(body, self._selection(body, points, "points"), to, stiffness)
+
+    def prescribe(self, body: int, points: ArrayLike, motion: _core.Motion) -> None:
+        """Moves points of a body that deforms (indices or a mask, in its own numbers) by a motion of their own."""
+        self._prescribe(body, self._selection(body, points, "points"), motion)
+
+    def load(self, body: int, points: ArrayLike, force: ArrayLike, *, ramp: _core.Ramp | None = None) -> None:
+        """A force, N, shared equally by points of a body (indices or a mask, in its own numbers), times the ramp's factor;
+        loads add up.
+        """
+        self._load(body, self._selection(body, points, "points"), _arrays.vector(force, "force"), ramp)
+
+    def load_surface(
+        self,
+        body: int,
+        points: ArrayLike,
+        *,
+        pressure: float = 0.0,
+        traction: ArrayLike = (0.0, 0.0, 0.0),
+        ramp: _core.Ramp | None = None,
+    ) -> None:
+        """Loads the surface triangles of a body all of whose corners are among these points (indices or a mask, in its own
+        numbers).
+
+        pressure: Pa, against the outward normal; follows the surface. traction: Pa, per area at rest; keeps its direction.
+        ramp: times its factor.
+        """
+        chosen = self._selection(body, points, "points")
+        self._load_surface(body, chosen, pressure, _arrays.vector(traction, "traction"), ramp)
 
     def grab(self, body: int, point: int, target: ArrayLike, stiffness: float) -> None:
         """A critically damped spring, N/m, from a point of a body (in its own numbers) to a place in space, m."""

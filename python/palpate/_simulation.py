@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -59,6 +59,7 @@ class Simulation(_core.Simulation):
 
     scene: the path of a scene file, a mapping with the same keys, or a Model that was built in code.
     threads: number of threads, 0 for all cores; None takes what set_threads() says.
+    reactions: notes in each step what holds points that are fixed or on rails (`reactions`, reaction()).
     settings: keys of a scene other than its bodies (docs/scene.md): time_step, gravity, contact, solver, rest, limits,
         relax. They replace those of the scene; what a model is not told has the default.
 
@@ -72,6 +73,7 @@ class Simulation(_core.Simulation):
         scene: str | os.PathLike[str] | Mapping[str, Any] | Model,
         *,
         threads: int | None = None,
+        reactions: bool = False,
         **settings_: Any,
     ) -> None:
         if isinstance(scene, Model):
@@ -82,8 +84,10 @@ class Simulation(_core.Simulation):
                 read = scene_of({**scene_dict(read), **settings_})
             model = Model(read)
         self._duration = read.duration
-        self._wants_rest = False
+        self._settings = {key: value for key, value in scene_dict(read).items() if key not in ("bodies", "name", "output")}
         super().__init__(model, read, threads_or_default(threads))
+        if reactions:
+            self.record_reactions(True)
 
     def __repr__(self) -> str:
         try:
@@ -132,9 +136,125 @@ class Simulation(_core.Simulation):
         rounding = 1e-9  # a duration of 50 steps is 50 steps, whatever the rounding of the quotient
         return max(0, math.ceil(self._duration / self.time_step * (1.0 - rounding)) - self.metrics.step)
 
+    def change(self, **settings_: Any) -> None:
+        """Other settings from the next step on: keys of a scene, as Simulation() takes them; positions, velocities and
+        what contacts remember stay. Of a mapping (`contact={"friction": 0.2}`) only the keys given change. Raises Error,
+        and changes nothing, on a bad one, on another time_step, and on `relax`, which comes before the first step.
+        """
+        if "relax" in settings_:
+            raise Error("Simulation.change", "relax", "it after the start", "a new Simulation")
+        merged = dict(self._settings)
+        for key, value in settings_.items():
+            old = merged.get(key)
+            merged[key] = {**old, **value} if isinstance(old, dict) and isinstance(value, Mapping) else value
+        self._change(settings("Simulation.change", merged))
+        self._settings = merged
+
+    def body_number(self, body: int | str) -> int:
+        """The number of a body, from its name or number. Raises Error where there is none."""
+        bodies = self.bodies
+        if isinstance(body, str):
+            names = [bodies[number].name for number in range(len(bodies))]
+            if body not in names:
+                raise Error("Simulation", "body", repr(body), f"one of {names}")
+            return names.index(body)
+        if not 0 <= body < len(bodies):
+            raise Error("Simulation", "body", str(body), f"0 to {len(bodies) - 1}")
+        return body
+
+    def set_motion(self, body: int | str, motion: _core.Motion) -> None:
+        """Another motion in place of that of a body: its points are where the motion has them at the end of the next
+        step, wherever they were. Raises Error, and changes nothing, on a body without a motion.
+        """
+        self._set_motion(self.body_number(body), motion)
+
+    def move_to(
+        self, body: int | str, translate: ArrayLike, quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+    ) -> None:
+        """Puts a body with a motion at a pose by the end of the next step, at constant speed, and holds it there.
+
+        translate: (3) shift from where the body is without its motion, m. quaternion: (w, x, y, z) of its turn about the
+        centre of its motion. Raises Error, and changes nothing, on a body without a motion.
+        """
+        turn = np.asarray(quaternion, dtype=np.float64)
+        if turn.shape != (4,):
+            raise Error("Simulation.move_to", "quaternion", f"an array of shape {turn.shape}", "four numbers")
+        w, x, y, z = turn.tolist()
+        self._move_to(self.body_number(body), _arrays.vector(translate, "translate"), (w, x, y, z))
+
     def set_force(self, point: int, force: ArrayLike) -> None:
         """Loads a point (of all points) with a force, N, from the next step on, in place of the one before."""
-        self._set_force(point, _arrays.vector(force, "force"))
+        self._set_forces(np.array([point], np.int32), np.array([_arrays.vector(force, "force")]))
+
+    def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
+        """Loads points (indices or a mask, of all points) with forces, (n, 3) or (3) for all of them alike, N, from the
+        next step on, in place of those before. Raises Error, and changes nothing, on a bad one.
+        """
+        chosen = self._points(points)
+        self._set_forces(chosen, self._rows(forces, len(chosen), "forces"))
+
+    def set_pressure(self, triangles: ArrayLike, pressure: float) -> None:
+        """Loads surface triangles (indices or a mask, of bodies.triangles) with a pressure, Pa, against their outward
+        normals, from the next step on, in place of the one before; 0 takes it off. It follows the surface.
+        """
+        self._set_pressure(_arrays.selection(triangles, "triangles", len(self.bodies.triangles)), pressure)
+
+    def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
+        """Puts points (indices or a mask; None: all but those on rails) elsewhere, (n, 3), m; the contacts are those there
+        at once. Raises Error, and changes nothing, on a point on rails and a number that is not finite.
+        """
+        chosen = self._free() if points is None else self._points(points)
+        values = _arrays.points(positions, "positions")
+        if points is None and len(values) == len(self.bodies.points_rest):
+            values = values[chosen]
+        self._set_positions(chosen, self._rows(values, len(chosen), "positions"))
+
+    def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
+        """Gives points (indices or a mask, of all points) other velocities, (n, 3) or (3) for all, m/s. Raises Error, and
+        changes nothing, on a point that is fixed or on rails and a number that is not finite.
+        """
+        chosen = self._points(points)
+        self._set_velocities(chosen, self._rows(velocities, len(chosen), "velocities"))
+
+    def contact_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
+        """Force and torque on a body (number or name) by contacts during the last step, N and N m, about a point, or its
+        centre of mass.
+        """
+        number = self.body_number(body)
+        return self._contact_wrench(number, self._about(number, about))
+
+    def reaction(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
+        """What held the points of a body that are fixed or on rails during the last step: force and torque about a point,
+        or its centre of mass. Needs reactions=True.
+        """
+        number = self.body_number(body)
+        return self._reaction_of_body(number, self._about(number, about))
+
+    def motor(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
+        """What the motion of a body had to give during the last step, for it and the tissue attached to it: force and
+        torque about a point, or its centre of mass. Its weight and what accelerates it are part of it. Needs
+        reactions=True.
+        """
+        number = self.body_number(body)
+        return self._reaction_of_motion(number, self._about(number, about))
+
+    def center_of_mass(self, body: int | str) -> _arrays.Floats:
+        """(3) centre of mass of a body as it is now, m."""
+        return np.array(self._center_of_mass(self.body_number(body)))
+
+    def _about(self, body: int, about: ArrayLike | None) -> tuple[float, float, float]:
+        return _arrays.vector(self._center_of_mass(body) if about is None else about, "about")
+
+    def _points(self, points: ArrayLike) -> _arrays.Indices:
+        return _arrays.selection(points, "points", len(self.bodies.points_rest))
+
+    def _free(self) -> _arrays.Indices:
+        return np.flatnonzero(~np.asarray(self._on_rails(), dtype=bool)).astype(np.int32)
+
+    @staticmethod
+    def _rows(values: ArrayLike, count: int, name: str) -> _arrays.Floats:
+        array = np.asarray(values, dtype=np.float64)
+        return np.ascontiguousarray(np.broadcast_to(array, (count, 3))) if array.shape == (3,) else _arrays.points(array, name)
 
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
         """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.
@@ -143,10 +263,16 @@ class Simulation(_core.Simulation):
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 
-    def to_pyvista(self) -> pyvista.UnstructuredGrid:
-        """All bodies as they are now as a grid of pyvista, with `body`, `velocity` and the depth of contacts."""
+    def to_pyvista(self, fields: Sequence[str] = ()) -> pyvista.UnstructuredGrid:
+        """All bodies as they are now as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
+
+        fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,
+        those of contacts and reactions as data of points. Symmetric tensors have six components: xx, yy, zz, xy, yz, xz.
+        """
         from ._view import grid_of
 
         grid = grid_of(self.positions, self.bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
+        for name, on_points, values in self._fields(list(fields)):
+            (grid.point_data if on_points else grid.cell_data)[name] = values
         return grid

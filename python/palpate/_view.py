@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from ._error import Error
 from ._progress import needed
 
 if TYPE_CHECKING:
+    import pandas
     import pyvista
 
 
@@ -39,3 +40,37 @@ def grid_of(points: _arrays.Floats, bodies: _core.Bodies, contacts: _core.Contac
     np.maximum.at(depth, contacts.point, contacts.depth)
     grid.point_data["depth"] = depth
     return grid
+
+
+def _columns(table: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Columns of a table from arrays: a vector becomes NAME_x, NAME_y, NAME_z, other rows NAME_0, NAME_1 ..."""
+    columns: dict[str, Any] = {}
+    for name in names:
+        values = np.asarray(getattr(table, name))
+        if values.ndim == 1:
+            columns[name] = values
+            continue
+        ends = "xyz" if values.shape[1] == 3 else "0123456789"
+        for k in range(values.shape[1]):
+            columns[f"{name}_{ends[k]}"] = values[:, k]
+    return columns
+
+
+def _frame(columns: dict[str, Any], what: str) -> pandas.DataFrame:
+    try:
+        import pandas
+    except ImportError:
+        raise needed("pandas", what, "study") from None
+    return pandas.DataFrame(columns)
+
+
+def contacts_frame(contacts: _core.Contacts) -> pandas.DataFrame:
+    """A row for each contact. Needs pandas."""
+    names = ("point", "body", "tet", "weights", "depth", "direction", "certainty")
+    return _frame(_columns(contacts, names), "Contacts.to_dataframe")
+
+
+def contact_forces_frame(contacts: _core.ContactForces) -> pandas.DataFrame:
+    """A row for each contact with its force. Needs pandas."""
+    names = ("point", "body", "tet", "weights", "depth", "direction", "normal", "friction", "force", "status", "foreseen")
+    return _frame(_columns(contacts, names), "ContactForces.to_dataframe")

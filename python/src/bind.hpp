@@ -5,9 +5,13 @@
 /// The bindings, one function for each file of them. The texts of `doc` are made of the C++ comments.
 namespace palpate::python {
 
+class Simulation;
+
 void bind_detection(nanobind::module_& m);
 void bind_world(nanobind::module_& m);
 void bind_model(nanobind::module_& m);
+void bind_forces(nanobind::module_& m);
+void bind_drive(nanobind::class_<Simulation>& simulation);
 void bind_simulation(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 

@@ -53,6 +53,11 @@ void bind_contacts(nb::module_& m) {
             return view<double>(nb::cast<const Contacts&>(self).certainty, self);
           },
           doc::Contacts_certainty, nb::sig("def certainty(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def(
+          "to_dataframe",
+          [](nb::handle self) { return nb::module_::import_("palpate._view").attr("contacts_frame")(self); },
+          nb::sig("def to_dataframe(self) -> typing.Any"),
+          "A pandas DataFrame with a row for each contact, vectors in columns _x, _y, _z. Needs pandas.")
       .def("__len__", &Contacts::size, "Number of contacts.")
       .def("__repr__",
            [](const Contacts& c) { return "<palpate.Contacts: " + std::to_string(c.size()) + ">"; });

@@ -116,6 +116,15 @@ using KeyframeState = std::tuple<double, Three, std::array<double, 4>>;
 using MotionState = std::tuple<Three, std::vector<Keyframe>, std::string>;
 
 void bind_motion(nb::module_& m) {
+  nb::class_<Ramp>(m, "Ramp", doc::Ramp)
+      .def(
+          "__init__",
+          [](Ramp* self, std::vector<double> times, std::vector<double> factors) {
+            new (self) Ramp{std::move(times), std::move(factors)};
+          },
+          nb::arg("times"), nb::arg("factors"))
+      .def_rw("times", &Ramp::times, doc::Ramp_times)
+      .def_rw("factors", &Ramp::factors, doc::Ramp_factors);
   nb::class_<Keyframe>(m, "Keyframe", doc::Keyframe)
       .def(
           "__init__",
@@ -206,10 +215,38 @@ void bind_model(nb::module_& m) {
           nb::arg("motion").none())
       .def("_add_region", [](Model& model, Index body, const ArrayIn<Index, -1>& tets,
                              const Material& material) { model.add_region(body, values_of(tets), material); })
-      .def("_attach", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
-                         Index to) { model.attach(body, values_of(points), to); })
-      .def("_load", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
-                       const Three& force) { model.load(body, values_of(points), vector_of_three(force)); })
+      .def(
+          "_attach",
+          [](Model& model, Index body, const ArrayIn<Index, -1>& points, Index to,
+             std::optional<double> stiffness) { model.attach(body, values_of(points), to, stiffness); },
+          nb::arg("body"), nb::arg("points"), nb::arg("to"), nb::arg("stiffness").none())
+      .def("_prescribe", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
+                            Motion motion) { model.prescribe(body, values_of(points), std::move(motion)); })
+      .def(
+          "_load",
+          [](Model& model, Index body, const ArrayIn<Index, -1>& points, const Three& force,
+             std::optional<Ramp> ramp) {
+            model.load(body, values_of(points), vector_of_three(force), std::move(ramp));
+          },
+          nb::arg("body"), nb::arg("points"), nb::arg("force"), nb::arg("ramp").none())
+      .def(
+          "_load_surface",
+          [](Model& model, Index body, const ArrayIn<Index, -1>& points, double pressure,
+             const Three& traction, std::optional<Ramp> ramp) {
+            model.load_surface(body, values_of(points),
+                               {.triangles = {},
+                                .pressure = pressure,
+                                .traction = vector_of_three(traction),
+                                .ramp = ramp.value_or(Ramp{})});
+          },
+          nb::arg("body"), nb::arg("points"), nb::arg("pressure"), nb::arg("traction"),
+          nb::arg("ramp").none())
+      .def("_set_velocities",
+           [](Model& model, Index body, const PointsIn& velocities) {
+             model.set_velocities(body, points_of(velocities));
+           })
+      .def("_set_gravity", [](Model& model, Index body,
+                              const Three& gravity) { model.set_gravity(body, vector_of_three(gravity)); })
       .def("_grab", [](Model& model, Index body, Index point, const Three& target,
                        double stiffness) { model.grab(body, point, vector_of_three(target), stiffness); })
       .def_prop_ro(

@@ -12,8 +12,6 @@
 namespace palpate::python {
 namespace {
 
-using Three = std::array<double, 3>;
-
 void bind_metrics(nb::module_& m) {
   nb::class_<StepMetrics> metrics(m, "StepMetrics", doc::StepMetrics);
   Fields<StepMetrics>(metrics)
@@ -71,6 +69,7 @@ void bind_simulation(nb::module_& m) {
   nb::class_<Simulation> simulation(m, "Simulation", doc::Simulation);
   bind_checkpoint(simulation);
   refuse_pickling(simulation, "send what save() returns, and restore() it in another of the same scene");
+  bind_drive(simulation);
   simulation
       .def(
           "__init__",
@@ -117,24 +116,7 @@ void bind_simulation(nb::module_& m) {
                    "Steps so far of this object in which a solve ended above the tolerance: do not trust "
                    "positions where it is not 0.")
       .def_prop_ro("most_inverted_tets", &Simulation::most_inverted_tets,
-                   "Largest metrics.inverted_tets after a step of this object.")
-      .def("_set_force",
-           [](Simulation& s, Index point, const Three& force) {
-             s.idle().set_force(point, {force[0], force[1], force[2]});
-           })
-      .def("_grab",
-           [](Simulation& s, Index point, const Three& target, double stiffness) {
-             return s.idle().grab({point, {target[0], target[1], target[2]}, stiffness});
-           })
-      .def("_move_grab",
-           [](Simulation& s, Index number, const Three& target) {
-             s.idle().move_grab(number, {target[0], target[1], target[2]});
-           })
-      .def("_release", [](Simulation& s, Index number) { s.idle().release(number); })
-      .def("_grab_force", [](Simulation& s, Index number) {
-        const Vec3 force = s.idle().grab_force(number);
-        return Three{force.x, force.y, force.z};
-      });
+                   "Largest metrics.inverted_tets after a step of this object.");
 }
 
 }  // namespace palpate::python

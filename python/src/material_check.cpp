@@ -17,7 +17,7 @@ void check_material(const Material& material) {
     scene_format::Writer writer("");
     describe(writer, copy);
     const nlohmann::json json = writer.take();
-    scene_format::Context context{.source = source, .si = true, .without_default = {}};
+    scene_format::Context context{.source = source};
     scene_format::Reader reader(context, "", json);
     describe(reader, copy);
     reader.finish();

@@ -1,5 +1,6 @@
 #include "model.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -7,6 +8,7 @@
 
 #include "geometry/vector.hpp"
 #include "scene/load.hpp"
+#include "scene/near.hpp"
 #include "sim/rails.hpp"
 #include "world.hpp"
 
@@ -68,6 +70,7 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
   data_.motion_of_point.resize(all, options.motion ? static_cast<Index>(data_.motions.size()) : -1);
   if (options.motion) data_.motions.push_back(std::move(*options.motion));
   if (!data_.forces.empty()) data_.forces.resize(all);
+  if (!data_.gravity_of_body.empty()) data_.gravity_of_body.resize(data_.bodies.bodies().size());
   if (!data_.velocities.empty() || options.velocity != Vec3{}) {
     data_.velocities.resize(all - n_points);
     data_.velocities.resize(all, options.velocity);
@@ -90,36 +93,98 @@ void Model::add_region(Index body, std::span<const Index> tets, const Material& 
   data_.materials.push_back(material);
 }
 
-void Model::attach(Index body, std::span<const Index> points, Index to) {
+void Model::attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness) {
   const Body& tissue = body_at(body, "Model.attach");
   const Body& bone = body_at(to, "Model.attach");
+  if (at(data_.obstacles, to) == 0) return tie(tissue, points, to, stiffness);
   const Index motion = at(data_.motion_of_point, bone.points.begin);
-  if (at(data_.obstacles, to) == 0 || motion < 0) {
-    throw Error("Model.attach", "to", "body " + std::to_string(to) + ", which has no motion",
-                "a body with a motion");
+  if (motion < 0) {
+    throw Error("Model.attach", "to", "body " + std::to_string(to) + ", which is rigid and has no motion",
+                "a body with a motion, or one that deforms");
   }
+  if (stiffness)
+    throw Error("Model.attach", "stiffness", "it for a rigid body", "None: the points are glued to it");
+  follow(tissue, points, motion, "Model.attach");
+}
+
+/// Springs to the places of the nearest tets.
+void Model::tie(const Body& tissue, std::span<const Index> points, Index to,
+                std::optional<double> stiffness) {
+  if (tissue.points.begin == at(data_.bodies.bodies(), to).points.begin)
+    throw Error("Model.attach", "to", "the body itself", "another body");
+  for (const Index point : points) static_cast<void>(point_at(tissue, point, "Model.attach"));
   for (const Index point : points) {
-    const Index p = point_at(tissue, point, "Model.attach");
+    const Index p = tissue.points.begin + point;
+    data_.ties.push_back({p, nearest_tet(data_.bodies, to, at(data_.bodies.points_rest(), p)), stiffness});
+  }
+}
+
+void Model::follow(const Body& tissue, std::span<const Index> points, Index motion, const char* what) {
+  for (const Index point : points) {
+    const Index p = point_at(tissue, point, what);
     if (at(data_.fixed_points, p) != 0) {
-      throw Error("Model.attach", "points", "point " + std::to_string(point) + ", which is fixed",
+      throw Error(what, "points", "point " + std::to_string(point) + ", which is fixed",
                   "points that can move");
     }
     if (at(data_.motion_of_point, p) >= 0 && at(data_.motion_of_point, p) != motion) {
-      throw Error("Model.attach", "points", "point " + std::to_string(point) + ", which follows another body",
+      throw Error(what, "points", "point " + std::to_string(point) + ", which follows another body",
                   "points that follow one body");
     }
   }
   for (const Index point : points) at(data_.motion_of_point, tissue.points.begin + point) = motion;
 }
 
-void Model::load(Index body, std::span<const Index> points, const Vec3& force) {
+void Model::prescribe(Index body, std::span<const Index> points, Motion motion) {
+  const Body& tissue = body_at(body, "Model.prescribe");
+  follow(tissue, points, static_cast<Index>(data_.motions.size()), "Model.prescribe");
+  data_.motions.push_back(std::move(motion));
+}
+
+void Model::load(Index body, std::span<const Index> points, const Vec3& force, std::optional<Ramp> ramp) {
   const Body& loaded = body_at(body, "Model.load");
   if (points.empty()) throw Error("Model.load", "points", "none", "at least one");
   for (const Index point : points) static_cast<void>(point_at(loaded, point, "Model.load"));
+  if (ramp) {
+    PointLoad load{.points = {}, .force = force, .ramp = std::move(*ramp)};
+    for (const Index point : points) load.points.push_back(loaded.points.begin + point);
+    data_.point_loads.push_back(std::move(load));
+    return;
+  }
   data_.forces.resize(data_.bodies.points_rest().size());
   for (const Index point : points) {
     at(data_.forces, loaded.points.begin + point) += (1.0 / static_cast<double>(points.size())) * force;
   }
+}
+
+void Model::load_surface(Index body, std::span<const Index> points, SurfaceLoad load) {
+  const Body& loaded = body_at(body, "Model.load_surface");
+  std::vector<std::uint8_t> chosen(static_cast<std::size_t>(loaded.points.size()), 0);
+  for (const Index point : points) {
+    static_cast<void>(point_at(loaded, point, "Model.load_surface"));
+    at(chosen, point) = 1;
+  }
+  for (Index t = loaded.triangles.begin; t < loaded.triangles.end; ++t) {
+    const Triangle& corners = at(data_.bodies.triangles(), t);
+    if (std::ranges::all_of(corners, [&](Index p) { return at(chosen, p - loaded.points.begin) != 0; }))
+      load.triangles.push_back(t);
+  }
+  if (load.triangles.empty()) {
+    throw Error("Model.load_surface", "points", "no surface triangle with all of its corners",
+                "points of one or more triangles");
+  }
+  data_.surface_loads.push_back(std::move(load));
+}
+
+void Model::set_velocities(Index body, std::span<const Vec3> velocities) {
+  const Range range = body_at(body, "Model").points;
+  data_.velocities.resize(data_.bodies.points_rest().size());
+  for (Index p = 0; p < range.size(); ++p) at(data_.velocities, range.begin + p) = at(velocities, p);
+}
+
+void Model::set_gravity(Index body, const Vec3& gravity) {
+  static_cast<void>(body_at(body, "Model"));
+  data_.gravity_of_body.resize(data_.bodies.bodies().size());
+  at(data_.gravity_of_body, body) = gravity;
 }
 
 void Model::grab(Index body, Index point, const Vec3& target, double stiffness) {

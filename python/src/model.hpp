@@ -32,8 +32,14 @@ class Model {
 
   Index add_body(TetMesh mesh, BodyOptions options);
   void add_region(Index body, std::span<const Index> tets, const Material& material);
-  void attach(Index body, std::span<const Index> points, Index to);
-  void load(Index body, std::span<const Index> points, const Vec3& force);
+  /// To a body with a motion, or by springs to one that deforms.
+  void attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness);
+  void prescribe(Index body, std::span<const Index> points, Motion motion);
+  void load(Index body, std::span<const Index> points, const Vec3& force, std::optional<Ramp> ramp);
+  /// On the surface triangles all of whose corners are among the points.
+  void load_surface(Index body, std::span<const Index> points, SurfaceLoad load);
+  void set_velocities(Index body, std::span<const Vec3> velocities);
+  void set_gravity(Index body, const Vec3& gravity);
   void grab(Index body, Index point, const Vec3& target, double stiffness);
 
   /// Where the points are at time 0 (n_points x 3), m: at rest, those on rails where their motion is then.
@@ -45,6 +51,8 @@ class Model {
   [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }
 
  private:
+  void tie(const Body& tissue, std::span<const Index> points, Index to, std::optional<double> stiffness);
+  void follow(const Body& tissue, std::span<const Index> points, Index motion, const char* what);
   [[nodiscard]] const Body& body_at(Index body, const char* what) const;
   [[nodiscard]] Index point_at(const Body& body, Index point, const char* what) const;
 

@@ -37,5 +37,6 @@ NB_MODULE(_core, m) {
   bind_world(m);
   bind_scene(m);
   bind_model(m);
+  bind_forces(m);
   bind_simulation(m);
 }

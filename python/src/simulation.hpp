@@ -37,6 +37,20 @@ class Simulation {
   /// Where border edges leave the bodies, at the present positions.
   std::shared_ptr<const Crossings> crossings();
 
+  /// The contacts of the last step with their forces, weights in the order of the mesh that was given.
+  ContactForces acting_contacts();
+  /// Strain and stress of the tets, or of the points. Lets other Python threads run.
+  TissueState tissue(bool at_points);
+  /// From the next step on: a body with a motion goes by another one, or to a pose at the end of that step.
+  void set_motion(Index body, Motion motion);
+  void move_to(Index body, const Keyframe& pose);
+  /// The body's motion. Throws Error where it has none.
+  [[nodiscard]] Index motion_of(Index body) const;
+  /// (n_points) 1 where a motion moves a point.
+  [[nodiscard]] const std::vector<std::uint8_t>& on_rails() const { return on_rails_; }
+  void change(const Scene& scene);
+  void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
+
   /// For everything else that the simulation tells and takes. Throws Error while another thread is inside.
   [[nodiscard]] palpate::Simulation& idle() {
     busy_.check("Simulation");
@@ -44,7 +58,11 @@ class Simulation {
   }
 
  private:
-  std::vector<std::uint8_t> turned_;  ///< (n_tets) 1: two corners are swapped
+  std::vector<std::uint8_t> turned_;          ///< (n_tets) 1: two corners are swapped
+  std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
+  std::vector<Index> motion_of_body_;         ///< (n_bodies), or -1
+  std::vector<std::uint8_t> on_rails_;        ///< (n_points)
+  std::vector<Vec3> motion_centers_;          ///< (n_motions), m
   std::optional<RelaxReport> relaxed_;
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;

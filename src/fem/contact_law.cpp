@@ -66,7 +66,8 @@ Matrix3 derivative(const ContactLaw& law, const StepFriction& step, const Vec3& 
 
 Matrix3 derivative_with_bound(const ContactLaw& law, const StepFriction& step, const Vec3& u, double bound) {
   const bool pushes = normal_force(law, step.time_step, u) > 0.0;
-  return derivative_at(law, law.resistance(step.time_step), pushes, spring_pull(law, step.time_step, u), bound);
+  return derivative_at(law, law.resistance(step.time_step), pushes, spring_pull(law, step.time_step, u),
+                       bound);
 }
 
 void linearise(const ContactLaw& law, const StepFriction& step, const Vec3& u, Coupling& coupling) {

@@ -50,9 +50,9 @@ struct ContactForce {
 [[nodiscard]] Matrix3 derivative_with_bound(const ContactLaw& law, const StepFriction& step, const Vec3& u,
                                             double bound);
 
-/// Puts force and stiffness of a law at a velocity into a coupling: exact there, with R n n^T + s (I - n n^T) as
-/// its damping, which is symmetric and majorises the friction (iteratively reweighted least squares); all zero
-/// where the contact is open. Its stiffness is set to zero.
+/// Puts force and stiffness of a law at a velocity into a coupling: exact there, with R n n^T + s (I - n n^T)
+/// as its damping, which is symmetric and majorises the friction (iteratively reweighted least squares); all
+/// zero where the contact is open. Its stiffness is set to zero.
 void linearise(const ContactLaw& law, const StepFriction& step, const Vec3& u, Coupling& coupling);
 
 }  // namespace palpate::fem

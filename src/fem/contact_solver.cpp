@@ -145,8 +145,8 @@ double ContactSolver::add_contacts(const Run& run) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const ContactLaw& law = run.problem.laws[k];
     const Vec3 u = run.relative_velocity(contacts[k]);
-    const Vec3 impulse = run.problem.friction.time_step *
-                         contact_force(law, run.problem.friction, u).whole(law.direction);
+    const Vec3 impulse =
+        run.problem.friction.time_step * contact_force(law, run.problem.friction, u).whole(law.direction);
     for (std::size_t i = 0; i < 5; ++i) {
       const Index point = contacts[k].points[i];
       if (point < 0 || at(run.problem.system->free(), point) == 0) continue;
@@ -158,7 +158,8 @@ double ContactSolver::add_contacts(const Run& run) {
                                  [&](std::size_t i) { return squared(with_contacts_[i]); }));
 }
 
-/// The better of the guess and zero, by the residual; no directions but those of the last solve, if it goes on.
+/// The better of the guess and zero, by the residual; no directions but those of the last solve, if it goes
+/// on.
 void ContactSolver::start(Run& run, bool goes_on) {
   find_residual(run);
   if (goes_on) return;
@@ -201,9 +202,8 @@ void ContactSolver::load(Run& run) {
     set(guess_, row, at(run.x, points[row]));
   });
   const auto contacts = run.contacts();
-  parallel::for_each(run.threads, contacts.size(), contact_grain, [&](std::size_t k) {
-    reduced_.set_base(k, run.relative_velocity(contacts[k]));
-  });
+  parallel::for_each(run.threads, contacts.size(), contact_grain,
+                     [&](std::size_t k) { reduced_.set_base(k, run.relative_velocity(contacts[k])); });
   reduced_.update(run.threads);
   project_guess(run);
 }
@@ -283,31 +283,31 @@ void ContactSolver::compute_residual(Run& run) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
   assign_with_room(sums_, 2 * chunks, 0.0);
-  parallel::for_chunks(
-      run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        const std::size_t from = simd::slice_values * begin;
-        const std::size_t count = simd::slice_values * (end - begin);
-        std::copy_n(&base_residual_[from], count, &residual_[from]);
-        for (std::size_t d = 0; d < c.size(); ++d) {
-          if (c[d] == 0.0) continue;
-          simd::subtract_floats(static_cast<float>(c[d] / run.scale), product(d) + from, &residual_[from],
-                                count);
-        }
-        for (std::size_t row = simd::slice_rows * begin; row < std::min(simd::slice_rows * end, rows);
-             ++row) {
-          float* r = &residual_[place_of(row)];
-          for (auto e = couplings.begin[row]; e < couplings.begin[row + 1]; ++e) {
-            const simd::CouplingEntry& entry = couplings.entries[e];
-            const simd::Quad& f = forces_[static_cast<std::size_t>(entry.coupling)];
-            r[0] += entry.coefficient * f.x;
-            r[simd::slice_rows] += entry.coefficient * f.y;
-            r[2 * simd::slice_rows] += entry.coefficient * f.z;
-          }
-          const double square = squared_row(r);
-          sums_[2 * chunk] += square;
-          sums_[2 * chunk + 1] += square * static_cast<double>(inverse_masses[row]);
-        }
-      });
+  parallel::for_chunks(run.threads, slices, slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         const std::size_t from = simd::slice_values * begin;
+                         const std::size_t count = simd::slice_values * (end - begin);
+                         std::copy_n(&base_residual_[from], count, &residual_[from]);
+                         for (std::size_t d = 0; d < c.size(); ++d) {
+                           if (c[d] == 0.0) continue;
+                           simd::subtract_floats(static_cast<float>(c[d] / run.scale), product(d) + from,
+                                                 &residual_[from], count);
+                         }
+                         for (std::size_t row = simd::slice_rows * begin;
+                              row < std::min(simd::slice_rows * end, rows); ++row) {
+                           float* r = &residual_[place_of(row)];
+                           for (auto e = couplings.begin[row]; e < couplings.begin[row + 1]; ++e) {
+                             const simd::CouplingEntry& entry = couplings.entries[e];
+                             const simd::Quad& f = forces_[static_cast<std::size_t>(entry.coupling)];
+                             r[0] += entry.coefficient * f.x;
+                             r[simd::slice_rows] += entry.coefficient * f.y;
+                             r[2 * simd::slice_rows] += entry.coefficient * f.z;
+                           }
+                           const double square = squared_row(r);
+                           sums_[2 * chunk] += square;
+                           sums_[2 * chunk + 1] += square * static_cast<double>(inverse_masses[row]);
+                         }
+                       });
   run.squares = 0.0;
   run.by_mass = 0.0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
@@ -426,34 +426,34 @@ bool ContactSolver::add_direction(Run& run) {
   return true;
 }
 
-/// totals_: of a new direction z with each z_k, z^T A z_k and z^T M z_k; with the residual at c = 0, the guess
-/// by mass, and the present residual.
+/// totals_: of a new direction z with each z_k, z^T A z_k and z^T M z_k; with the residual at c = 0, the
+/// guess by mass, and the present residual.
 void ContactSolver::add_products(const Run& run, std::size_t d) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
   const std::size_t width = 2 * (d + 1) + 3;
   const auto masses = run.problem.system->masses();
   assign_with_room(sums_, width * chunks, 0.0);
-  parallel::for_chunks(
-      run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        const std::size_t from = simd::slice_values * begin;
-        const std::size_t count = simd::slice_values * (end - begin);
-        const float* z = direction(d) + from;
-        alignas(64) std::array<float, simd::slice_values * slice_grain> heavy{};
-        for (std::size_t i = 0; i < count; ++i) {
-          const std::size_t row = simd::slice_rows * ((from + i) / simd::slice_values) +
-                                  i % simd::slice_values % simd::slice_rows;
-          heavy[i] = row < masses.size() ? masses[row] * z[i] : 0.0F;
-        }
-        double* sum = &sums_[width * chunk];
-        for (std::size_t k = 0; k <= d; ++k) {
-          sum[2 * k] = simd::dot_floats(direction(k) + from, product(d) + from, count);
-          sum[2 * k + 1] = simd::dot_floats(direction(k) + from, heavy.data(), count);
-        }
-        sum[2 * d + 2] = simd::dot_floats(z, &base_residual_[from], count);
-        sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
-        sum[2 * d + 4] = simd::dot_floats(z, &residual_[from], count);
-      });
+  parallel::for_chunks(run.threads, slices, slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         const std::size_t from = simd::slice_values * begin;
+                         const std::size_t count = simd::slice_values * (end - begin);
+                         const float* z = direction(d) + from;
+                         alignas(64) std::array<float, simd::slice_values * slice_grain> heavy{};
+                         for (std::size_t i = 0; i < count; ++i) {
+                           const std::size_t row = simd::slice_rows * ((from + i) / simd::slice_values) +
+                                                   i % simd::slice_values % simd::slice_rows;
+                           heavy[i] = row < masses.size() ? masses[row] * z[i] : 0.0F;
+                         }
+                         double* sum = &sums_[width * chunk];
+                         for (std::size_t k = 0; k <= d; ++k) {
+                           sum[2 * k] = simd::dot_floats(direction(k) + from, product(d) + from, count);
+                           sum[2 * k + 1] = simd::dot_floats(direction(k) + from, heavy.data(), count);
+                         }
+                         sum[2 * d + 2] = simd::dot_floats(z, &base_residual_[from], count);
+                         sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
+                         sum[2 * d + 4] = simd::dot_floats(z, &residual_[from], count);
+                       });
   for (std::size_t k = 0; k < width; ++k) {
     totals_[k] = 0.0;
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) totals_[k] += sums_[width * chunk + k];
@@ -491,8 +491,7 @@ void ContactSolver::judge(Run& run) const {
   const double unit = std::max(residual_of_zero_, run.goal.least_residual);
   run.report.relative_residual = run.scale * std::sqrt(run.squares) / unit;
   const double estimate = run.report.multigrid ? safety * change_estimate_.error() : estimate_.error();
-  run.report.relative_error =
-      std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
+  run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
 
 /// x takes over what c says, which becomes 0.

@@ -28,12 +28,12 @@ struct ContactProblem {
 };
 
 /// Conjugate gradients for a step with contacts, whose forces are nonlinear: pushes that let go, Coulomb's
-/// friction. As there, an iteration takes the preconditioned residual for a new direction and one product with
-/// it; but the step in it is not a formula, but the solution of the whole nonlinear problem in the span of the
-/// directions so far (ReducedStep): sequential subspace optimisation (Narkiss & Zibulevsky, Technion CCIT 559
-/// (2005)), in the manner of nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without contacts
-/// that is conjugate gradients. So contacts switch, stick and slide as often as they like between two
-/// products, and a step takes as many iterations as one linear solve, or a few times that.
+/// friction. As there, an iteration takes the preconditioned residual for a new direction and one product
+/// with it; but the step in it is not a formula, but the solution of the whole nonlinear problem in the span
+/// of the directions so far (ReducedStep): sequential subspace optimisation (Narkiss & Zibulevsky, Technion
+/// CCIT 559 (2005)), in the manner of nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without
+/// contacts that is conjugate gradients. So contacts switch, stick and slide as often as they like between
+/// two products, and a step takes as many iterations as one linear solve, or a few times that.
 ///
 /// Directions are kept up to a number that memory and the cost of the contacts allow; then the last step and
 /// the last few of them go on. The preconditioner takes the contacts as they then are every few iterations.
@@ -90,7 +90,8 @@ class ContactSolver {
   simd::AlignedVector<float> preconditioned_;
   simd::AlignedVector<float> guess_;  ///< x at c = 0
   simd::AlignedVector<simd::Quad> vector_;
-  std::vector<simd::Quad> forces_;  ///< impulses of couplings, less those at c = 0, scaled; 0 but for contacts
+  std::vector<simd::Quad>
+      forces_;  ///< impulses of couplings, less those at c = 0, scaled; 0 but for contacts
   // By point, in double.
   std::vector<simd::Padded3> true_residual_;
   std::vector<simd::Padded3> with_contacts_;

@@ -101,6 +101,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       masses_(checked_masses(bodies, materials, fixed_points, obstacle_bodies)),
       elements_(bodies, materials, obstacle_bodies),
       free_(moving_points(bodies, masses_, fixed_points, obstacle_bodies)),
+      rigid_(obstacle_bodies),
       matrix_(elements_, free_),
       system_(matrix_, couplings_, free_),
       stiff_system_(matrix_, stiff_couplings_, free_),
@@ -212,8 +213,8 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v: a product with the matrix
-/// that is there anyway. Where a point is not free v is its prescribed velocity, so that its columns carry its
-/// motion to the free rows; in turned frames it is the mean velocity without force.
+/// that is there anyway. Where a point is not free v is its prescribed velocity, so that its columns carry
+/// its motion to the free rows; in turned frames it is the mean velocity without force.
 void Dynamics::compute_free_right_side() {
   couplings_.set({}, time_step_, free_);
   system_.multiply_exactly(threads_, base_velocities_, free_right_side_);

@@ -106,13 +106,14 @@ class Dynamics {
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
   /// hardly depends on its frame: once a step is enough, in practice.
   bool follow_turns();
-  /// The same with contacts, whose forces are those of their laws at the end of the step (ContactSolver); where
-  /// they hold as at mean_velocities(), to 1 % of the forces, by one linear solve, which is tried where they
-  /// are expected to be `steady`. Again in the same step, with more contacts and the same linear couplings, it
-  /// goes on from what it knows. On return the contacts' couplings hold the forces that acted.
+  /// The same with contacts, whose forces are those of their laws at the end of the step (ContactSolver);
+  /// where they hold as at mean_velocities(), to 1 % of the forces, by one linear solve, which is tried where
+  /// they are expected to be `steady`. Again in the same step, with more contacts and the same linear
+  /// couplings, it goes on from what it knows. On return the contacts' couplings hold the forces that acted.
   Report solve(const ContactSet& contacts, SolveGoal goal, bool steady);
-  /// Mean velocities over the step as the last solve() has them, before the first as it is guessed (n_points x 3), m/s: the ways that points go
-  /// in it, over its length. Those at its end are the same but in bodies that are followed in their turn.
+  /// Mean velocities over the step as the last solve() has them, before the first as it is guessed (n_points
+  /// x 3), m/s: the ways that points go in it, over its length. Those at its end are the same but in bodies
+  /// that are followed in their turn.
   [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where mean_velocities() are above
   /// `max_speed`, or where an element has been inverted for `inverted_time` (s; none: no limit) without a
@@ -122,6 +123,14 @@ class Dynamics {
   /// takes.
   [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
   void end_step();
+
+  /// Lists the elements that holding_forces() visits. O(n_elements).
+  void find_held_elements();
+  /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
+  /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N,
+  /// zero at free points. The loads are those of begin_step(). O(n_points + elements at such points).
+  void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
+                      std::span<Vec3> forces) const;
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
@@ -143,6 +152,7 @@ class Dynamics {
   }  ///< (n_points), kg, also of obstacles
   [[nodiscard]] std::span<const std::uint8_t> free_points() const { return free_; }  ///< (n_points) 1: moves
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
+  [[nodiscard]] const Elements& elements() const { return elements_; }
 
   /// Set the state (n_points x 3). Positions are taken for every point, also where it does not move;
   /// velocities and their changes are taken at points that move and stay zero elsewhere. Throw Error on
@@ -186,6 +196,8 @@ class Dynamics {
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
   void advance_inversion_clocks();
+  void add_damping_forces(std::span<Vec3> forces) const;
+  void add_stiff_forces(std::span<Vec3> forces) const;
   void set_bulk_fraction(std::size_t element);
   void check_points(std::span<const Vec3> values, const char* name);
   void check_strains(std::span<const SymmetricMatrix3> strains) const;
@@ -203,6 +215,8 @@ class Dynamics {
   std::vector<double> masses_;
   Elements elements_;
   std::vector<std::uint8_t> free_;
+  std::vector<std::uint8_t> rigid_;   ///< (n_bodies)
+  std::vector<Index> held_elements_;  ///< with a corner that is not free
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
@@ -211,7 +225,7 @@ class Dynamics {
   Multigrid multigrid_;
   ConjugateGradients solver_;
   ContactSolver contact_solver_;
-  bool goes_on_ = false;  ///< contact_solver_ has solved this linear system
+  bool goes_on_ = false;                           ///< contact_solver_ has solved this linear system
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass share of the matrix

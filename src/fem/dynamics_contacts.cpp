@@ -8,8 +8,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t contact_grain = 256;
-/// Root mean square of the errors of forces, by that of the normal forces (of friction: of its bounds), at which
-/// a linear system will do.
+/// Root mean square of the errors of forces, by that of the normal forces (of friction: of its bounds), at
+/// which a linear system will do.
 constexpr double force_tolerance = 0.01;
 
 }  // namespace
@@ -48,9 +48,10 @@ void Dynamics::put_forces(const ContactSet& contacts, bool of_laws) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {
     const ContactLaw& law = contacts.laws[c];
-    own[c].force = of_laws ? contact_force(law, contacts.friction, relative(own[c], mean_velocities_))
-                                 .whole(law.direction)
-                           : end_force(own[c], time_step_, mean_velocities_);
+    own[c].force =
+        of_laws
+            ? contact_force(law, contacts.friction, relative(own[c], mean_velocities_)).whole(law.direction)
+            : end_force(own[c], time_step_, mean_velocities_);
     own[c].stiffness = {};
     own[c].damping = {};
   });
@@ -86,8 +87,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
                                          .couplings = contacts.couplings,
                                          .friction = contacts.friction,
                                          .base = base_velocities_},
-                                        right_side_, solution_, goal, multigrid_, positions_,
-                                        goes_on_);
+                                        right_side_, solution_, goal, multigrid_, positions_, goes_on_);
   goes_on_ = true;
   jacobi_iterations_ = report.jacobi_iterations;
   check_solution(report.relative_residual);

@@ -42,12 +42,6 @@ std::size_t whole_groups(std::size_t elements) {
   return (elements + simd::element_group - 1) / simd::element_group * simd::element_group;
 }
 
-/// plastic_twist() of an element, with S = R^T F = I + its whole strain.
-Vec3 twist_of(const Matrix3& f, const Matrix3& rotation, const SymmetricMatrix3& plastic) {
-  const SymmetricMatrix3 unit{1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
-  return plastic_twist(unit + corotated_strain(f, rotation), plastic);
-}
-
 }  // namespace
 
 Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles)

@@ -21,6 +21,17 @@ namespace palpate::fem {
 template <std::size_t N>
 using Columns = std::array<simd::AlignedVector<double>, N>;
 
+/// How an element is deformed, and what its stress follows from; see Elements.
+struct ElementDeformation {
+  Matrix3 gradient;                 ///< F
+  Matrix3 rotation;                 ///< R
+  Matrix3 stretch;                  ///< R e: F - R without the plastic part
+  SymmetricMatrix3 plastic_strain;  ///< p
+  Vec3 twist;                       ///< w
+  double mu = 0.0;                  ///< Pa
+  double lambda = 0.0;              ///< Pa, as the element has it at present
+};
+
 /// Linear corotational tets of all bodies that deform (Mueller & Gross, "Interactive Virtual Materials",
 /// Graphics Interface 2004), numbered body by body, the obstacles' left out, in the order in which the curve
 /// of row_order.hpp first meets them: what is near in space is near in memory.
@@ -100,6 +111,8 @@ class Elements {
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
   /// Elastic energy of an element at these positions, J; needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
+  /// How an element is deformed at these positions; needs no update().
+  [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
   /// Whether an element had no positive volume, or none that is a number, at the last update().
   [[nodiscard]] bool inverted(Index element) const { return at(inverted_, element) != 0; }
 

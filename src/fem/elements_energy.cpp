@@ -3,7 +3,7 @@
 #include "fem/elements.hpp"
 #include "fem/rotation.hpp"
 
-// Energies of elements, and their plastic strains.
+// Energies and deformations of elements, and their plastic strains.
 namespace palpate::fem {
 namespace {
 
@@ -23,6 +23,20 @@ double Elements::energy(Index element, std::span<const Vec3> positions) const {
   const Matrix3 rotation = nearest_rotation(f);
   const Matrix3 stretch = elastic_stretch(e, f, rotation);
   return volume_[e] * energy_density(e, rotation, stretch);
+}
+
+ElementDeformation Elements::deformation(Index element, std::span<const Vec3> positions) const {
+  const auto e = static_cast<std::size_t>(element);
+  ElementDeformation d;
+  d.gradient = deformation_gradient(e, positions);
+  d.rotation = nearest_rotation(d.gradient);
+  d.stretch = elastic_stretch(e, d.gradient, d.rotation);
+  d.mu = mu_[e];
+  d.lambda = bulk_fraction_[e] * lambda_[e];
+  if (!yields(e)) return d;
+  d.plastic_strain = plastic_strains_[e];
+  d.twist = twist_of(d.gradient, d.rotation, d.plastic_strain);
+  return d;
 }
 
 void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {

@@ -79,4 +79,9 @@ Vec3 plastic_twist(const SymmetricMatrix3& stretch, const SymmetricMatrix3& plas
   return size > most ? (most / size) * w : w;
 }
 
+Vec3 twist_of(const Matrix3& f, const Matrix3& rotation, const SymmetricMatrix3& plastic) {
+  const SymmetricMatrix3 unit{1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+  return plastic_twist(unit + corotated_strain(f, rotation), plastic);
+}
+
 }  // namespace palpate::fem

@@ -44,4 +44,7 @@ struct Plasticity {
 /// kink; 0 where the matrix has no finite inverse.
 [[nodiscard]] Vec3 plastic_twist(const SymmetricMatrix3& stretch, const SymmetricMatrix3& plastic);
 
+/// The same for an element with the deformation gradient F and its rotation.
+[[nodiscard]] Vec3 twist_of(const Matrix3& f, const Matrix3& rotation, const SymmetricMatrix3& plastic);
+
 }  // namespace palpate::fem

@@ -120,11 +120,10 @@ void ReducedStep::project(const parallel::Threads& threads, std::span<const doub
                           std::span<const Vec3> forces, std::vector<double>& f) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
   assign_with_room(partial_, chunks * stride_, 0.0);
-  parallel::for_chunks(threads, laws_.size(), grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         simd::project_forces(rates(), forces.data(), partial_.data() + stride_ * chunk, begin,
-                                              end);
-                       });
+  parallel::for_chunks(
+      threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        simd::project_forces(rates(), forces.data(), partial_.data() + stride_ * chunk, begin, end);
+      });
   for (std::size_t i = 0; i < size_; ++i) {
     double sum = 0.0;
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) sum += partial_[stride_ * chunk + i];
@@ -137,16 +136,14 @@ void ReducedStep::project(const parallel::Threads& threads, std::span<const doub
 /// F at c, with the bounds of friction as they are or by Coulomb's law; and velocities and forces there.
 void ReducedStep::evaluate(const parallel::Threads& threads, std::span<const double> c, bool with_bounds,
                            std::vector<Vec3>& u, std::vector<Vec3>& forces, std::vector<double>& f) {
-  parallel::for_chunks(
-      threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-        simd::combine_rates(rates(), c.data(), base_velocities_.data(), u.data(), begin, end);
-        for (std::size_t k = begin; k < end; ++k) {
-          const Vec3 force = with_bounds
-                                 ? force_with_bound(laws_[k], friction_, u[k], bounds_[k])
-                                 : contact_force(laws_[k], friction_, u[k]).whole(laws_[k].direction);
-          forces[k] = force - base_forces_[k];
-        }
-      });
+  parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::combine_rates(rates(), c.data(), base_velocities_.data(), u.data(), begin, end);
+    for (std::size_t k = begin; k < end; ++k) {
+      const Vec3 force = with_bounds ? force_with_bound(laws_[k], friction_, u[k], bounds_[k])
+                                     : contact_force(laws_[k], friction_, u[k]).whole(laws_[k].direction);
+      forces[k] = force - base_forces_[k];
+    }
+  });
   project(threads, c, forces, f);
 }
 

@@ -27,8 +27,8 @@ class ReducedStep {
 
   /// Forgets the directions. \param most  of them, later; at most `largest`
   void begin(std::size_t most);
-  /// Takes the contacts; what they are at c = 0 and what directions change of them is to be set anew. The span
-  /// must stay valid.
+  /// Takes the contacts; what they are at c = 0 and what directions change of them is to be set anew. The
+  /// span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
 
   [[nodiscard]] std::size_t directions() const { return size_; }
@@ -50,8 +50,8 @@ class ReducedStep {
   void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
   /// c = 0 is what the present c was; then the residuals are to be set anew.
   void rebase(const parallel::Threads& threads);
-  /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept` ones
-  /// behind it. The residuals are to be set anew.
+  /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept`
+  /// ones behind it. The residuals are to be set anew.
   void compress(std::span<const double> a, std::size_t kept);
   /// False where the last direction is one of the others, to rounding; then it is dropped. O(contacts
   /// directions^2) a round.
@@ -90,13 +90,13 @@ class ReducedStep {
   std::vector<Vec3> forces_;           ///< there, less base_forces_, N
   std::vector<Vec3> trial_velocities_;
   std::vector<Vec3> trial_forces_;
-  std::vector<double> rates_;     ///< (contacts x 3 x stride): J
-  std::vector<double> bounds_;    ///< of friction, N
+  std::vector<double> rates_;      ///< (contacts x 3 x stride): J
+  std::vector<double> bounds_;     ///< of friction, N
   std::vector<Matrix3> weights_;   ///< -df/du of the contacts that stiffness_ is of, N s/m
   std::vector<Matrix3> changes_;   ///< of them, scratch
   std::vector<double> stiffness_;  ///< (stride x stride) sum_k J_k^T H_k J_k
   std::size_t assembled_ = 0;      ///< directions that it has
-  std::vector<double> matrix_;    ///< (size x stride), scratch
+  std::vector<double> matrix_;     ///< (size x stride), scratch
   std::vector<double> partial_;
   std::vector<double> f_, trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;

@@ -7,10 +7,11 @@
 
 namespace palpate::io {
 
-/// What colours of values stand for: from 0 (dark) to `most` (bright).
+/// What colours of values stand for: from `least` (dark) to `most` (bright).
 struct ColourScale {
-  double most = 1.0;  ///< > 0; larger values have its colour
-  std::string label;  ///< of the legend, ASCII: "displacement, mm"
+  double most = 1.0;   ///< above `least`; larger values have its colour
+  std::string label;   ///< of the legend, ASCII: "displacement, mm"
+  double least = 0.0;  ///< smaller values have its colour
 };
 
 /// The colour of a value: viridis (van der Walt & Smith 2015), whose brightness grows evenly, so that people
@@ -18,7 +19,7 @@ struct ColourScale {
 /// its colours.
 std::array<float, 3> scale_colour(double value, const ColourScale& scale);
 
-/// Draws the scale into the right side of an image, with numbers at 0, a half and all of `most`. `bottom`
+/// Draws the scale into the right side of an image, with numbers at both ends and half way. `bottom`
 /// rows of the image are left free. Throws Error if the font cannot be drawn.
 void draw_scale(Image& image, const ColourScale& scale, int bottom);
 

@@ -41,8 +41,8 @@ void check(const PictureSubject& subject, const PictureSettings& settings) {
          "body_colours", std::to_string(subject.body_colours.size()) + " colours", std::to_string(bodies));
   if (!subject.values.empty()) check_length("values", subject.values.size(), subject.positions.size());
   if (!subject.edges.empty()) check_length("edges", subject.edges.size(), subject.triangles.size());
-  expect(!settings.scale || settings.scale->most > 0.0, "scale", "a largest value that is not above 0",
-         "a number > 0");
+  expect(!settings.scale || settings.scale->most > settings.scale->least, "scale",
+         "a largest value that is not above the least", "a larger number");
   for (const Index point : subject.contact_points) {
     expect(point >= 0 && std::cmp_less(point, subject.positions.size()), "contact_points",
            "point " + std::to_string(point), "an index below " + std::to_string(subject.positions.size()));

@@ -6,6 +6,8 @@
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -33,17 +35,18 @@ vtkSmartPointer<VtkArray> borrow(const Value* values, std::size_t rows, int comp
   return array;
 }
 
-vtkSmartPointer<vtkDataArray> to_vtk(std::span<const double> values) {
-  return borrow<vtkDoubleArray>(values.data(), values.size(), 1);
+vtkSmartPointer<vtkDataArray> to_vtk(std::span<const double> values, int components = 1) {
+  return borrow<vtkDoubleArray>(values.data(), values.size() / static_cast<std::size_t>(components),
+                                components);
 }
-vtkSmartPointer<vtkDataArray> to_vtk(std::span<const Vec3> values) {
+vtkSmartPointer<vtkDataArray> to_vtk(std::span<const Vec3> values, int = 1) {
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
   return borrow<vtkDoubleArray>(reinterpret_cast<const double*>(values.data()), values.size(), 3);
 }
-vtkSmartPointer<vtkDataArray> to_vtk(std::span<const Index> values) {
+vtkSmartPointer<vtkDataArray> to_vtk(std::span<const Index> values, int = 1) {
   return borrow<vtkTypeInt32Array>(values.data(), values.size(), 1);
 }
-vtkSmartPointer<vtkDataArray> to_vtk(std::span<const std::uint8_t> values) {
+vtkSmartPointer<vtkDataArray> to_vtk(std::span<const std::uint8_t> values, int = 1) {
   return borrow<vtkUnsignedCharArray>(values.data(), values.size(), 1);
 }
 
@@ -51,17 +54,20 @@ void add_arrays(const std::string& source, std::span<const NamedArray> arrays, s
                 std::string_view kind, vtkFieldData* fields) {
   for (const NamedArray& array : arrays) {
     const std::size_t length = std::visit([](const auto& values) { return values.size(); }, array.values);
-    if (length != rows) {
+    const std::size_t expected = rows * static_cast<std::size_t>(array.components);
+    if (length != expected) {
       throw Error(source, std::string(kind) + " array '" + array.name + "'",
-                  std::to_string(length) + " values", std::to_string(rows));
+                  std::to_string(length) + " values", std::to_string(expected));
     }
     // VTK writes names as they are, into an XML attribute.
     if (array.name.empty() || array.name.find_first_of("<&\"") != std::string::npos) {
       throw Error(source, std::string(kind) + " array", "the name '" + array.name + "'",
                   "one of at least a letter, without <, & and \"");
     }
-    const auto data = std::visit([](const auto& values) { return to_vtk(values); }, array.values);
+    const auto data =
+        std::visit([&](const auto& values) { return to_vtk(values, array.components); }, array.values);
     data->SetName(array.name.c_str());
+    if (!array.unit.empty()) data->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), array.unit.c_str());
     fields->AddArray(data);
   }
 }
@@ -136,12 +142,15 @@ void write_frame(const std::filesystem::path& path, const Bodies& bodies, const 
   body_of_tet.reserve(bodies.tets().size());
   for (const Tet& tet : bodies.tets()) body_of_tet.push_back(bodies.body_of(tet));
 
-  const std::vector<NamedArray> point_arrays{{"displacement", std::span<const Vec3>(displacements)},
-                                             {"velocity", state.velocities},
-                                             {"body", bodies.body_of_point()},
-                                             {"contact", state.in_contact},
-                                             {"depth", state.depths}};
-  const std::vector<NamedArray> tet_arrays{{"body", std::span<const Index>(body_of_tet)}};
+  std::vector<NamedArray> point_arrays{
+      {"displacement", std::span<const Vec3>(displacements), 1, state.length_unit},
+      {"velocity", state.velocities, 1, state.speed_unit},
+      {"body", bodies.body_of_point()},
+      {"contact", state.in_contact},
+      {"depth", state.depths, 1, state.length_unit}};
+  std::vector<NamedArray> tet_arrays{{"body", std::span<const Index>(body_of_tet)}};
+  point_arrays.insert(point_arrays.end(), state.point_fields.begin(), state.point_fields.end());
+  tet_arrays.insert(tet_arrays.end(), state.tet_fields.begin(), state.tet_fields.end());
   write_vtu(path, {.points = state.positions,
                    .tets = bodies.tets(),
                    .point_arrays = point_arrays,

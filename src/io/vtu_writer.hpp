@@ -15,10 +15,12 @@ namespace palpate::io {
 /// A named array of a .vtu file, one value per point or per tet. Borrows its values.
 struct NamedArray {
   std::string name;  ///< not empty, without <, & and "
-  /// Written as Float64, Float64 with 3 components, Int32 or UInt8.
+  /// Written as Float64 (rows of `components`), Float64 with 3 components, Int32 or UInt8.
   std::variant<std::span<const double>, std::span<const Vec3>, std::span<const Index>,
                std::span<const std::uint8_t>>
       values;
+  int components = 1;  ///< of numbers in a row, where `values` are plain numbers
+  std::string unit{};  ///< stored as the array's UNITS_LABEL; empty: none
 };
 
 /// What a .vtu file holds. Borrows everything.
@@ -45,10 +47,14 @@ struct FrameState {
   std::span<const Vec3> velocities;          ///< (n_points x 3)
   std::span<const std::uint8_t> in_contact;  ///< (n_points), 1 for a point that is in a tet of another body
   std::span<const double> depths;  ///< (n_points), largest penetration depth of the point, 0 without contact
+  std::string length_unit{};       ///< names of units, or empty
+  std::string speed_unit{};
+  std::span<const NamedArray> point_fields{};  ///< besides, each of n_points rows
+  std::span<const NamedArray> tet_fields{};    ///< besides, each of n_tets rows
 };
 
 /// Writes a frame: the tets at `positions` with the point arrays displacement (from rest), velocity, body,
-/// contact and depth, and the tet array body. Throws as write_vtu() does. O(n).
+/// contact and depth, the tet array body, and the fields. Throws as write_vtu() does. O(n).
 void write_frame(const std::filesystem::path& path, const Bodies& bodies, const FrameState& state);
 
 }  // namespace palpate::io

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <string>
 
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
+#include "scene/output_fields.hpp"
 #include "scene/scene.hpp"
 
 /// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
@@ -14,9 +16,9 @@ namespace palpate::scene_format {
 
 template <class Visitor>
 void describe(Visitor& v, Units& units) {
-  v.field("length", units.length);
-  v.field("mass", units.mass);
-  v.field("time", units.time);
+  v.unit("length", units.length, length_units);
+  v.unit("mass", units.mass, mass_units);
+  v.unit("time", units.time, time_units);
 }
 
 template <class Visitor>
@@ -50,9 +52,9 @@ void describe(Visitor& v, Rotation& rotate) {
 
 template <class Visitor>
 void describe(Visitor& v, Material& material) {
-  v.field("young_modulus", material.young_modulus, above(0).in_si());
+  v.field("young_modulus", material.young_modulus, above(0).in(dimension::pressure));
   v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
-  v.field("density", material.density, above(0).in_si());
+  v.field("density", material.density, above(0).in(dimension::density));
   v.field("mass_damping", material.mass_damping, at_least(0));
   v.field("stiffness_damping", material.stiffness_damping, at_least(0));
   v.optional("plastic_yield", material.plastic_yield, at_least(0));
@@ -120,9 +122,28 @@ void describe(Visitor& v, Attachment& attachment) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, Ramp& ramp) {
+  v.required("times", ramp.times);
+  v.required("factors", ramp.factors);
+  v.rule(!ramp.times.empty() && ramp.times.size() == ramp.factors.size(), "factors",
+         std::to_string(ramp.factors.size()), "as many as times, one or more");
+  v.rule(std::ranges::adjacent_find(ramp.times, std::greater_equal()) == ramp.times.end(), "times",
+         "times that do not grow", "one later than the other");
+}
+
+template <class Visitor>
 void describe(Visitor& v, Load& load) {
-  v.required("force", load.force);
+  v.optional("force", load.force);
+  v.optional("pressure", load.pressure);
+  v.optional("traction", load.traction);
+  v.optional("ramp", load.ramp);
   v.one_of(load.points, {"box", "sphere", "points", "near"});
+  const int kinds = (load.force ? 1 : 0) + (load.pressure ? 1 : 0) + (load.traction ? 1 : 0);
+  v.rule(kinds == 1,
+         load.pressure   ? "pressure"
+         : load.traction ? "traction"
+                         : "force",
+         kinds == 0 ? "nothing" : "it beside another", "one of 'force', 'pressure' and 'traction'");
 }
 
 template <class Visitor>
@@ -140,6 +161,8 @@ void describe(Visitor& v, SceneBody& body) {
   v.object("rotate", body.transform.rotate);
   v.field("translate", body.transform.translate);
   v.field("velocity", body.velocity);
+  v.field("angular_velocity", body.angular_velocity);
+  v.optional("gravity", body.gravity);
   v.optional("material", body.material);
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
@@ -153,6 +176,8 @@ void describe(Visitor& v, SceneBody& body) {
   v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
          "false: a rigid body has one shape");
   v.rule(!is_rigid(body) || body.velocity == Vec3{}, "velocity", "one for a rigid body",
+         "a body that deforms (an obstacle is moved by its motion)");
+  v.rule(!is_rigid(body) || body.angular_velocity == Vec3{}, "angular_velocity", "one for a rigid body",
          "a body that deforms (an obstacle is moved by its motion)");
   v.rule(!body.motion || body.fixed.empty(), "fixed", "it in a body with a motion", "one of the two");
   v.rule(is_rigid(body) || body.material, "material", "nothing",
@@ -218,8 +243,8 @@ void describe(Visitor& v, SolverSettings& solver) {
 
 template <class Visitor>
 void describe(Visitor& v, RestSettings& rest) {
-  v.field("speed", rest.speed, above(0).in_si());
-  v.field("time", rest.time, above(0).in_si());
+  v.field("speed", rest.speed, above(0).in(dimension::speed));
+  v.field("time", rest.time, above(0).in(dimension::time));
 }
 
 template <class Visitor>
@@ -235,66 +260,14 @@ void describe(Visitor& v, RelaxSettings& relax) {
 }
 
 template <class Visitor>
-void describe(Visitor& v, Camera& camera) {
-  v.optional("position", camera.position);
-  v.optional("target", camera.target);
-  v.rule(!camera.position || !camera.target || *camera.position != *camera.target, "target",
-         "the camera's position", "another point");
-}
-
-template <class Visitor>
-void describe(Visitor& v, Picture& picture) {
-  v.field("size", picture.size, within(16, 16384));
-  v.object("camera", picture.camera);
-}
-
-template <class Visitor>
-void describe(Visitor& v, Cut& cut) {
-  v.required("point", cut.point);
-  v.required("normal", cut.normal);
-  v.field("bodies", cut.bodies);
-  v.rule(cut.normal != Vec3{}, "normal", "a zero vector", "a direction");
-}
-
-template <class Visitor>
-void describe(Visitor& v, DisplacementMap& map) {
-  v.required("most", map.most, above(0));
-  v.field("bodies", map.bodies);
-}
-
-template <class Visitor>
-void describe(Visitor& v, View& view) {
-  v.required("name", view.name);
-  v.field("size", view.size, within(16, 16384));
-  v.object("camera", view.camera);
-  v.choice("when", view.when, view_time_names);
-  v.field("bodies", view.bodies);
-  v.optional("cut", view.cut);
-  v.optional("displacement", view.displacement);
-  v.field("contacts", view.contacts);
-  const auto plain = [](char c) {
-    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '-' || c == '_';
-  };
-  v.rule(std::ranges::all_of(view.name, plain) && view.name != "picture", "name", "'" + view.name + "'",
-         "letters, digits, '-' and '_', and not 'picture'");
-}
-
-template <class Visitor>
-void describe(Visitor& v, OutputSettings& output) {
-  v.field("every", output.every, at_least(1));
-  v.object("picture", output.picture);
-  v.list("views", output.views);
-}
-
-template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
   v.ignored("$schema");  // editors check and complete by it
   v.field("name", scene.name);
   v.object("units", scene.units);
-  v.set_si(scene.units == Units{});
-  v.field("time_step", scene.settings.time_step, above(0).in_si());
-  v.field("duration", scene.duration, above(0).in_si());
-  v.field("gravity", scene.settings.gravity, any.in_si());
+  v.set_units(scene.units);
+  v.field("time_step", scene.settings.time_step, above(0).in(dimension::time));
+  v.field("duration", scene.duration, above(0).in(dimension::time));
+  v.field("gravity", scene.settings.gravity, any.in(dimension::acceleration));
   ContactBlock contact{scene.settings.detection, scene.settings.response};
   v.object("contact", contact);
   v.object("solver", scene.settings.solver);

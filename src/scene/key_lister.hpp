@@ -26,6 +26,10 @@ class KeyLister {
   void field(std::string_view key, T& value, const Limits& = any) {
     add(key, encode({}, value));
   }
+  template <class Known>
+  void unit(std::string_view key, std::string& value, const Known&) {
+    field(key, value);
+  }
   template <class T>
   void required(std::string_view key, T& value, const Limits& = any) {
     add(key, nullptr);
@@ -69,7 +73,7 @@ class KeyLister {
   }
   [[nodiscard]] static bool given(std::string_view) { return false; }
   static void rule(bool, std::string_view, std::string_view, std::string_view) {}
-  static void set_si(bool) {}
+  static void set_units(const Units&) {}
 
  private:
   void add(std::string_view key, nlohmann::ordered_json value) {

@@ -3,6 +3,8 @@
 #include <limits>
 #include <string>
 
+#include "scene/units.hpp"
+
 namespace palpate::scene_format {
 
 /// What a number of a scene may be (NaN and infinite are never allowed).
@@ -11,15 +13,15 @@ struct Limits {
   double high = std::numeric_limits<double>::infinity();
   bool low_open = false;   ///< low itself is not allowed
   bool high_open = false;  ///< high itself is not allowed
-  /// The default means something in SI only: a scene in other units must give the value.
-  bool default_is_si = false;
+  /// Of the number: a default is said in SI, and turned into the units of the scene.
+  Dimension dimension{};
 
   [[nodiscard]] constexpr bool allow(double x) const {
     return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
   }
-  [[nodiscard]] constexpr Limits in_si() const {
+  [[nodiscard]] constexpr Limits in(const Dimension& unit) const {
     Limits limits = *this;
-    limits.default_is_si = true;
+    limits.dimension = unit;
     return limits;
   }
 };

@@ -29,7 +29,9 @@ class Reader {
   template <class T>
   void field(std::string_view key, T& value, const Limits& limits = any) {
     if (const auto* json = find(key)) return decode_any(key_path(path_, key), *json, value, limits);
-    if (limits.default_is_si && !context_.si) context_.without_default.push_back(key_path(path_, key));
+    // Of doubles and vectors; SI stays as it is to the bit.
+    if constexpr (requires { scale_default(value, Units{}, limits.dimension); })
+      scale_default(value, context_.units, limits.dimension);
   }
   template <class T>
   void required(std::string_view key, T& value, const Limits& limits = any) {
@@ -127,7 +129,16 @@ class Reader {
     if (object_.contains(key)) fail(context_, key_path(path_, key), found, expected);
     broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
-  void set_si(bool si) { context_.si = si; }
+  void set_units(const Units& units) { context_.units = units; }
+  /// One of a table of units.
+  template <std::size_t n>
+  void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
+    field(key, value);
+    std::vector<std::string_view> names;
+    for (const UnitName& unit : known) names.push_back(unit.name);
+    if (std::ranges::count(names, value) == 0)
+      fail(context_, key_path(path_, key), "'" + value + "'", expected_name(value, names));
+  }
 
   /// Refuses the keys that nothing asked for, then what breaks a rule.
   void finish() const {
@@ -150,6 +161,12 @@ class Reader {
     Reader reader(context_, std::move(path), json);
     describe(reader, value);
     reader.finish();
+  }
+  static void scale_default(double& value, const Units& units, const Dimension& dimension) {
+    value = from_si(value, units, dimension);
+  }
+  static void scale_default(Vec3& value, const Units& units, const Dimension& dimension) {
+    for (double* component : {&value.x, &value.y, &value.z}) scale_default(*component, units, dimension);
   }
   template <class T>
   void decode_any(const std::string& path, const nlohmann::json& json, T& value, const Limits& limits) {

@@ -75,7 +75,10 @@ void check_views(const Scene& scene) {
     check_known(scene, view.bodies, path + ".bodies");
     if (view.cut) check_known(scene, view.cut->bodies, path + ".cut.bodies");
     if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");
+    if (view.field) check_known(scene, view.field->bodies, path + ".field.bodies");
   }
+  for (std::size_t i = 0; i < scene.output.pairs.size(); ++i)
+    check_known(scene, scene.output.pairs[i].bodies, element_path("output.pairs", i) + ".bodies");
 }
 
 /// What detection needs to know of each body.
@@ -85,24 +88,11 @@ void mark_self_collision(Scene& scene) {
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-/// All keys at once that a scene in other units than SI must give, so that nobody meets them one by one.
-void require_values(const Scene& scene, const std::vector<std::string>& keys) {
-  if (keys.empty()) return;
-  constexpr std::size_t most = 24;
-  std::string list;
-  for (std::size_t i = 0; i < std::min(most, keys.size()); ++i) list += (i > 0 ? ", " : "") + keys[i];
-  if (keys.size() > most) list += " and " + std::to_string(keys.size() - most) + " more";
-  throw Error(scene.source, list, "nothing",
-              std::string(keys.size() == 1 ? "a value" : "values") + " in " + scene.units.length + ", " +
-                  scene.units.mass + ", " + scene.units.time + ", since defaults are for SI units only");
-}
-
 void fill(Scene& scene, const nlohmann::json& json) {
   scene_format::Context context{scene.source};
   scene_format::Reader reader(context, "", json);
   describe(reader, scene);
   reader.finish();
-  require_values(scene, context.without_default);
   name_bodies(scene);
   check_views(scene);
   mark_self_collision(scene);

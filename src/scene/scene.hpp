@@ -15,17 +15,11 @@
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
 
+#include "scene/units.hpp"
+
 /// A scene as plain data, and its text form: JSON with comments, described in docs/scene.md and
 /// docs/scene.schema.json.
 namespace palpate {
-
-/// Names of the units that every number of a scene is in; carried to the outputs, never converted.
-struct Units {
-  std::string length = "m";
-  std::string mass = "kg";
-  std::string time = "s";
-  friend bool operator==(const Units&, const Units&) = default;
-};
 
 /// A body from a mesh file; a relative path counts from the folder of the scene file.
 struct MeshFile {
@@ -112,9 +106,12 @@ struct Attachment {
   Selection points;
   std::optional<double> stiffness{};  ///< of each spring; only where `to` deforms
 };
-/// A force, shared equally by the selected points.
+/// A load on selected points, or on the surface triangles all of whose corners are selected: one of three.
 struct Load {
-  Vec3 force{};
+  std::optional<Vec3> force{};       ///< shared equally by the points
+  std::optional<double> pressure{};  ///< against the outward normal; follows the surface
+  std::optional<Vec3> traction{};    ///< per area at rest; keeps its direction
+  std::optional<Ramp> ramp{};        ///< none: the whole load all the time
   Selection points;
 };
 /// A spring from the point of the body nearest to `from` to a place in space.
@@ -131,6 +128,8 @@ struct SceneBody {
   Transform transform;
   std::optional<Material> material;   ///< always there for a body that is not an obstacle
   Vec3 velocity{};                    ///< of all free points at the start, m/s
+  Vec3 angular_velocity{};            ///< besides, about the centre of mass at the start, rad/s
+  std::optional<Vec3> gravity{};      ///< in place of that of the scene
   std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
   std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
@@ -166,6 +165,21 @@ struct DisplacementMap {
   double most = 1.0;  ///< end of the scale, > 0
   BodyNames bodies;   ///< that are coloured; empty: those that deform
 };
+/// Names of fields, of field_list.hpp.
+struct FieldNames {
+  std::vector<std::string> names;
+};
+/// Colours bodies by a field at their points: its value, or of a vector its length.
+struct FieldMap {
+  std::string name{};
+  double least = 0.0;            ///< start of the scale
+  std::optional<double> most{};  ///< end of it; none: the largest value there is
+  BodyNames bodies{};            ///< that are coloured; empty: those that deform
+};
+/// Two bodies, whose forces on each other are written.
+struct BodyPair {
+  BodyNames bodies;
+};
 /// When a view is taken.
 enum class ViewTime {
   end,    ///< of the run
@@ -182,11 +196,14 @@ struct View {
   BodyNames bodies{};  ///< that are shown; empty: all
   std::optional<Cut> cut{};
   std::optional<DisplacementMap> displacement{};
+  std::optional<FieldMap> field{};
   bool contacts = false;  ///< shows points in contact
 };
 /// What a run writes.
 struct OutputSettings {
-  int every = 10;  ///< steps from one frame file to the next
+  int every = 10;                 ///< steps from one frame file to the next
+  FieldNames fields{};            ///< that frames have besides displacement, velocity, contact and depth
+  std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
   Picture picture;
   std::vector<View> views;
 };

@@ -89,6 +89,26 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   }
 }
 
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, FieldNames& value,
+            const Limits& limits) {
+  if (!json.is_array()) fail(context, path, describe_json(json), "an array of names of fields");
+  value.names.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const std::string here = element_path(path, i);
+    decode(context, here, json[i], value.names[i], limits);
+    if (find_field(value.names[i]) == nullptr)
+      fail(context, here, describe_json(json[i]), expected_name(value.names[i], field_names()));
+  }
+}
+
+void decode(const Context& context, const std::string& path, const nlohmann::json& json,
+            std::vector<double>& value, const Limits& limits) {
+  if (!json.is_array()) fail(context, path, describe_json(json), "an array of numbers");
+  value.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i)
+    decode(context, element_path(path, i), json[i], value[i], limits);
+}
+
 namespace {
 
 void decode_indices(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -144,6 +164,14 @@ ordered_json encode(const std::string&, const MeshFile& value) {
 }
 ordered_json encode(const std::string&, const BodyNames& value) {
   return value.names;
+}
+ordered_json encode(const std::string&, const FieldNames& value) {
+  return value.names;
+}
+ordered_json encode(const std::string& path, const std::vector<double>& value) {
+  auto json = ordered_json::array();
+  for (std::size_t i = 0; i < value.size(); ++i) json.push_back(encode(element_path(path, i), value[i]));
+  return json;
 }
 ordered_json encode(const std::string&, const PointSelection& value) {
   return value.indices;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/field_list.hpp"
 #include "scene/json_text.hpp"
 #include "scene/limits.hpp"
 #include "scene/scene.hpp"
@@ -18,8 +19,7 @@ namespace palpate::scene_format {
 /// What all readers of one scene share.
 struct Context {
   const std::string& source;
-  bool si = true;                              ///< the scene is in SI units, so that defaults in SI hold
-  std::vector<std::string> without_default{};  ///< absent keys whose default is in SI, in a scene that is not
+  Units units{};  ///< of the scene, as soon as they are read
 };
 
 [[noreturn]] void fail(const Context& context, const std::string& path, const std::string& found,
@@ -41,6 +41,12 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 /// An array of names; whether bodies have them is checked once all are known.
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, BodyNames& value,
             const Limits& limits);
+/// An array of names of fields; each must be one of field_infos().
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, FieldNames& value,
+            const Limits& limits);
+/// An array of numbers, which may be empty.
+void decode(const Context& context, const std::string& path, const nlohmann::json& json,
+            std::vector<double>& value, const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
             PointSelection& value, const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
@@ -66,6 +72,8 @@ nlohmann::ordered_json encode(const std::string& path, const std::string& value)
 nlohmann::ordered_json encode(const std::string& path, const Vec3& value);
 nlohmann::ordered_json encode(const std::string& path, const MeshFile& value);
 nlohmann::ordered_json encode(const std::string& path, const BodyNames& value);
+nlohmann::ordered_json encode(const std::string& path, const FieldNames& value);
+nlohmann::ordered_json encode(const std::string& path, const std::vector<double>& value);
 nlohmann::ordered_json encode(const std::string& path, const PointSelection& value);
 nlohmann::ordered_json encode(const std::string& path, const TetSelection& value);
 

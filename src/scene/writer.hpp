@@ -26,6 +26,10 @@ class Writer {
   void field(std::string_view key, const T& value, const Limits& = any) {
     put(key, encode(key_path(path_, key), value));
   }
+  template <class Known>
+  void unit(std::string_view key, const std::string& value, const Known&) {
+    field(key, value);
+  }
   template <class T>
   void required(std::string_view key, T& value, const Limits& = any) {
     object_[std::string(key)] = encode_any(key_path(path_, key), value);
@@ -78,7 +82,7 @@ class Writer {
   }
   [[nodiscard]] static bool given(std::string_view) { return false; }
   static void rule(bool, std::string_view, std::string_view, std::string_view) {}  // the reader's task
-  static void set_si(bool) {}
+  static void set_units(const Units&) {}
 
  private:
   void put(std::string_view key, nlohmann::ordered_json json) {

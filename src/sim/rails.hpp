@@ -18,7 +18,9 @@ class Rails {
   /// zero quaternion, an index out of range.
   Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start);
 
-  [[nodiscard]] std::span<const Index> points() const { return points_; }  ///< ascending
+  [[nodiscard]] std::span<const Index> points() const { return points_; }            ///< ascending
+  [[nodiscard]] std::span<const Index> motion_of_points() const { return motion_; }  ///< of points()
+  [[nodiscard]] Index motion_count() const { return static_cast<Index>(motions_.size()); }
   /// Where points() are at a time, in their order; the span is valid until the next call.
   std::span<const Vec3> positions(const parallel::Threads& threads, double time);
   /// All points at the start (n_points x 3), with those on rails where their motion is at time 0.

@@ -75,6 +75,17 @@ double ContactResponse::stiffness(Index body_a, Index body_b) const {
   return settings_.stiffness.value_or(1.0 / (at(body_compliance_, body_a) + at(body_compliance_, body_b)));
 }
 
+ContactOutcome ContactResponse::outcome(std::size_t contact, const Vec3& velocity) const {
+  const fem::ContactLaw& law = laws_[contact];
+  const fem::ContactForce force =
+      fem::contact_force(law, {.coefficient = settings_.friction, .time_step = time_step_}, velocity);
+  const bool slides = length(force.pull) > settings_.friction * force.normal;
+  const ContactStatus status = force.normal == 0.0 ? ContactStatus::open
+                               : slides            ? ContactStatus::slide
+                                                   : ContactStatus::stick;
+  return {law.depth, law.direction, status};
+}
+
 double ContactResponse::reduced_mass(Index point, const Tet& tet,
                                      const std::array<double, 4>& weights) const {
   double inverse = at(moves_, point) != 0 ? 1.0 / at(masses_, point) : 0.0;
@@ -174,7 +185,8 @@ void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& 
   // Where it was before the step, along the straight way that it came: outside.
   const double depth = std::min(contacts.depth[c] + time_step_ * dot(velocity, r), 0.0);
   contact.law = {.stiffness = k, .damping = 0.0, .depth = depth, .slip = {}, .direction = r};
-  contact.force = fem::contact_force(contact.law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal;
+  contact.force =
+      fem::contact_force(contact.law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal;
   contact.remembered = {.point = point,
                         .body = body,
                         .seen = 1,

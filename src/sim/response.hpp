@@ -5,15 +5,23 @@
 #include <vector>
 
 #include <palpate/detection.hpp>
+#include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 
 #include "contact/nearest_surface.hpp"
-#include "fem/coupling.hpp"
 #include "fem/contact_law.hpp"
+#include "fem/coupling.hpp"
 #include "sim/contact_memory.hpp"
 #include "sim/side_shares.hpp"
 
 namespace palpate {
+
+/// A contact as the step's last solve had it.
+struct ContactOutcome {
+  double depth = 0.0;  ///< at the start of the step, m; negative: the gap of a foreseen contact
+  Vec3 direction{};
+  ContactStatus status = ContactStatus::open;
+};
 
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
@@ -37,8 +45,8 @@ namespace palpate {
 /// the END of the step (fem::ContactLaw); fem::ContactSolver finds these.
 ///
 /// A contact that is not there at the start of a step, but is at its end, is speculative (add_speculative()):
-/// otherwise a body falls into another for one step before anything stops it, and in a pile each body one step
-/// longer than the one below it. Without damping, since its spring acts for a part of the step only.
+/// otherwise a body falls into another for one step before anything stops it, and in a pile each body one
+/// step longer than the one below it. Without damping, since its spring acts for a part of the step only.
 ///
 /// Depth and direction of a step are those at its start. Where they change faster than the model of the step
 /// foresees (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
@@ -64,9 +72,9 @@ class ContactResponse {
   /// Other settings from the next compute() on; they have passed check_settings().
   void change(const ResponseSettings& settings) { settings_ = settings; }
 
-  /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a force.
-  /// `positions` are those that the contacts were found at, `time_step` is the time since the last call
-  /// and to the next; what contacts remember is kept from call to call. O(contacts), parallel.
+  /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
+  /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
+  /// call and to the next; what contacts remember is kept from call to call. O(contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                std::vector<fem::Coupling>& couplings);
@@ -84,6 +92,9 @@ class ContactResponse {
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }
+
+  /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
+  [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
   /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
   void undo() { memory_.undo(); }
@@ -119,7 +130,7 @@ class ContactResponse {
   ResponseSettings settings_;
   ContactMemory memory_;
   double time_step_ = 0.0;
-  std::vector<fem::ContactLaw> laws_;          ///< of the contacts, in the order of their couplings
+  std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
   std::vector<std::size_t> unknown_;      ///< scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of add_speculative()
   std::vector<RememberedContact> added_;  ///< scratch of add_speculative()

@@ -33,6 +33,21 @@ void describe(Archive& archive, Tie& tie) {
 }
 
 template <class Archive>
+void describe(Archive& archive, Ramp& ramp) {
+  archive(ramp.times, ramp.factors);
+}
+
+template <class Archive>
+void describe(Archive& archive, PointLoad& load) {
+  archive(load.points, load.force, load.ramp);
+}
+
+template <class Archive>
+void describe(Archive& archive, SurfaceLoad& load) {
+  archive(load.triangles, load.pressure, load.traction, load.ramp);
+}
+
+template <class Archive>
 void describe(Archive& archive, InterestRegion& region) {
   archive(region.center, region.radius);
 }
@@ -99,6 +114,17 @@ void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies
   }
 }
 
+void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodies) {
+  for (const ActedContact& c : contacts) {
+    for (const Index point : c.points) check_index("acting contact", point, 0, bodies.points_rest().size());
+    if (tet_of(c, bodies) < 0)
+      throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
+    for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
+    check_finite("acting contact", {c.weights[0], c.weights[1], c.weights[2]});
+    check_finite("acting contact", {c.weights[3], c.depth, 0.0});
+  }
+}
+
 }  // namespace
 
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings) {
@@ -108,7 +134,8 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
   return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
                    model.obstacles),
            hash_of(model.materials, model.material_of_tet),
-           hash_of(model.motions, model.motion_of_point, model.ties), hash_of(settings)}};
+           hash_of(model.motions, model.motion_of_point, model.ties),
+           hash_of(model.point_loads, model.surface_loads, model.gravity_of_body), hash_of(settings)}};
 }
 
 void check_saved(const SavedState& saved, const Bodies& bodies) {
@@ -116,6 +143,12 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   if (!saved.forces.empty()) check_length("forces", saved.forces.size(), points);
   for (const Vec3& force : saved.forces) check_finite("forces", force);
   check_length("contact_forces", saved.contact_forces.size(), bodies.bodies().size());
+  if (!saved.pressures.empty()) check_length("pressures", saved.pressures.size(), bodies.triangles().size());
+  for (const double pressure : saved.pressures) check_finite("pressures", {pressure, 0.0, 0.0});
+  if (!saved.reactions.empty()) check_length("reactions", saved.reactions.size(), points);
+  for (const Vec3& force : saved.reactions) check_finite("reactions", force);
+  for (const Vec3& force : saved.tie_forces) check_finite("tie_forces", force);
+  check_acting(saved.acting_contacts, bodies);
   for (const HeldGrab& held : saved.grabs) {
     check_index("grab.point", held.grab.point, -1, points);
     check_finite("grab", held.grab.target);

@@ -13,15 +13,17 @@
 #include "sim/archive.hpp"
 #include "sim/contact_memory.hpp"
 #include "sim/grabs.hpp"
+#include "sim/step_forces.hpp"
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 3};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 4};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
 struct Fingerprint {
-  static constexpr std::array<std::string_view, 4> names{"bodies", "materials", "motions", "settings"};
+  static constexpr std::array<std::string_view, 5> names{"bodies", "materials", "motions", "loads",
+                                                         "settings"};
   std::array<std::uint64_t, names.size()> hashes{};
 };
 /// O(points + tets).
@@ -33,11 +35,16 @@ struct SavedState {
   StepMetrics metrics;  ///< without times
   std::int64_t slow_steps = 0;
   std::vector<Vec3> forces;
+  std::vector<double> pressures;
   std::vector<HeldGrab> grabs;
   fem::DynamicsState dynamics;
   std::vector<RememberedContact> contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
+  std::vector<ActedContact> acting_contacts;
+  std::vector<Vec3> tie_forces;
+  bool records_reactions = false;
+  std::vector<Vec3> reactions;
 };
 
 /// Throws Error where indices are out of range, numbers not finite or arrays of another length than a
@@ -92,6 +99,13 @@ void describe(Archive& archive, RememberedContact& c) {
 }
 
 template <class Archive>
+void describe(Archive& archive, ActedContact& c) {
+  archive(c.points, c.weights, c.depth, c.direction, c.force);
+  archive.choice(c.status, contact_status_names.size());
+  archive(c.foreseen);
+}
+
+template <class Archive>
 void describe(Archive& archive, CellSizeTrial& trial) {
   archive(trial.cell_size, trial.lookups, trial.visits, trial.work);
 }
@@ -104,8 +118,9 @@ void describe(Archive& archive, DetectorMemory& m) {
 
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
-  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.grabs, s.dynamics, s.contacts,
-          s.detector, s.contact_forces);
+  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.dynamics,
+          s.contacts, s.detector, s.contact_forces);
+  archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 
 }  // namespace palpate

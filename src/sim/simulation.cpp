@@ -8,18 +8,12 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
-#include "fem/dynamics.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
-#include "parallel/parallel.hpp"
-#include "sim/grabs.hpp"
 #include "sim/model_check.hpp"
-#include "sim/rails.hpp"
-#include "sim/response.hpp"
-#include "sim/saved_state.hpp"
+#include "sim/simulation_state.hpp"
 #include "sim/state_hash.hpp"
-#include "sim/ties.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate {
@@ -67,96 +61,40 @@ double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   return diagonals * length(upper - lower) / settings.time_step;
 }
 
-/// `forces`, or an Error where they are neither none nor one finite force for each of `count` points.
-std::vector<Vec3> forces_or_none(std::vector<Vec3> forces, std::size_t count) {
-  if (!forces.empty() && forces.size() != count) {
-    throw Error("simulation", "forces", std::to_string(forces.size()) + " values", std::to_string(count));
-  }
-  for (std::size_t p = 0; p < forces.size(); ++p) {
-    if (!is_finite(forces[p])) {
-      throw Error("simulation", "forces", "a force on point " + std::to_string(p) + " that is not finite",
-                  "three finite numbers");
-    }
-  }
-  return forces;
-}
-
 }  // namespace
 
-struct Simulation::State {
-  State(Model model, const SimulationSettings& s, int n)
-      : fingerprint(fingerprint_of(model, s)),
-        obstacles(rigid_bodies(model)),
-        unfree(unfree_points(model)),
-        bodies(std::move(model.bodies)),
-        settings(checked(s)),
-        threads(n),
-        materials(std::move(model.materials), std::move(model.material_of_tet)),
-        rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
-        forces(forces_or_none(std::move(model.forces), bodies.points_rest().size())),
-        grabs(static_cast<Index>(bodies.points_rest().size())),
-        dynamics(bodies, materials, std::move(unfree), obstacles, threads),
-        detector(bodies, settings.detection, obstacles, n),
-        contact_materials(fem::mean_materials(bodies, materials)),
-        response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
-                 dynamics.free_points()),
-        max_speed(speed_limit(bodies, settings)),
-        contact_forces(bodies.bodies().size()),
-        masses(bodies.bodies().size(), 0.0),
-        squared_speeds(bodies.bodies().size(), 0.0) {
-    for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
-      at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
-    }
-    for (const Grab& grab : model.grabs) grabs.add(grab);
-    dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
-    ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
-                response);
-    if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
-    detect(dynamics.positions(), true);
-    measure();
+Simulation::State::State(Model model, const SimulationSettings& s, int n)
+    : fingerprint(fingerprint_of(model, s)),
+      obstacles(rigid_bodies(model)),
+      unfree(unfree_points(model)),
+      bodies(std::move(model.bodies)),
+      settings(checked(s)),
+      threads(n),
+      materials(std::move(model.materials), std::move(model.material_of_tet)),
+      rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
+      dynamics(bodies, materials, std::move(unfree), obstacles, threads),
+      loads(model, bodies, obstacles, dynamics.point_masses()),
+      grabs(static_cast<Index>(bodies.points_rest().size())),
+      detector(bodies, settings.detection, obstacles, n),
+      contact_materials(fem::mean_materials(bodies, materials)),
+      response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
+               dynamics.free_points()),
+      max_speed(speed_limit(bodies, settings)),
+      contact_forces(bodies.bodies().size()),
+      masses(bodies.bodies().size(), 0.0),
+      squared_speeds(bodies.bodies().size(), 0.0) {
+  for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
+    at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
   }
-
-  void detect(std::span<const Vec3> positions, bool last);
-  [[nodiscard]] bool spends_time() const;
-  [[nodiscard]] double budget_seconds() const;
-  [[nodiscard]] double budget_left() const;
-  [[nodiscard]] bool can_look_ahead() const;
-  void measure();
-  void begin_step();
-  bool solve(bool loose, bool steady);
-  [[nodiscard]] fem::ContactSet contact_set();
-  [[nodiscard]] double normal_forces() const;
-  void solve_with_speculative_contacts(const StepMetrics& last);
-  void advance();
-  void sum_contact_forces();
-  [[nodiscard]] SavedState saved_state() const;
-  void take_state(const SavedState& saved);
-
-  Fingerprint fingerprint;              ///< of the model while it is whole
-  std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
-  std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
-  Bodies bodies;
-  SimulationSettings settings;
-  parallel::Threads threads;
-  Materials materials;
-  Rails rails;
-  std::vector<Vec3> forces;  ///< on points; empty: none
-  Grabs grabs;
-  fem::Dynamics dynamics;
-  Detector detector;
-  std::vector<Material> contact_materials;
-  ContactResponse response;
-  Ties ties;
-  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the ties, then of the contacts
-  std::size_t grab_couplings = 0;
-  std::size_t first_contact = 0;  ///< in the couplings
-  double max_speed;
-  std::vector<Vec3> contact_forces;
-  std::vector<double> masses;
-  std::vector<double> squared_speeds;  ///< per body: sum of m v^2
-  StepMetrics metrics;
-  std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
-};
+  for (const Grab& grab : model.grabs) grabs.add(grab);
+  dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
+  ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
+              response);
+  step_forces.set({}, std::vector<Vec3>(model.ties.size()));
+  if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
+  detect(dynamics.positions(), true);
+  measure();
+}
 
 /// Whether there is a budget in time.
 bool Simulation::State::spends_time() const {
@@ -214,7 +152,8 @@ void Simulation::State::measure() {
 void Simulation::State::begin_step() {
   const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
   dynamics.prescribe(rails.points(), rails.positions(threads, end));
-  dynamics.begin_step(settings.time_step, settings.gravity, forces);
+  step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, end);
+  dynamics.begin_step(settings.time_step, settings.gravity, step_loads);
   metrics.solves = 0;
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
@@ -253,9 +192,9 @@ fem::ContactSet Simulation::State::contact_set() {
           .friction = {.coefficient = response.friction(), .time_step = settings.time_step}};
 }
 
-/// Solves, detects at the predicted positions and adds speculative contacts, until none are new; loosely while
-/// there are new ones, and at first in a step after one in which bodies met.
-/// \param last  of the step before
+/// Solves, detects at the predicted positions and adds speculative contacts, until none are new; loosely
+/// while there are new ones, and at first in a step after one in which bodies met. \param last  of the step
+/// before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int most_turns = 8;
   metrics.looks_ahead = can_look_ahead();
@@ -272,10 +211,9 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
-    const bool meets =
-        looks_again && response.add_speculative(threads, bodies, detector.contacts(),
-                                                dynamics.end_positions(), dynamics.mean_velocities(),
-                                                normal_forces(), couplings);
+    const bool meets = looks_again && response.add_speculative(
+                                          threads, bodies, detector.contacts(), dynamics.end_positions(),
+                                          dynamics.mean_velocities(), normal_forces(), couplings);
     metrics.forces_seconds += watch.lap();
     if (!meets && !loose) break;
     loose = meets && !settings.solver.fixed_iterations;
@@ -299,15 +237,6 @@ double Simulation::State::normal_forces() const {
   return std::sqrt(sum);
 }
 
-void Simulation::State::sum_contact_forces() {
-  std::fill(contact_forces.begin(), contact_forces.end(), Vec3{});
-  for (const fem::Coupling& coupling : std::span(couplings).subspan(first_contact)) {
-    const Vec3 force = fem::end_force(coupling, settings.time_step, dynamics.mean_velocities());
-    at(contact_forces, at(bodies.body_of_point(), coupling.points[0])) += force;
-    at(contact_forces, at(bodies.body_of_point(), coupling.points[1])) -= force;
-  }
-}
-
 Simulation::Simulation(Model model, const SimulationSettings& settings, int threads)
     : state_(std::make_unique<State>(std::move(model), settings, threads)) {}
 Simulation::~Simulation() = default;
@@ -325,6 +254,7 @@ void Simulation::State::advance() {
   first_contact = couplings.size();
   response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
                    settings.time_step, couplings);
+  first_foreseen = couplings.size();
   metrics.forces_seconds = watch.lap();
   try {
     begin_step();
@@ -336,7 +266,7 @@ void Simulation::State::advance() {
     throw;
   }
   watch.lap();
-  sum_contact_forces();
+  take_forces();
   grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
                     dynamics.mean_velocities());
   dynamics.end_step();
@@ -381,36 +311,6 @@ void Simulation::change(const SimulationSettings& settings) {
   s.slow_steps = 0;
 }
 
-void Simulation::set_motion(Index number, Motion motion) {
-  state_->rails.replace(number, std::move(motion));
-  state_->slow_steps = 0;
-}
-
-void Simulation::set_force(Index point, const Vec3& force) {
-  State& s = *state_;
-  const std::size_t count = s.bodies.points_rest().size();
-  if (point < 0 || static_cast<std::size_t>(point) >= count) {
-    throw Error("simulation", "point", std::to_string(point), "less than " + std::to_string(count));
-  }
-  if (!is_finite(force)) {
-    throw Error("simulation", "force", "a number that is not finite", "three finite numbers");
-  }
-  if (s.forces.empty()) s.forces.resize(count);
-  at(s.forces, point) = force;
-}
-Index Simulation::grab(const Grab& grab) {
-  return state_->grabs.add(grab);
-}
-void Simulation::move_grab(Index number, const Vec3& target) {
-  state_->grabs.move(number, target);
-}
-void Simulation::release(Index number) {
-  state_->grabs.release(number);
-}
-Vec3 Simulation::grab_force(Index number) const {
-  return state_->grabs.force(number);
-}
-
 const Bodies& Simulation::bodies() const {
   return state_->bodies;
 }
@@ -435,9 +335,6 @@ bool Simulation::at_rest() const {
   return static_cast<double>(state_->slow_steps) * state_->settings.time_step >=
          state_->settings.rest.time * (1.0 - rounding);
 }
-std::span<const Vec3> Simulation::contact_forces() const {
-  return state_->contact_forces;
-}
 std::span<const double> Simulation::masses() const {
   return state_->masses;
 }
@@ -450,21 +347,30 @@ SavedState Simulation::State::saved_state() const {
   return {.fingerprint = fingerprint,
           .metrics = metrics,
           .slow_steps = slow_steps,
-          .forces = forces,
+          .forces = loads.point_forces(),
+          .pressures = loads.pressures(),
           .grabs = grabs.all(),
           .dynamics = dynamics.state(),
           .contacts = response.remembered(),
           .detector = detector.memory(),
-          .contact_forces = contact_forces};
+          .contact_forces = contact_forces,
+          .acting_contacts = step_forces.contacts(),
+          .tie_forces = step_forces.ties(),
+          .records_reactions = records_reactions,
+          .reactions = reactions};
 }
 
 void Simulation::State::take_state(const SavedState& saved) {
   dynamics.set_state(saved.dynamics);
   detector.recall(saved.detector, dynamics.positions());
-  forces = saved.forces;
+  loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
   response.set_remembered(saved.contacts);
   contact_forces = saved.contact_forces;
+  step_forces.set(saved.acting_contacts, saved.tie_forces);
+  if (saved.records_reactions) dynamics.find_held_elements();
+  records_reactions = saved.records_reactions;
+  reactions = saved.reactions;
   metrics = saved.metrics;
   metrics.time = static_cast<double>(metrics.step) * settings.time_step;
   metrics.inverted_tets = dynamics.inverted_elements();
@@ -491,6 +397,10 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     }
   }
   check_saved(saved, s.bodies);
+  if (saved.tie_forces.size() != s.step_forces.ties().size()) {
+    throw Error("saved state", "tie_forces", std::to_string(saved.tie_forces.size()) + " values",
+                std::to_string(s.step_forces.ties().size()));
+  }
   const SavedState before = s.saved_state();
   try {
     s.take_state(saved);

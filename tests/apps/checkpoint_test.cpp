@@ -238,7 +238,7 @@ class SizeLimit {
 };
 
 TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
-  // Rows are what grows: some 250 bytes each.
+  // Rows are what grows: those of forces.csv most.
   expect_done(palpate(run_into("whole", "400")));
   const auto full = static_cast<rlim_t>(read("whole/metrics.csv").size() / 2);
   ASSERT_GT(full, 40000U);
@@ -249,11 +249,12 @@ TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
   }
   EXPECT_EQ(done.exit_code, 1);
   EXPECT_EQ(lines_of(done.err).size(), 1U) << done.err;
-  EXPECT_NE(done.err.find("out/metrics.csv: writing: found 'File too large'"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("out/forces.csv: writing: found 'File too large'"), std::string::npos) << done.err;
   EXPECT_NE(done.err.find("--resume out"), std::string::npos) << done.err;
   ASSERT_EQ(checkpoints("out").size(), 2U);
   expect_done(palpate({"run", "--resume", "out", "--quiet"}));
   EXPECT_EQ(outcome("out"), outcome("whole"));
+  EXPECT_EQ(read("out/forces.csv"), read("whole/forces.csv"));
 }
 
 TEST_F(CheckpointedRun, AVanishedFolderEndsTheRun) {

@@ -76,7 +76,8 @@ TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
     EXPECT_EQ(report["results"]["frames"], 2) << "the first and the last state";
     EXPECT_TRUE(report["results"]["picture"].is_null());
     EXPECT_EQ(names_in(folder_ / "out/frames").size(), 2U) << "no half-written file is left";
-    EXPECT_EQ(names_in(folder_ / "out").size(), 5U) << "frames, their list, rows, report, checkpoints";
+    EXPECT_EQ(names_in(folder_ / "out").size(), 6U)
+        << "frames, their list, two files of rows, report, checkpoints";
     EXPECT_NE(done.out.find("interrupted"), std::string::npos) << done.out;
     std::filesystem::remove_all(folder_ / "out");
   }

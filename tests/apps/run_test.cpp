@@ -293,7 +293,8 @@ TEST_F(Run, AnEarlierRunLeavesNoTrace) {
   EXPECT_FALSE(exists("out/picture.png"));
   auto names = names_in(folder_ / "out");
   std::ranges::sort(names);
-  EXPECT_EQ(names, (std::vector<std::string>{"frames", "frames.pvd", "metrics.csv", "run.json"}));
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"forces.csv", "frames", "frames.pvd", "metrics.csv", "run.json"}));
 }
 
 /// A ball at 10 m/s and steps of 5 ms goes 5 cm a step, through a plate of 1 cm.

@@ -1,9 +1,8 @@
 // Contacts in a step. Oracles: differences of the force for its derivative; conjugate gradients where all
 // contacts hold, so that the step is linear; the balance of momentum of each body, and Coulomb's law, where
 // they slide and let go; for the reduced problem, sums written out.
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "fem/contact_law.hpp"
 #include "fem/meshes.hpp"
@@ -47,8 +46,8 @@ TEST(ContactLaw, DerivativesAreThoseOfTheForces) {
       const Vec3 b = u - step * axis;
       const auto whole = [&](const Vec3& v) { return contact_force(law, friction, v).whole(law.direction); };
       const Vec3 found = (0.5 / step) * (whole(b) - whole(a));
-      const Vec3 bounded =
-          (0.5 / step) * (force_with_bound(law, friction, b, bound) - force_with_bound(law, friction, a, bound));
+      const Vec3 bounded = (0.5 / step) * (force_with_bound(law, friction, b, bound) -
+                                           force_with_bound(law, friction, a, bound));
       EXPECT_LT(length(full * axis - found), 1e-4) << i;
       EXPECT_LT(length(convex * axis - bounded), 1e-4) << i;
     }
@@ -157,16 +156,17 @@ TEST(DirectionRows, HaveTheSameBitsOnEveryTarget) {
     for (std::size_t k = 0; k < contacts; ++k) {
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j)
-          entry += values[stride * (3 * k + i) + 3] * weights[9 * k + 3 * i + j] * values[stride * (3 * k + j) + 5];
+          entry += values[stride * (3 * k + i) + 3] * weights[9 * k + 3 * i + j] *
+                   values[stride * (3 * k + j) + 5];
       }
     }
     EXPECT_NEAR(sum[stride * 3 + 5], entry, 1e-12);
     EXPECT_NEAR(sum[stride * stride + 5], entry, 1e-12);
     return results;
   };
-  const auto twin = run(simd::scalar::dot_floats, simd::scalar::subtract_floats, simd::scalar::combine_rates,
-                        simd::scalar::project_forces, simd::scalar::add_stiffness,
-                        simd::scalar::add_stiffness_row);
+  const auto twin =
+      run(simd::scalar::dot_floats, simd::scalar::subtract_floats, simd::scalar::combine_rates,
+          simd::scalar::project_forces, simd::scalar::add_stiffness, simd::scalar::add_stiffness_row);
   palpate::test::for_each_simd_target([&](const char* target) {
     EXPECT_EQ(run(simd::dot_floats, simd::subtract_floats, simd::combine_rates, simd::project_forces,
                   simd::add_stiffness, simd::add_stiffness_row),
@@ -202,7 +202,8 @@ struct Tower {
   }
   SolveReport solve(const Vec3& gravity, const SolveGoal& goal, bool steady = false) {
     dynamics->begin_step(step.time_step, gravity, {});
-    return dynamics->solve({.laws = laws, .couplings = couplings, .first = 0, .friction = step}, goal, steady);
+    return dynamics->solve({.laws = laws, .couplings = couplings, .first = 0, .friction = step}, goal,
+                           steady);
   }
   parallel::Threads threads;
   Bodies bodies;
@@ -212,8 +213,10 @@ struct Tower {
   StepFriction step{};
 };
 
-constexpr SolveGoal tight{
-    .tolerance = 1e-9, .max_iterations = 3000, .of_solution = true, .preconditioner = Preconditioner::automatic};
+constexpr SolveGoal tight{.tolerance = 1e-9,
+                          .max_iterations = 3000,
+                          .of_solution = true,
+                          .preconditioner = Preconditioner::automatic};
 
 TEST(ContactSolver, IsConjugateGradientsWhereAllContactsHold) {
   for (const Preconditioner preconditioner :

@@ -352,6 +352,11 @@ TEST_F(PictureTest, ValuesHaveTheColoursOfTheScale) {
   EXPECT_GT(high[0], 2.0 * high[2]);
   EXPECT_GT(high[1], 2.0 * high[2]);
   EXPECT_EQ(dominant(9.0), high) << "beyond the end of the scale";
+  settings_.scale->least = -2.0;
+  EXPECT_EQ(dominant(-2.0), low) << "the scale begins there";
+  EXPECT_EQ(dominant(2.0), high);
+  EXPECT_NE(dominant(0.0), low);
+  settings_.scale->least = 0.0;
   const auto body = dominant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_GT(body[2], 2.0 * body[0]) << "no number: the body's own blue";
 }

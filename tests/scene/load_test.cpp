@@ -204,6 +204,45 @@ TEST(LoadModel, PutsMotionsAttachmentsLoadsAndGrabsOnTheirPoints) {
   EXPECT_EQ(model.grabs[0].stiffness, 7.0);
 }
 
+TEST(LoadModel, PutsSurfaceLoadsRampsGravityAndTurnsOnABody) {
+  const std::string loads =
+      box + R"(, "translate": [5, 0, 0], "velocity": [1, 0, 0], "angular_velocity": [0, 0, 2],
+      "gravity": [0, 0, -1], "loads": [
+        {"force": [0, 0, 8], "points": [0, 1]},
+        {"force": [4, 0, 0], "points": [2], "ramp": {"times": [0, 1], "factors": [0, 2]}},
+        {"pressure": 7, "box": {"lower": [4, -1, 1], "upper": [6, 1, 1]}},
+        {"traction": [0, 3, 0], "box": {"lower": [4, -1, -1], "upper": [4, 1, 1]}, "ramp": {"times": [3], "factors": [1]}}])";
+  const Model model = load_model(scene_of(loads), {});
+  EXPECT_EQ(model.forces[1], (Vec3{0, 0, 4})) << "without a ramp: constant forces of points";
+  ASSERT_EQ(model.point_loads.size(), 1U);
+  EXPECT_EQ(model.point_loads[0].points, std::vector<Index>{2});
+  EXPECT_EQ(model.point_loads[0].ramp.factors, (std::vector<double>{0.0, 2.0}));
+  ASSERT_EQ(model.surface_loads.size(), 2U);
+  EXPECT_EQ(model.surface_loads[0].pressure, 7.0);
+  EXPECT_EQ(model.surface_loads[0].triangles.size(), 8U) << "the top of 2 x 2 cells";
+  for (const Index t : model.surface_loads[0].triangles) {
+    for (const Index p : at(model.bodies.triangles(), t)) EXPECT_EQ(at(model.bodies.points_rest(), p).z, 1.0);
+  }
+  EXPECT_EQ(model.surface_loads[1].traction, (Vec3{0, 3, 0}));
+  EXPECT_EQ(model.surface_loads[1].ramp.times, std::vector<double>{3.0});
+  ASSERT_EQ(model.gravity_of_body.size(), 1U);
+  EXPECT_EQ(model.gravity_of_body[0], (Vec3{0, 0, -1}));
+  for (std::size_t p = 0; p < model.velocities.size(); ++p) {
+    const Vec3 arm = model.bodies.points_rest()[p] - Vec3{5, 0, 0};
+    expect_near(model.velocities[p], Vec3{1, 0, 0} + cross({0, 0, 2}, arm));
+  }
+  EXPECT_EQ(
+      load_problem(box + R"(, "loads": [{"pressure": 1, "points": [0]}])"),
+      "s.json: bodies[0].loads[0]: found no surface triangle with all of its corners, expected one or more "
+      "triangles selected");
+}
+
+TEST(LoadModel, GivesRigidBodiesTheDensityOfWaterInTheUnitsOfTheScene) {
+  const Scene scene = read_scene_text(
+      R"({"units": {"length": "mm", "mass": "g"}, "bodies": [{"obstacle": true, )" + box + "}]}", "s.json");
+  EXPECT_DOUBLE_EQ(load_model(scene, {}).materials[0].density, 1e-3);
+}
+
 TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
   const auto attached = [](const std::string& list) {
     return message_of([&] {

@@ -198,14 +198,30 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {R"({"bodies": [{"name": "a", "material": {}, )" + ball + R"(}, {"name": "a", "material": {}, )" +
            ball + "}]}",
        "bodies[1].name: found 'a' again, expected a name of its own"},
-      {R"({"units": {"length": "mm"}, "bodies": [)" + soft_ball + "]}",
-       "time_step, duration, gravity, rest.speed, rest.time, bodies[0].material.young_modulus, "
-       "bodies[0].material.density: found nothing, expected values in mm, kg, s, since defaults are for SI "
-       "units only"},
-      {R"({"units": {"length": "mm"}, "time_step": 1, "duration": 1, "gravity": [0, 0, 0], "rest": {"speed": 1},
-          "bodies": [{"obstacle": true, )" +
-           ball + "}]}",
-       "rest.time: found nothing, expected a value in mm, kg, s, since"},
+      {R"({"units": {"length": "inch"}, "bodies": [)" + soft_ball + "]}",
+       "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
+      {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}",
+       "units.mass: found 'kgg', expected 'kg'"},
+      {with_body(ball + R"(, "loads": [{"points": [0]}])"),
+       "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
+      {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
+       "bodies[0].loads[0].pressure: found it beside another, expected one of"},
+      {with_body(
+           ball +
+           R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [0, 1], "factors": [1]}}])"),
+       "bodies[0].loads[0].ramp.factors: found 1, expected as many as times, one or more"},
+      {with_body(
+           ball +
+           R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [1, 1], "factors": [1, 2]}}])"),
+       "bodies[0].loads[0].ramp.times: found times that do not grow"},
+      {with(R"("output": {"fields": ["von_misses"]})"),
+       "output.fields[0]: found \"von_misses\", expected 'von_mises'"},
+      {with(R"("output": {"pairs": [{"bodies": ["a"]}]})"),
+       "output.pairs[0].bodies: found 1, expected two names"},
+      {with(R"("output": {"views": [{"name": "v", "field": {"name": "stress"}}]})"),
+       "output.views[0].field.name: found 'stress', expected a field of one or three components"},
+      {with(R"("output": {"views": [{"name": "v", "field": {"name": "pressure", "least": 2, "most": 1}}]})"),
+       "output.views[0].field.most: found a value that is not above 'least'"},
   };
   for (const auto& [text, expected] : cases) {
     const std::string found = problem(text);
@@ -220,6 +236,21 @@ TEST(ReadScene, KeepsOtherUnitsWhenAllNumbersAreGiven) {
       "bodies": [{"obstacle": true, "ball": {"radius": 1, "resolution": 1}}]})");
   EXPECT_EQ(scene.units, (Units{"mm", "g", "s"}));
   EXPECT_EQ(scene.settings.gravity.z, -9810.0);
+}
+
+TEST(ReadScene, TurnsDefaultsIntoTheUnitsOfTheScene) {
+  const Scene scene = read(R"({"units": {"length": "mm", "mass": "g", "time": "ms"},
+      "bodies": [{"material": {}, "ball": {"radius": 1, "resolution": 1}}]})");
+  EXPECT_DOUBLE_EQ(scene.settings.time_step, 10.0);
+  EXPECT_DOUBLE_EQ(scene.duration, 1000.0);
+  EXPECT_DOUBLE_EQ(scene.settings.gravity.z,
+                   -9.81e-3);                         // mm/ms^2: 1e-3 of m/s^2 is 1e-6 of mm/ms^2, times 1e3
+  EXPECT_DOUBLE_EQ(scene.settings.rest.speed, 1e-3);  // mm/ms is m/s
+  EXPECT_DOUBLE_EQ(scene.settings.rest.time, 50.0);
+  EXPECT_DOUBLE_EQ(scene.bodies[0].material->density, 1e-3);       // g/mm^3
+  EXPECT_DOUBLE_EQ(scene.bodies[0].material->young_modulus, 0.1);  // g/(mm ms^2) is MPa
+  const Scene only_length = read(R"({"units": {"length": "mm"}, "bodies": [)" + soft_ball + "]}");
+  EXPECT_DOUBLE_EQ(only_length.settings.gravity.z, -9810.0);
 }
 
 TEST(ReadScene, ReadsFilesAndRemembersTheirFolder) {

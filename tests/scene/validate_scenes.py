@@ -17,7 +17,7 @@ def without_comments(text):
 
 
 def scenes_of(root):
-    for path in sorted(root.glob("scenes/*.json")) + sorted(root.glob("examples/scenes/*.json")):
+    for path in sorted(root.glob("scenes/*.json")) + sorted(root.glob("examples/*/*.json")):
         yield str(path), json.loads(without_comments(path.read_text()))
     blocks = re.findall(r"```json\n(.*?)```", (root / "docs/scene.md").read_text(), re.DOTALL)
     for number, block in enumerate(blocks):

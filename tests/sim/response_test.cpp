@@ -31,9 +31,8 @@ struct Pressed {
     for (std::size_t c = 0; c < result.size(); ++c) {
       const Vec3 u = fem::relative(result[c], velocities);
       const fem::ContactLaw& law = response.laws()[c];
-      result[c].force =
-          fem::contact_force(law, {.coefficient = settings.friction, .time_step = time_step}, u)
-              .whole(law.direction);
+      result[c].force = fem::contact_force(law, {.coefficient = settings.friction, .time_step = time_step}, u)
+                            .whole(law.direction);
     }
     return result;
   }

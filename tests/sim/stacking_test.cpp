@@ -10,6 +10,7 @@
 
 #include "contact/ways.hpp"
 #include "geometry/vector.hpp"
+#include "scene/generators.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "support/mean.hpp"
@@ -93,6 +94,28 @@ TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {
   }
   EXPECT_LT(length(top_centre() - before), 1e-4);
   EXPECT_LT(simulation.metrics().kinetic_energy, 1e-7) << "1e-4 m/s: a tenth of the rest speed";
+}
+
+/// The stack of the paper at rest: between membranes k and k + 1 acts the weight of those above.
+TEST(Stacking, TheWrenchBetweenTwoMembranesIsTheWeightAbove) {
+  Scene scene = make_stacking_scene();
+  scene.settings.solver.tolerance = 1e-6;
+  scene.settings.rest.speed = 2e-5;  // m/s in 10 ms: 2e-4 of g, of one membrane
+  Simulation simulation(load_model(scene, {}), scene.settings, 2);
+  while (!simulation.at_rest() && simulation.metrics().step < 3000) simulation.step();
+  ASSERT_TRUE(simulation.at_rest());
+  double above = 0.0;
+  std::vector<double> weights(20, 0.0);
+  for (std::size_t b = 19; b > 0; --b) weights[b] = above += 9.81 * simulation.masses()[b];
+  std::size_t neighbours = 0;
+  for (const PairWrench& pair : simulation.pair_wrenches()) {
+    ASSERT_EQ(pair.body_b, pair.body_a + 1) << "membranes touch their neighbours only";
+    ++neighbours;
+    EXPECT_NEAR(pair.on_b.force.z, at(weights, pair.body_b), 1e-3 * at(weights, pair.body_b))
+        << pair.body_a << " and " << pair.body_b;
+    EXPECT_GE(pair.normal, (1.0 - 1e-3) * at(weights, pair.body_b));
+  }
+  EXPECT_EQ(neighbours, 19U);
 }
 
 }  // namespace

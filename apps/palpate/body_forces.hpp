@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// What acted on a body in the last step, torques about its centre of mass.
+struct BodyForces {
+  Wrench contact{};              ///< by contacts
+  std::optional<Wrench> held{};  ///< by what holds its points; of a body with a motion: by its motor
+};
+
+/// The forces on all bodies, and those of pairs that a scene names.
+class ForceProbe {
+ public:
+  /// Notes which bodies are held. \param obstacles  (n_bodies) as the model has them
+  ForceProbe(const Scene& scene, const Model& model);
+
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] bool is_held(std::size_t body) const { return held_[body] != 0; }
+  /// Of the last step: (n_bodies). O(contacts log + points).
+  [[nodiscard]] std::vector<BodyForces> forces(const Simulation& simulation) const;
+
+  /// Two bodies that the scene names, in its order.
+  struct Pair {
+    Index first;
+    Index second;
+  };
+  [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
+  /// Of the first on the second, torque about the centre of mass of the second, in the order of pairs().
+  [[nodiscard]] std::vector<PairWrench> pair_forces(const Simulation& simulation) const;
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed or on rails
+  std::vector<Index> motions_;      ///< (n_bodies) the body's own motion, or -1
+  std::vector<Pair> pairs_;
+};
+
+/// The largest force of contacts on a body over a run.
+struct LargestForce {
+  double force = 0.0;
+  std::int64_t step = 0;
+};
+
+}  // namespace palpate::app

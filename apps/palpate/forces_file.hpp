@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "body_forces.hpp"
+#include "csv_file.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// forces.csv: a header with units, then a row for each step: of each body the force and torque of its
+/// contacts and, where it is held, of what holds it; of each pair that the scene names those of the first on
+/// the second. Torques are about centres of mass.
+class ForcesFile {
+ public:
+  /// As CsvFile has them. \param probe  must outlive this
+  ForcesFile(std::filesystem::path path, const ForceProbe& probe, const Units& units);
+  ForcesFile(std::filesystem::path path, const ForceProbe& probe, std::uint64_t bytes);
+
+  /// A row of the last step. \param forces  what the probe found
+  void add(const Simulation& simulation, const std::vector<BodyForces>& forces);
+  void flush() { file_.flush(); }
+  void sync() { file_.sync(); }
+  [[nodiscard]] std::uint64_t bytes() const { return file_.bytes(); }
+
+ private:
+  const ForceProbe& probe_;
+  CsvFile file_;
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// A symmetric 3x3 tensor, components in the order of VTK.
+struct SymmetricTensor {
+  double xx = 0.0;
+  double yy = 0.0;
+  double zz = 0.0;
+  double xy = 0.0;
+  double yz = 0.0;
+  double xz = 0.0;
+  friend bool operator==(const SymmetricTensor&, const SymmetricTensor&) = default;
+};
+
+/// A 3x3 tensor, row by row.
+using Tensor = std::array<double, 9>;
+
+/// Strain and stress of the tissue, a row for each tet or each point. Rigid bodies have none: their rows are
+/// zero, with volume ratio 1 and the identity as deformation gradient.
+///
+/// The stress is the elastic one, as the forces of the tets have it: the derivative of their energy
+/// (corotational, with plastic strain: docs/architecture.md), without damping. With P that derivative by the
+/// deformation gradient F, and J = det F, the Cauchy stress is P F^T / J: force per area as it is now, axes
+/// of the world. Where J <= 0 (a tet that is flat or inside out) there is no such stress: `stress` and what
+/// follows from it are NaN.
+struct TissueState {
+  std::vector<Tensor> deformation_gradient;  ///< (n) F, from the shape at rest
+  std::vector<SymmetricTensor> strain;       ///< (n) Green's: (F^T F - I) / 2
+  std::vector<SymmetricTensor> stress;       ///< (n) Cauchy's, Pa; tension is positive
+  std::vector<double> von_mises;             ///< (n) sqrt(3/2) |deviator of the stress|, Pa
+  std::vector<double> pressure;              ///< (n) -trace(stress) / 3, Pa
+  std::vector<Vec3> principal_stress;        ///< (n x 3) eigenvalues of the stress, largest first, Pa
+  std::vector<std::array<Vec3, 3>> principal_directions;  ///< (n x 3 x 3) unit eigenvectors, in that order
+  std::vector<double> energy_density;                     ///< (n) elastic energy per volume at rest, J/m^3
+  std::vector<SymmetricTensor> plastic_strain;            ///< (n) in the turned frame of the tet
+  std::vector<double> volume_ratio;                       ///< (n) J
+  [[nodiscard]] std::size_t size() const { return stress.size(); }
+};
+
+}  // namespace palpate

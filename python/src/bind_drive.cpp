@@ -1,0 +1,138 @@
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+#include <utility>
+
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "docs.hpp"
+#include "scene/field_values.hpp"
+#include "simulation.hpp"
+
+namespace palpate::python {
+namespace {
+
+using Three = std::array<double, 3>;
+using IndicesIn = ArrayIn<Index, -1>;
+using Bound = nb::class_<Simulation>;
+
+/// Numbers as an (n) or (n x components) array of its own.
+nb::ndarray<nb::numpy, const double, nb::c_contig> moved_rows(std::vector<double> values, int components) {
+  auto* kept = new std::vector<double>(std::move(values));
+  const nb::capsule owner(kept,
+                          [](void* memory) noexcept { delete static_cast<std::vector<double>*>(memory); });
+  const auto columns = static_cast<std::size_t>(components);
+  const std::size_t shape[2] = {kept->size() / columns, columns};
+  return {kept->data(), columns == 1 ? 1U : 2U, shape, owner};
+}
+
+Vec3 vector_of_three(const Three& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// Loads, springs, motions and states: checked by palpate/_simulation.py first.
+void bind_changes(Bound& simulation) {
+  simulation
+      .def("_set_forces",
+           [](Simulation& s, const IndicesIn& points, const PointsIn& forces) {
+             s.idle().set_forces(values_of(points), points_of(forces));
+           })
+      .def("_set_pressure", [](Simulation& s, const IndicesIn& triangles,
+                               double pressure) { s.idle().set_pressure(values_of(triangles), pressure); })
+      .def("_set_positions",
+           [](Simulation& s, const IndicesIn& points, const PointsIn& values) {
+             s.set_positions(values_of(points), points_of(values));
+           })
+      .def("_set_velocities",
+           [](Simulation& s, const IndicesIn& points, const PointsIn& values) {
+             s.idle().set_velocities(values_of(points), points_of(values));
+           })
+      .def("_set_motion",
+           [](Simulation& s, Index body, Motion motion) { s.set_motion(body, std::move(motion)); })
+      .def("_move_to",
+           [](Simulation& s, Index body, const Three& translate, const std::array<double, 4>& quaternion) {
+             s.move_to(body, {0.0, vector_of_three(translate), quaternion});
+           })
+      .def("_change", [](Simulation& s, const Scene& scene) { s.change(scene); })
+      .def("_grab",
+           [](Simulation& s, Index point, const Three& target, double stiffness) {
+             return s.idle().grab({point, vector_of_three(target), stiffness});
+           })
+      .def("_move_grab", [](Simulation& s, Index number,
+                            const Three& target) { s.idle().move_grab(number, vector_of_three(target)); })
+      .def("_release", [](Simulation& s, Index number) { s.idle().release(number); })
+      .def("_grab_force", [](Simulation& s, Index number) {
+        const Vec3 force = s.idle().grab_force(number);
+        return Three{force.x, force.y, force.z};
+      });
+}
+
+/// What acted in the last step.
+void bind_forces_of(Bound& simulation) {
+  simulation
+      .def_prop_ro(
+          "acting_contacts", [](Simulation& s) { return s.acting_contacts(); },
+          doc::Simulation_acting_contacts)
+      .def(
+          "pair_wrenches", [](Simulation& s) { return s.idle().pair_wrenches(); },
+          doc::Simulation_pair_wrenches)
+      .def(
+          "tractions", [](Simulation& s) { return s.idle().tractions(); }, doc::Simulation_tractions)
+      .def_prop_ro(
+          "tie_forces", [](Simulation& s) { return copied<double>(s.idle().tie_forces()); },
+          nb::rv_policy::reference, doc::Simulation_tie_forces,
+          nb::sig("def tie_forces(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def(
+          "record_reactions", [](Simulation& s, bool on) { s.idle().record_reactions(on); }, nb::arg("on"),
+          doc::Simulation_record_reactions)
+      .def_prop_ro(
+          "reactions", [](Simulation& s) { return copied<double>(s.idle().reactions()); },
+          nb::rv_policy::reference, doc::Simulation_reactions,
+          nb::sig("def reactions(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def("_contact_wrench",
+           [](Simulation& s, Index body, const Three& about) {
+             return s.idle().contact_wrench(body, vector_of_three(about));
+           })
+      .def("_reaction_of_body",
+           [](Simulation& s, Index body, const Three& about) {
+             return s.idle().reaction_of_body(body, vector_of_three(about));
+           })
+      .def("_reaction_of_motion",
+           [](Simulation& s, Index body, const Three& about) {
+             return s.idle().reaction_of_motion(s.motion_of(body), vector_of_three(about));
+           })
+      .def(
+          "_fields",
+          [](Simulation& s, const std::vector<std::string>& names) {
+            nb::list list;
+            const FieldArrays arrays = field_arrays(s.idle(), names);
+            const auto add = [&](const FieldArray& array, bool on_points) {
+              list.append(nb::make_tuple(std::string(array.info->name), on_points,
+                                         moved_rows(array.values, array.info->components)));
+            };
+            for (const FieldArray& array : arrays.of_points) add(array, true);
+            for (const FieldArray& array : arrays.of_tets) add(array, false);
+            return list;
+          },
+          nb::sig("def _fields(self, names: list[str]) -> list[tuple[str, bool, typing.Any]]"))
+      .def("_on_rails", [](Simulation& s) { return s.on_rails(); })
+      .def("_center_of_mass",
+           [](Simulation& s, Index body) {
+             const Vec3 c = s.idle().center_of_mass(body);
+             return Three{c.x, c.y, c.z};
+           })
+      .def(
+          "tissue", [](Simulation& s) { return s.tissue(false); }, doc::Simulation_tissue)
+      .def(
+          "tissue_at_points", [](Simulation& s) { return s.tissue(true); }, doc::Simulation_tissue_at_points);
+}
+
+}  // namespace
+
+void bind_drive(nb::class_<Simulation>& simulation) {
+  bind_changes(simulation);
+  bind_forces_of(simulation);
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,80 @@
+#include "fem/stress.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace palpate::fem {
+namespace {
+
+/// a b^T
+Matrix3 times_transposed(const Matrix3& a, const Matrix3& b) {
+  Matrix3 c;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) c(i, j) = dot(row(a, i), row(b, j));
+  }
+  return c;
+}
+
+SymmetricMatrix3 symmetric_part(const Matrix3& a) {
+  return {a(0, 0),
+          a(1, 1),
+          a(2, 2),
+          0.5 * (a(0, 1) + a(1, 0)),
+          0.5 * (a(0, 2) + a(2, 0)),
+          0.5 * (a(1, 2) + a(2, 1))};
+}
+
+/// (F^T F - I) / 2 from H = F - I, without the cancellation near rest.
+SymmetricMatrix3 green_strain(const Matrix3& f) {
+  const Matrix3 h = f - identity();
+  SymmetricMatrix3 e = symmetric_part(h);
+  const auto column = [&](int k) { return Vec3{h(0, k), h(1, k), h(2, k)}; };
+  e.xx += 0.5 * dot(column(0), column(0));
+  e.yy += 0.5 * dot(column(1), column(1));
+  e.zz += 0.5 * dot(column(2), column(2));
+  e.xy += 0.5 * dot(column(0), column(1));
+  e.xz += 0.5 * dot(column(0), column(2));
+  e.yz += 0.5 * dot(column(1), column(2));
+  return e;
+}
+
+/// First Piola-Kirchhoff stress.
+Matrix3 derivative_of_energy(const ElementDeformation& e) {
+  const double spherical = e.lambda * inner(e.rotation, e.stretch);
+  Matrix3 p;
+  for (int i = 0; i < 3; ++i) {
+    // Row i of R [w]_x is row i of R, times [w]_x: r x w.
+    const Vec3 r = row(e.rotation, i);
+    const Vec3 twisted = cross(r, e.twist);
+    p(i, 0) = 2.0 * e.mu * (e.stretch(i, 0) - twisted.x) + spherical * r.x;
+    p(i, 1) = 2.0 * e.mu * (e.stretch(i, 1) - twisted.y) + spherical * r.y;
+    p(i, 2) = 2.0 * e.mu * (e.stretch(i, 2) - twisted.z) + spherical * r.z;
+  }
+  return p;
+}
+
+}  // namespace
+
+ElementStress stress_of(const ElementDeformation& e) {
+  ElementStress s;
+  s.deformation_gradient = e.gradient;
+  s.strain = green_strain(e.gradient);
+  s.plastic_strain = e.plastic_strain;
+  s.volume_ratio = determinant(e.gradient);
+  const double trace = inner(e.rotation, e.stretch);
+  s.energy_density = e.mu * inner(e.stretch, e.stretch) + 0.5 * e.lambda * trace * trace;
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const double scale = s.volume_ratio > 0.0 ? 1.0 / s.volume_ratio : none;
+  s.stress = scale * symmetric_part(times_transposed(derivative_of_energy(e), e.gradient));
+  return s;
+}
+
+double von_mises(const SymmetricMatrix3& s) {
+  const double xy = s.xx - s.yy;
+  const double yz = s.yy - s.zz;
+  const double zx = s.zz - s.xx;
+  const double shear = s.xy * s.xy + s.yz * s.yz + s.xz * s.xz;
+  return std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) + 3.0 * shear);
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,150 @@
+#include "fem/tissue.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "fem/stress.hpp"
+#include "fem/symmetric_eigen.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t grain = 128;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// Rows as of what has no strain.
+TissueState rows_at_rest(std::size_t count) {
+  TissueState state;
+  state.deformation_gradient.assign(count, identity().values);
+  for (auto* tensors : {&state.strain, &state.stress, &state.plastic_strain}) tensors->resize(count);
+  for (auto* numbers : {&state.von_mises, &state.pressure, &state.energy_density}) numbers->resize(count);
+  state.principal_stress.resize(count);
+  state.principal_directions.assign(count, symmetric_eigen({}).vectors);
+  state.volume_ratio.assign(count, 1.0);
+  return state;
+}
+
+/// The stress of a row and what follows from it.
+void set_stress(TissueState& state, std::size_t row, const SymmetricMatrix3& stress) {
+  state.stress[row] = to_tensor(stress);
+  state.von_mises[row] = von_mises(stress);
+  state.pressure[row] = (stress.xx + stress.yy + stress.zz) / -3.0;
+  const SymmetricEigen eigen = symmetric_eigen(stress);
+  state.principal_stress[row] = eigen.values;
+  state.principal_directions[row] = eigen.vectors;
+}
+
+/// Element of each tet, -1 where the body is rigid.
+std::vector<Index> elements_of_tets(const Bodies& bodies, const Elements& elements) {
+  std::vector<Index> element(bodies.tets().size(), -1);
+  const auto tets = elements.tet_of_element();
+  for (std::size_t e = 0; e < tets.size(); ++e) at(element, tets[e]) = static_cast<Index>(e);
+  return element;
+}
+
+/// The mean over some tets of a point, weighted by their volumes.
+struct Mean {
+  double volume = 0.0;
+  double stressed_volume = 0.0;  ///< of tets that have a stress
+  SymmetricMatrix3 strain{};
+  SymmetricMatrix3 stress{};
+  SymmetricMatrix3 plastic_strain{};
+  Tensor gradient{};
+  double energy_density = 0.0;
+  double volume_ratio = 0.0;
+
+  void add(const TissueState& tets, std::size_t tet, double v) {
+    volume += v;
+    for (std::size_t k = 0; k < 9; ++k) gradient[k] += v * tets.deformation_gradient[tet][k];
+    strain = strain + v * to_matrix(tets.strain[tet]);
+    plastic_strain = plastic_strain + v * to_matrix(tets.plastic_strain[tet]);
+    energy_density += v * tets.energy_density[tet];
+    volume_ratio += v * tets.volume_ratio[tet];
+    if (!(tets.volume_ratio[tet] > 0.0)) return;
+    stressed_volume += v;
+    stress = stress + v * to_matrix(tets.stress[tet]);
+  }
+  void put(TissueState& points, std::size_t row) const {
+    const double share = 1.0 / volume;
+    for (std::size_t k = 0; k < 9; ++k) points.deformation_gradient[row][k] = share * gradient[k];
+    points.strain[row] = to_tensor(share * strain);
+    points.plastic_strain[row] = to_tensor(share * plastic_strain);
+    points.energy_density[row] = share * energy_density;
+    points.volume_ratio[row] = share * volume_ratio;
+    set_stress(points, row, (stressed_volume > 0.0 ? 1.0 / stressed_volume : none) * stress);
+  }
+};
+
+/// What the mean at a point is taken over.
+struct Around {
+  const Bodies& bodies;
+  const Elements& elements;
+  const Materials& materials;
+  std::vector<Index> element;  ///< of each tet
+
+  [[nodiscard]] Index material(Index tet) const {
+    return materials.of_tet.empty() ? bodies.body_of(at(bodies.tets(), tet)) : at(materials.of_tet, tet);
+  }
+  [[nodiscard]] double volume(Index tet) const { return at(elements.volumes_rest(), at(element, tet)); }
+  /// The material with the most volume at a point, -1 without any.
+  [[nodiscard]] Index material_at(Index point) const {
+    const std::span<const Index> tets = bodies.point_tets()[point];
+    if (tets.empty() || at(element, tets.front()) < 0) return -1;
+    const auto same = [&](Index tet) { return material(tet) == material(tets.front()); };
+    return std::ranges::all_of(tets, same) ? material(tets.front()) : material_with_most(tets);
+  }
+  [[nodiscard]] Index material_with_most(std::span<const Index> tets) const {
+    Index best = -1;
+    double most = 0.0;
+    for (const Index tet : tets) {
+      double sum = 0.0;
+      for (const Index other : tets) {
+        if (material(other) == material(tet)) sum += volume(other);
+      }
+      if (sum > most) {
+        most = sum;
+        best = material(tet);
+      }
+    }
+    return best;
+  }
+};
+
+}  // namespace
+
+TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
+                           std::span<const Vec3> positions) {
+  TissueState state = rows_at_rest(bodies.tets().size());
+  parallel::for_each(threads, static_cast<std::size_t>(elements.size()), grain, [&](std::size_t e) {
+    const ElementStress s = stress_of(elements.deformation(static_cast<Index>(e), positions));
+    const auto tet = static_cast<std::size_t>(elements.tet_of_element()[e]);
+    state.deformation_gradient[tet] = s.deformation_gradient.values;
+    state.strain[tet] = to_tensor(s.strain);
+    state.plastic_strain[tet] = to_tensor(s.plastic_strain);
+    state.energy_density[tet] = s.energy_density;
+    state.volume_ratio[tet] = s.volume_ratio;
+    set_stress(state, tet, s.stress);
+  });
+  return state;
+}
+
+TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
+                             const Materials& materials, const TissueState& tets) {
+  TissueState points = rows_at_rest(bodies.points_rest().size());
+  const Around around{bodies, elements, materials, elements_of_tets(bodies, elements)};
+  parallel::for_each(threads, points.size(), grain, [&](std::size_t p) {
+    const auto point = static_cast<Index>(p);
+    const Index material = around.material_at(point);
+    if (material < 0) return;
+    Mean mean;
+    for (const Index tet : bodies.point_tets()[point]) {
+      if (around.material(tet) == material) mean.add(tets, static_cast<std::size_t>(tet), around.volume(tet));
+    }
+    mean.put(points, p);
+  });
+  return points;
+}
+
+}  // namespace palpate::fem

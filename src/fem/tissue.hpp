@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+
+#include <palpate/material.hpp>
+#include <palpate/mesh.hpp>
+#include <palpate/tissue.hpp>
+
+#include "fem/elements.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::fem {
+
+/// Strain and stress of each tet of all bodies at these positions (n_points x 3). O(tets), parallel.
+[[nodiscard]] TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies,
+                                         const Elements& elements, std::span<const Vec3> positions);
+
+/// Means at each point of a state of the tets; see Simulation::tissue_at_points(). Tets without a stress
+/// (J <= 0) have no part in the mean stress. O(tets), parallel.
+[[nodiscard]] TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bodies,
+                                           const Elements& elements, const Materials& materials,
+                                           const TissueState& tets);
+
+}  // namespace palpate::fem

@@ -1,0 +1,207 @@
+#include "scene/body_points.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "scene/near.hpp"
+#include "scene/selector.hpp"
+
+namespace palpate {
+namespace {
+
+/// Fills in what a model knows of the points of one body.
+class BodyPoints {
+ public:
+  /// \param motions  (n_bodies) index of the motion of each body, or -1
+  BodyPoints(const Scene& scene, std::size_t body, std::span<const Index> motions, Model& model)
+      : scene_(scene),
+        body_(scene.bodies[body]),
+        motions_(motions),
+        path_(path_of(body)),
+        range_(model.bodies.bodies()[body].points),
+        points_(model.bodies.points_rest().subspan(static_cast<std::size_t>(range_.begin),
+                                                   static_cast<std::size_t>(range_.size()))),
+        select_{scene, model.bodies, static_cast<Index>(body), points_, "point"},
+        model_(model) {
+    fill_rigid(at(motions, body));
+    fill_fixed();
+    fill_attached();
+    fill_velocity();
+    fill_loads();
+    fill_gravity();
+    fill_grabs();
+  }
+
+ private:
+  [[nodiscard]] std::string path(const char* key, std::size_t i) const {
+    return path_ + "." + key + "[" + std::to_string(i) + "]";
+  }
+  void fill_rigid(Index motion) {
+    for (Index p = range_.begin; p < range_.end; ++p) {
+      if (is_rigid(body_)) at(model_.fixed_points, p) = 1;
+      at(model_.motion_of_point, p) = motion;
+    }
+  }
+  void fill_fixed() {
+    for (std::size_t s = 0; s < body_.fixed.size(); ++s) {
+      for (const Index i : select_(body_.fixed[s], path("fixed", s))) {
+        at(model_.fixed_points, range_.begin + i) = 1;
+      }
+    }
+  }
+  void fill_attached() {
+    for (std::size_t a = 0; a < body_.attached.size(); ++a) {
+      const Attachment& attachment = body_.attached[a];
+      const std::string where = path("attached", a);
+      const Index other = body_named(scene_, attachment.to, where + ".to", select_.body);
+      const std::vector<Index> indices = select_(attachment.points, where);
+      if (is_rigid(at(scene_.bodies, other))) {
+        glue(attachment, other, indices, where);
+      } else {
+        tie(attachment, other, indices);
+      }
+    }
+  }
+  /// To a rigid body: the points follow its motion, or stay.
+  void glue(const Attachment& attachment, Index other, const std::vector<Index>& indices,
+            const std::string& where) {
+    const Index motion = at(motions_, other);
+    if (attachment.stiffness) {
+      throw Error(scene_.source, where + ".stiffness", "it for a rigid body",
+                  "nothing: the points are glued to it");
+    }
+    if (motion >= 0) check_start(attachment.to, at(model_.motions, motion), where);
+    for (const Index i : indices) {
+      Index& there = at(model_.motion_of_point, range_.begin + i);
+      std::uint8_t& fixed = at(model_.fixed_points, range_.begin + i);
+      if (there >= 0 && there != motion) {
+        throw Error(scene_.source, where,
+                    "point " + std::to_string(i) + ", which is attached to another body too",
+                    "points that follow one body");
+      }
+      if (fixed != 0 && motion >= 0) {
+        throw Error(scene_.source, where, "point " + std::to_string(i) + ", which is fixed",
+                    "points that are not in 'fixed' too");
+      }
+      if (motion < 0) fixed = 1;
+      there = motion;
+    }
+  }
+  void tie(const Attachment& attachment, Index other, const std::vector<Index>& indices) {
+    for (const Index i : indices) {
+      const Index tet = nearest_tet(model_.bodies, other, at(points_, i));
+      model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
+    }
+  }
+  /// What is attached must start where it is: a bone that starts elsewhere would tear the tissue.
+  void check_start(const std::string& to, const Motion& motion, const std::string& where) const {
+    const Keyframe& first = motion.keyframes.front();
+    const Vec3 turned{first.quaternion[1], first.quaternion[2], first.quaternion[3]};
+    if (first.translate == Vec3{} && turned == Vec3{}) return;
+    throw Error(scene_.source, where + ".to", "'" + to + "', whose first keyframe is away from its placement",
+                "a body whose motion starts where the body is placed");
+  }
+  void fill_velocity() {
+    if (body_.velocity == Vec3{} && body_.angular_velocity == Vec3{}) return;
+    model_.velocities.resize(model_.bodies.points_rest().size());
+    const Vec3 center = body_.angular_velocity == Vec3{} ? Vec3{} : center_of_mass();
+    for (Index p = range_.begin; p < range_.end; ++p) {
+      const Vec3 arm = at(model_.bodies.points_rest(), p) - center;
+      at(model_.velocities, p) = body_.velocity + cross(body_.angular_velocity, arm);
+    }
+  }
+  /// At the start, of the body's tets with their densities.
+  [[nodiscard]] Vec3 center_of_mass() const {
+    const auto rest = model_.bodies.points_rest();
+    Vec3 sum;
+    double mass = 0.0;
+    const Range tets = at(model_.bodies.bodies(), select_.body).tets;
+    for (Index t = tets.begin; t < tets.end; ++t) {
+      const Tet& corners = at(model_.bodies.tets(), t);
+      const auto corner = [&](std::size_t i) { return at(rest, corners[i]); };
+      const double volume = dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0));
+      const Index material = model_.material_of_tet.empty() ? select_.body : at(model_.material_of_tet, t);
+      const double weight = volume * at(model_.materials, material).density;
+      mass += weight;
+      for (std::size_t i = 0; i < 4; ++i) sum += (0.25 * weight) * corner(i);
+    }
+    return (1.0 / mass) * sum;
+  }
+  void fill_loads() {
+    for (std::size_t l = 0; l < body_.loads.size(); ++l) {
+      const Load& load = body_.loads[l];
+      std::vector<Index> indices = select_(load.points, path("loads", l));
+      if (load.force) {
+        add_force(load, std::move(indices));
+      } else {
+        add_surface_load(load, indices, path("loads", l));
+      }
+    }
+  }
+  void add_force(const Load& load, std::vector<Index> indices) {
+    if (load.ramp) {
+      for (Index& i : indices) i += range_.begin;
+      model_.point_loads.push_back({std::move(indices), *load.force, *load.ramp});
+      return;
+    }
+    model_.forces.resize(model_.bodies.points_rest().size());
+    for (const Index i : indices)
+      at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * *load.force;
+  }
+  void add_surface_load(const Load& load, const std::vector<Index>& indices, const std::string& where) {
+    std::vector<std::uint8_t> chosen(points_.size(), 0);
+    for (const Index i : indices) at(chosen, i) = 1;
+    SurfaceLoad surface{.triangles = {},
+                        .pressure = load.pressure.value_or(0.0),
+                        .traction = load.traction.value_or(Vec3{}),
+                        .ramp = load.ramp.value_or(Ramp{})};
+    const Range triangles = at(model_.bodies.bodies(), select_.body).triangles;
+    for (Index t = triangles.begin; t < triangles.end; ++t) {
+      const Triangle& corners = at(model_.bodies.triangles(), t);
+      if (std::ranges::all_of(corners, [&](Index p) { return at(chosen, p - range_.begin) != 0; }))
+        surface.triangles.push_back(t);
+    }
+    if (surface.triangles.empty()) {
+      throw Error(scene_.source, where, "no surface triangle with all of its corners",
+                  "one or more triangles selected");
+    }
+    model_.surface_loads.push_back(std::move(surface));
+  }
+  void fill_gravity() {
+    if (!body_.gravity) return;
+    model_.gravity_of_body.resize(scene_.bodies.size());
+    at(model_.gravity_of_body, select_.body) = body_.gravity;
+  }
+  void fill_grabs() {
+    for (const SceneGrab& grab : body_.grabs) {
+      const auto nearer = [&](const Vec3& a, const Vec3& b) {
+        return squared_length(a - grab.from) < squared_length(b - grab.from);
+      };
+      const auto nearest = std::min_element(points_.begin(), points_.end(), nearer);
+      model_.grabs.push_back(
+          {range_.begin + static_cast<Index>(nearest - points_.begin()), grab.target, grab.stiffness});
+    }
+  }
+
+  const Scene& scene_;
+  const SceneBody& body_;
+  std::span<const Index> motions_;
+  std::string path_;
+  Range range_;
+  std::span<const Vec3> points_;
+  Selector select_;
+  Model& model_;
+};
+
+}  // namespace
+
+void fill_points(const Scene& scene, std::size_t body, std::span<const Index> motions, Model& model) {
+  BodyPoints(scene, body, motions, model);
+}
+
+}  // namespace palpate

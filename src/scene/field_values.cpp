@@ -1,0 +1,108 @@
+#include "scene/field_values.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "scene/suggest.hpp"
+
+namespace palpate {
+namespace {
+
+/// Rows of numbers as they lie in memory.
+template <class Row>
+std::vector<double> numbers(const std::vector<Row>& rows) {
+  static_assert(sizeof(Row) % sizeof(double) == 0);
+  std::vector<double> flat(rows.size() * sizeof(Row) / sizeof(double));
+  if (!flat.empty()) std::memcpy(flat.data(), rows.data(), flat.size() * sizeof(double));
+  return flat;
+}
+
+std::vector<double> of_tissue(const TissueState& state, std::string_view name) {
+  if (name == "deformation_gradient") return numbers(state.deformation_gradient);
+  if (name == "strain") return numbers(state.strain);
+  if (name == "stress") return numbers(state.stress);
+  if (name == "von_mises") return state.von_mises;
+  if (name == "pressure") return state.pressure;
+  if (name == "principal_stress") return numbers(state.principal_stress);
+  if (name == "principal_directions") return numbers(state.principal_directions);
+  if (name == "energy_density") return state.energy_density;
+  if (name == "plastic_strain") return numbers(state.plastic_strain);
+  return state.volume_ratio;
+}
+
+/// What fields are taken from, each worked out when it is first asked for.
+class Sources {
+ public:
+  explicit Sources(const Simulation& simulation) : simulation_(simulation) {}
+
+  const TissueState& tets() {
+    if (!tets_) tets_ = simulation_.tissue();
+    return *tets_;
+  }
+  const TissueState& points() {
+    if (!points_) points_ = simulation_.tissue_at_points();
+    return *points_;
+  }
+  const SurfaceTractions& surface() {
+    if (!surface_) surface_ = simulation_.tractions();
+    return *surface_;
+  }
+  std::vector<double> at_points(const FieldInfo& info) {
+    if (info.of_tets) return of_tissue(points(), info.name);
+    if (info.name == "contact_force") return numbers(surface().point_forces);
+    if (info.name == "contact_traction") return numbers(surface().point_traction);
+    if (info.name == "contact_pressure") return surface().point_pressure;
+    return reactions();
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> reactions() const {
+    if (simulation_.metrics().step == 0) return std::vector<double>(3 * simulation_.positions().size(), 0.0);
+    const std::span<const Vec3> all = simulation_.reactions();
+    return numbers(std::vector<Vec3>(all.begin(), all.end()));
+  }
+
+  const Simulation& simulation_;
+  std::optional<TissueState> tets_;
+  std::optional<TissueState> points_;
+  std::optional<SurfaceTractions> surface_;
+};
+
+const FieldInfo& known_field(const std::string& name) {
+  const FieldInfo* const info = find_field(name);
+  if (info == nullptr) throw Error("fields", "", "'" + name + "'", expected_name(name, field_names()));
+  return *info;
+}
+
+}  // namespace
+
+FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names) {
+  FieldArrays arrays;
+  Sources sources(simulation);
+  for (const std::string& name : names) {
+    const FieldInfo& info = known_field(name);
+    arrays.of_points.push_back({&info, sources.at_points(info)});
+    if (info.of_tets) arrays.of_tets.push_back({&info, of_tissue(sources.tets(), info.name)});
+  }
+  return arrays;
+}
+
+std::vector<double> point_scalars(const Simulation& simulation, const std::string& name) {
+  const FieldInfo& info = known_field(name);
+  std::vector<double> values = Sources(simulation).at_points(info);
+  const auto width = static_cast<std::size_t>(info.components);
+  if (width == 1) return values;
+  std::vector<double> lengths(values.size() / width);
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    double squares = 0.0;
+    for (std::size_t k = 0; k < width; ++k) squares += values[width * i + k] * values[width * i + k];
+    lengths[i] = std::sqrt(squares);
+  }
+  return lengths;
+}
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "scene/field_list.hpp"
+
+namespace palpate {
+
+/// The numbers of a field, row by row of its components.
+struct FieldArray {
+  const FieldInfo* info = nullptr;
+  std::vector<double> values;
+};
+struct FieldArrays {
+  std::vector<FieldArray> of_points;  ///< (n_points x components) each
+  std::vector<FieldArray> of_tets;    ///< (n_tets x components), of those fields that have it
+};
+
+/// Fields of a simulation as it is now, in the order of their names. Each source (stress of tets, of points,
+/// tractions) is worked out at most once. Throws Error on a name that is no field's and where reactions are
+/// wanted that the last step did not note; at the start, before the first step, they are zero.
+[[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
+
+/// One number for each point: the field, or the length of a vector. NaN where it has no value.
+[[nodiscard]] std::vector<double> point_scalars(const Simulation& simulation, const std::string& name);
+
+}  // namespace palpate

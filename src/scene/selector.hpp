@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "scene/near.hpp"
+#include "scene/scene.hpp"
+#include "scene/suggest.hpp"
+
+/// What selections of a scene select.
+namespace palpate {
+
+/// "bodies[2]"
+inline std::string path_of(std::size_t body) {
+  return "bodies[" + std::to_string(body) + "]";
+}
+
+inline bool contains(const BoxSelection& box, const Vec3& p) {
+  return box.lower.x <= p.x && p.x <= box.upper.x && box.lower.y <= p.y && p.y <= box.upper.y &&
+         box.lower.z <= p.z && p.z <= box.upper.z;
+}
+inline bool contains(const SphereSelection& sphere, const Vec3& p) {
+  return length(p - sphere.center) <= sphere.radius;
+}
+
+/// The body of a scene with that name. Throws Error naming `where`; `self` is none that it can be.
+inline Index body_named(const Scene& scene, const std::string& name, const std::string& where, Index self) {
+  std::vector<std::string_view> known;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (static_cast<Index>(b) == self) continue;
+    if (scene.bodies[b].name == name) return static_cast<Index>(b);
+    known.push_back(scene.bodies[b].name);
+  }
+  throw Error(scene.source, where, "'" + name + "'",
+              known.empty() ? "another body (there is none)" : expected_name(name, known) + ", another body");
+}
+
+/// Indices of the points that `holds(point)` is true for.
+template <class Holds>
+std::vector<Index> selected(std::span<const Vec3> points, Holds&& holds) {
+  std::vector<Index> indices;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (holds(points[i])) indices.push_back(static_cast<Index>(i));
+  }
+  return indices;
+}
+
+/// Finds the points of a body that a selection selects, or its tets by their centres.
+struct Selector {
+  const Scene& scene;
+  const Bodies& bodies;
+  Index body;
+  std::span<const Vec3> points;  ///< that are selected from
+  std::string what;              ///< they are: "point" or "tet"
+
+  /// At least one, or an Error that names `path`, the selection's key path.
+  template <class... Kinds>
+  std::vector<Index> operator()(const std::variant<Kinds...>& selection, const std::string& path) const {
+    std::vector<Index> indices = std::visit([&](const auto& kind) { return select(kind, path); }, selection);
+    if (indices.empty()) {
+      throw Error(scene.source, path, "no " + what + " of '" + at(scene.bodies, body).name + "'",
+                  "one or more " + what + "s selected");
+    }
+    return indices;
+  }
+
+ private:
+  [[nodiscard]] std::vector<Index> select(const BoxSelection& box, const std::string&) const {
+    return selected(points, [&](const Vec3& p) { return contains(box, p); });
+  }
+  [[nodiscard]] std::vector<Index> select(const SphereSelection& sphere, const std::string&) const {
+    return selected(points, [&](const Vec3& p) { return contains(sphere, p); });
+  }
+  [[nodiscard]] std::vector<Index> select(const PointSelection& list, const std::string& path) const {
+    return checked(list.indices, path);
+  }
+  [[nodiscard]] std::vector<Index> select(const TetSelection& list, const std::string& path) const {
+    return checked(list.indices, path);
+  }
+  [[nodiscard]] std::vector<Index> select(const NearSelection& near, const std::string& path) const {
+    const Index other = body_named(scene, near.body, path + ".near.body", body);
+    return selected(points, [&](const Vec3& p) {
+      return (!near.box || contains(*near.box, p)) && is_near(bodies, other, p, near.distance);
+    });
+  }
+  [[nodiscard]] std::vector<Index> checked(const std::vector<Index>& indices, const std::string& path) const {
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (indices[i] >= 0 && static_cast<std::size_t>(indices[i]) < points.size()) continue;
+      throw Error(scene.source, path + "." + what + "s[" + std::to_string(i) + "]",
+                  std::to_string(indices[i]),
+                  "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
+    }
+    return indices;
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,193 @@
+#include "sim/loads.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "number_text.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr const char* not_finite = "a number that is not finite";
+
+void check_count(const char* source, const std::string& where, std::size_t found, std::size_t expected) {
+  if (found != expected)
+    throw Error(source, where, std::to_string(found) + " values", std::to_string(expected));
+}
+
+void check_index(const char* source, const std::string& where, Index found, std::size_t count) {
+  if (found < 0 || static_cast<std::size_t>(found) >= count)
+    throw Error(source, where, std::to_string(found), "0 to " + std::to_string(count - 1));
+}
+
+void check_finite(const char* source, const std::string& where, const Vec3& value) {
+  if (!is_finite(value)) throw Error(source, where, not_finite, "three finite numbers");
+}
+
+std::string element(const char* name, std::size_t i) {
+  return std::string(name).append(1, '[').append(std::to_string(i)).append(1, ']');
+}
+
+void check_ramp(const Ramp& ramp, const std::string& where) {
+  check_count("loads", where + ".factors", ramp.factors.size(), ramp.times.size());
+  for (std::size_t i = 0; i < ramp.times.size(); ++i) {
+    if (!std::isfinite(ramp.times[i]) || !std::isfinite(ramp.factors[i]))
+      throw Error("loads", where, not_finite, "finite numbers");
+    if (i > 0 && ramp.times[i] <= ramp.times[i - 1]) {
+      throw Error("loads", element((where + ".times").c_str(), i), number_text(ramp.times[i]),
+                  "more than the time before, " + number_text(ramp.times[i - 1]));
+    }
+  }
+}
+
+void check_soft(const char* source, const std::string& where, Index triangle, const Bodies& bodies,
+                std::span<const std::uint8_t> rigid) {
+  check_index(source, where, triangle, bodies.triangles().size());
+  const Index body = bodies.body_of(at(bodies.triangles(), triangle));
+  if (at(rigid, body) != 0) {
+    throw Error(source, where,
+                "triangle " + std::to_string(triangle) + " of the rigid body '" +
+                    at(bodies.bodies(), body).name + "'",
+                "a triangle of a body that deforms");
+  }
+}
+
+void check_load(const SurfaceLoad& load, const std::string& where, const Bodies& bodies,
+                std::span<const std::uint8_t> rigid) {
+  std::vector<Index> sorted = load.triangles;
+  std::ranges::sort(sorted);
+  const auto twice = std::ranges::adjacent_find(sorted);
+  if (twice != sorted.end()) {
+    throw Error("loads", where + ".triangles", "triangle " + std::to_string(*twice) + " twice",
+                "each triangle once");
+  }
+  for (std::size_t i = 0; i < load.triangles.size(); ++i)
+    check_soft("loads", element((where + ".triangles").c_str(), i), load.triangles[i], bodies, rigid);
+  if (!std::isfinite(load.pressure)) throw Error("loads", where + ".pressure", not_finite, "a finite number");
+  check_finite("loads", where + ".traction", load.traction);
+  check_ramp(load.ramp, where + ".ramp");
+}
+
+/// Twice the area, along the outward normal.
+Vec3 doubled_area(const Triangle& t, std::span<const Vec3> positions) {
+  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+}
+
+/// A uniform load on a triangle, in equal parts on its corners.
+void add_to_corners(const Triangle& t, const Vec3& force, std::vector<Vec3>& forces) {
+  for (const Index corner : t) at(forces, corner) += (1.0 / 3.0) * force;
+}
+
+}  // namespace
+
+double factor_at(const Ramp& ramp, double time) {
+  if (ramp.times.empty()) return 1.0;
+  const auto next = std::ranges::upper_bound(ramp.times, time);
+  if (next == ramp.times.begin()) return ramp.factors.front();
+  if (next == ramp.times.end()) return ramp.factors.back();
+  const auto i = static_cast<std::size_t>(next - ramp.times.begin());
+  const double share = (time - ramp.times[i - 1]) / (ramp.times[i] - ramp.times[i - 1]);
+  return (1.0 - share) * ramp.factors[i - 1] + share * ramp.factors[i];
+}
+
+Loads::Loads(const Model& model, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
+             std::span<const double> masses)
+    : rigid_(obstacles.begin(), obstacles.end()),
+      masses_(masses),
+      forces_(model.forces),
+      point_loads_(model.point_loads),
+      surface_loads_(model.surface_loads),
+      gravity_(model.gravity_of_body) {
+  const std::size_t points = bodies.points_rest().size();
+  if (!forces_.empty()) check_count("simulation", "forces", forces_.size(), points);
+  for (std::size_t p = 0; p < forces_.size(); ++p) {
+    if (is_finite(forces_[p])) continue;
+    throw Error("simulation", "forces", "a force on point " + std::to_string(p) + " that is not finite",
+                "three finite numbers");
+  }
+  if (!gravity_.empty())
+    check_count("simulation", "gravity_of_body", gravity_.size(), bodies.bodies().size());
+  for (std::size_t b = 0; b < gravity_.size(); ++b)
+    check_finite("simulation", element("gravity_of_body", b), gravity_[b].value_or(Vec3{}));
+  for (std::size_t i = 0; i < point_loads_.size(); ++i) {
+    const PointLoad& load = point_loads_[i];
+    const std::string where = element("point_loads", i);
+    if (load.points.empty()) throw Error("loads", where + ".points", "none", "one or more");
+    for (const Index point : load.points) check_index("loads", where + ".points", point, points);
+    check_finite("loads", where + ".force", load.force);
+    check_ramp(load.ramp, where + ".ramp");
+  }
+  for (std::size_t i = 0; i < surface_loads_.size(); ++i)
+    check_load(surface_loads_[i], element("surface_loads", i), bodies, rigid_);
+}
+
+void Loads::set_forces(std::span<const Index> points, std::span<const Vec3> forces) {
+  check_count("simulation", "forces", forces.size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i] < 0 || static_cast<std::size_t>(points[i]) >= masses_.size()) {
+      throw Error("simulation", "point", std::to_string(points[i]),
+                  "less than " + std::to_string(masses_.size()));
+    }
+    if (!is_finite(forces[i])) throw Error("simulation", "force", not_finite, "three finite numbers");
+  }
+  if (forces_.empty()) forces_.resize(masses_.size());
+  for (std::size_t i = 0; i < points.size(); ++i) at(forces_, points[i]) = forces[i];
+}
+
+void Loads::set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure) {
+  if (!std::isfinite(pressure)) throw Error("simulation", "pressure", not_finite, "a finite number");
+  for (const Index triangle : triangles) check_soft("simulation", "triangles", triangle, bodies, rigid_);
+  if (pressures_.empty()) pressures_.resize(bodies.triangles().size());
+  for (const Index triangle : triangles) at(pressures_, triangle) = pressure;
+}
+
+void Loads::restore(std::vector<Vec3> forces, std::vector<double> pressures) {
+  forces_ = std::move(forces);
+  pressures_ = std::move(pressures);
+}
+
+void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std::span<const Vec3> positions,
+                             double time) {
+  const double factor = factor_at(load.ramp, time);
+  for (const Index triangle : load.triangles) {
+    const Triangle& t = at(bodies.triangles(), triangle);
+    Vec3 force{};
+    if (load.pressure != 0.0) force -= (0.5 * factor * load.pressure) * doubled_area(t, positions);
+    if (load.traction != Vec3{})
+      force += (0.5 * factor * length(doubled_area(t, bodies.points_rest()))) * load.traction;
+    add_to_corners(t, force, sum_);
+  }
+}
+
+std::span<const Vec3> Loads::forces(const Bodies& bodies, std::span<const Vec3> positions,
+                                    const Vec3& gravity, double time_end) {
+  if (point_loads_.empty() && surface_loads_.empty() && pressures_.empty() && gravity_.empty())
+    return forces_;
+  sum_.resize(masses_.size());
+  if (forces_.empty()) std::ranges::fill(sum_, Vec3{});
+  if (!forces_.empty()) std::ranges::copy(forces_, sum_.begin());
+  for (const PointLoad& load : point_loads_) {
+    const double factor = factor_at(load.ramp, time_end) / static_cast<double>(load.points.size());
+    for (const Index point : load.points) at(sum_, point) += factor * load.force;
+  }
+  for (const SurfaceLoad& load : surface_loads_) add_surface_load(load, bodies, positions, time_end);
+  for (std::size_t i = 0; i < pressures_.size(); ++i) {
+    if (pressures_[i] == 0.0) continue;
+    const Triangle& t = bodies.triangles()[i];
+    add_to_corners(t, (-0.5 * pressures_[i]) * doubled_area(t, positions), sum_);
+  }
+  for (std::size_t b = 0; b < gravity_.size(); ++b) {
+    if (!gravity_[b]) continue;
+    const Range range = bodies.bodies()[b].points;
+    for (Index p = range.begin; p < range.end; ++p) at(sum_, p) += at(masses_, p) * (*gravity_[b] - gravity);
+  }
+  return sum_;
+}
+
+}  // namespace palpate

@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "geometry/vector.hpp"
+#include "sim/simulation_state.hpp"
+
+// What changes a simulation between steps.
+namespace palpate {
+namespace {
+
+/// Values for points: one for each, finite, of points that `may(point)` says so of.
+template <class May>
+void check_values(const char* name, std::span<const Index> points, std::span<const Vec3> values,
+                  std::size_t count, May&& may, const char* why, const char* expected) {
+  if (points.size() != values.size()) {
+    throw Error("simulation", name, std::to_string(values.size()) + " values",
+                std::to_string(points.size()) + ", one for each point");
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i] < 0 || static_cast<std::size_t>(points[i]) >= count)
+      throw Error("simulation", "point", std::to_string(points[i]), "less than " + std::to_string(count));
+    if (!is_finite(values[i]))
+      throw Error("simulation", name, "a number that is not finite", "three finite numbers");
+    if (!may(points[i]))
+      throw Error("simulation", name, "point " + std::to_string(points[i]) + why, expected);
+  }
+}
+
+}  // namespace
+
+void Simulation::set_motion(Index number, Motion motion) {
+  state_->rails.replace(number, std::move(motion));
+  state_->slow_steps = 0;
+}
+
+void Simulation::set_force(Index point, const Vec3& force) {
+  state_->loads.set_forces(std::array{point}, std::array{force});
+}
+void Simulation::set_forces(std::span<const Index> points, std::span<const Vec3> forces) {
+  state_->loads.set_forces(points, forces);
+}
+void Simulation::set_pressure(std::span<const Index> triangles, double pressure) {
+  state_->loads.set_pressure(state_->bodies, triangles, pressure);
+}
+
+void Simulation::set_positions(std::span<const Index> points, std::span<const Vec3> positions) {
+  State& s = *state_;
+  const auto on_rails = [&](Index p) { return std::ranges::binary_search(s.rails.points(), p); };
+  check_values(
+      "positions", points, positions, s.bodies.points_rest().size(), [&](Index p) { return !on_rails(p); },
+      ", which is on rails", "points that no motion moves");
+  std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
+  for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
+  const StepMetrics before = s.metrics;
+  try {
+    s.detect(all, true);
+  } catch (...) {
+    s.metrics = before;
+    s.detector.detect(s.dynamics.positions());
+    throw;
+  }
+  s.metrics.detection_seconds = before.detection_seconds;
+  s.dynamics.set_positions(all);
+  s.measure();
+  s.slow_steps = 0;
+}
+
+void Simulation::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
+  State& s = *state_;
+  check_values(
+      "velocities", points, velocities, s.bodies.points_rest().size(),
+      [&](Index p) { return at(s.dynamics.free_points(), p) != 0; }, ", which does not move freely",
+      "points that are neither fixed nor on rails");
+  fem::DynamicsState state = s.dynamics.state();
+  for (std::size_t i = 0; i < points.size(); ++i) at(state.velocities, points[i]) = velocities[i];
+  s.dynamics.set_state(state);
+  s.measure();
+  s.slow_steps = 0;
+}
+
+Index Simulation::grab(const Grab& grab) {
+  return state_->grabs.add(grab);
+}
+void Simulation::move_grab(Index number, const Vec3& target) {
+  state_->grabs.move(number, target);
+}
+void Simulation::release(Index number) {
+  state_->grabs.release(number);
+}
+Vec3 Simulation::grab_force(Index number) const {
+  return state_->grabs.force(number);
+}
+
+}  // namespace palpate

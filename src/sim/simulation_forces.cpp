@@ -1,0 +1,126 @@
+#include <string>
+
+#include <palpate/error.hpp>
+
+#include "fem/tissue.hpp"
+#include "geometry/vector.hpp"
+#include "sim/simulation_state.hpp"
+#include "sim/tractions.hpp"
+#include "sim/wrench.hpp"
+
+// What a simulation tells of forces and stress.
+namespace palpate {
+namespace {
+
+void check_index(const char* what, Index found, Index count) {
+  if (found < 0 || found >= count) {
+    const std::string expected =
+        count > 0 ? "0 to " + std::to_string(count - 1) : "none: there is no " + std::string(what);
+    throw Error("simulation", what, std::to_string(found), expected);
+  }
+}
+
+}  // namespace
+
+/// Between the last solve and the end of the step.
+void Simulation::State::take_forces() {
+  step_forces.take(
+      threads, couplings,
+      {.first_tie = grab_couplings, .first_contact = first_contact, .first_foreseen = first_foreseen},
+      response, settings.time_step, dynamics.mean_velocities());
+  step_forces.sum_over_bodies(bodies, contact_forces);
+  if (!records_reactions) {
+    reactions.clear();
+    return;
+  }
+  reactions.resize(bodies.points_rest().size());
+  dynamics.holding_forces(settings.gravity, step_loads, reactions);
+  for (std::size_t c = 0; c < couplings.size(); ++c) {
+    for (std::size_t k = 0; k < 5; ++k) {
+      const Index point = couplings[c].points[k];
+      if (point >= 0 && at(dynamics.free_points(), point) == 0)
+        at(reactions, point) -= couplings[c].coefficients[k] * step_forces.all()[c];
+    }
+  }
+}
+
+void Simulation::record_reactions(bool on) {
+  State& s = *state_;
+  if (on && !s.records_reactions) s.dynamics.find_held_elements();
+  s.records_reactions = on;
+}
+
+std::span<const Vec3> Simulation::contact_forces() const {
+  return state_->contact_forces;
+}
+
+ContactForces Simulation::acting_contacts() const {
+  return contact_forces_of(state_->step_forces.contacts(), state_->bodies);
+}
+
+Vec3 Simulation::center_of_mass(Index body) const {
+  const State& s = *state_;
+  check_index("body", body, s.bodies.body_count());
+  return palpate::center_of_mass(at(s.bodies.bodies(), body), s.dynamics.point_masses(), positions());
+}
+
+Wrench Simulation::contact_wrench(Index body) const {
+  return contact_wrench(body, center_of_mass(body));
+}
+Wrench Simulation::contact_wrench(Index body, const Vec3& about) const {
+  check_index("body", body, bodies().body_count());
+  return wrench_on(state_->step_forces.contacts(), bodies(), positions(), body, about);
+}
+
+std::vector<PairWrench> Simulation::pair_wrenches() const {
+  std::vector<Vec3> centers;
+  for (Index b = 0; b < bodies().body_count(); ++b) centers.push_back(center_of_mass(b));
+  return wrenches_of_pairs(state_->step_forces.contacts(), bodies(), positions(), centers);
+}
+
+SurfaceTractions Simulation::tractions() const {
+  return tractions_of(state_->step_forces.contacts(), bodies(), positions());
+}
+
+std::span<const Vec3> Simulation::tie_forces() const {
+  return state_->step_forces.ties();
+}
+
+std::span<const Vec3> Simulation::reactions() const {
+  if (state_->reactions.empty() && !state_->bodies.points_rest().empty())
+    throw Error("simulation", "reactions", "a step that did not note them",
+                "a step after record_reactions(true)");
+  return state_->reactions;
+}
+
+Wrench Simulation::reaction_of_body(Index body, const Vec3& about) const {
+  check_index("body", body, bodies().body_count());
+  return wrench_of_points(reactions(), positions(), at(bodies().bodies(), body).points, about,
+                          [](Index) { return true; });
+}
+
+Wrench Simulation::reaction_of_motion(Index motion, const Vec3& about) const {
+  const Rails& rails = state_->rails;
+  check_index("motion", motion, rails.motion_count());
+  const std::span<const Vec3> all = reactions();
+  Wrench sum{.force = {}, .torque = {}, .about = about};
+  for (std::size_t i = 0; i < rails.points().size(); ++i) {
+    if (rails.motion_of_points()[i] != motion) continue;
+    const Index p = rails.points()[i];
+    sum.force += at(all, p);
+    sum.torque += cross(at(positions(), p) - about, at(all, p));
+  }
+  return sum;
+}
+
+TissueState Simulation::tissue() const {
+  const State& s = *state_;
+  return fem::tissue_of_tets(s.threads, s.bodies, s.dynamics.elements(), positions());
+}
+
+TissueState Simulation::tissue_at_points() const {
+  const State& s = *state_;
+  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, tissue());
+}
+
+}  // namespace palpate

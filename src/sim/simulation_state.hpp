@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "fem/dynamics.hpp"
+#include "parallel/parallel.hpp"
+#include "sim/grabs.hpp"
+#include "sim/loads.hpp"
+#include "sim/rails.hpp"
+#include "sim/response.hpp"
+#include "sim/saved_state.hpp"
+#include "sim/step_forces.hpp"
+#include "sim/ties.hpp"
+
+namespace palpate {
+
+/// What a Simulation consists of. Its functions are in simulation.cpp (the step), simulation_drive.cpp (what
+/// changes it between steps) and simulation_forces.cpp (what it tells of forces and stress).
+struct Simulation::State {
+  State(Model model, const SimulationSettings& s, int n);
+
+  void detect(std::span<const Vec3> positions, bool last);
+  [[nodiscard]] bool spends_time() const;
+  [[nodiscard]] double budget_seconds() const;
+  [[nodiscard]] double budget_left() const;
+  [[nodiscard]] bool can_look_ahead() const;
+  void measure();
+  void begin_step();
+  bool solve(bool loose, bool steady);
+  [[nodiscard]] fem::ContactSet contact_set();
+  [[nodiscard]] double normal_forces() const;
+  void solve_with_speculative_contacts(const StepMetrics& last);
+  void advance();
+  void take_forces();
+  [[nodiscard]] SavedState saved_state() const;
+  void take_state(const SavedState& saved);
+
+  Fingerprint fingerprint;              ///< of the model while it is whole
+  std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
+  std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
+  Bodies bodies;
+  SimulationSettings settings;
+  parallel::Threads threads;
+  Materials materials;
+  Rails rails;
+  fem::Dynamics dynamics;
+  Loads loads;
+  std::span<const Vec3> step_loads;  ///< forces on points of the step, N; or empty
+  Grabs grabs;
+  Detector detector;
+  std::vector<Material> contact_materials;
+  ContactResponse response;
+  Ties ties;
+  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the ties, then of the contacts
+  std::size_t grab_couplings = 0;
+  std::size_t first_contact = 0;   ///< in the couplings
+  std::size_t first_foreseen = 0;  ///< contact, in the couplings
+  StepForces step_forces;
+  bool records_reactions = false;
+  std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty
+  double max_speed;
+  std::vector<Vec3> contact_forces;
+  std::vector<double> masses;
+  std::vector<double> squared_speeds;  ///< per body: sum of m v^2
+  StepMetrics metrics;
+  std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
+};
+
+}  // namespace palpate

@@ -1,0 +1,180 @@
+#include "sim/tractions.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "contact/nearest_surface.hpp"
+#include "fem/matrix.hpp"
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+
+namespace palpate {
+namespace {
+
+/// Barycentric weights of a point of a triangle.
+std::array<double, 3> weights_in(const std::array<Vec3, 3>& t, const Vec3& q) {
+  const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+  const double whole = squared_length(normal);
+  const double b1 = dot(cross(q - t[0], t[2] - t[0]), normal) / whole;
+  const double b2 = dot(cross(t[1] - t[0], q - t[0]), normal) / whole;
+  return {1.0 - b1 - b2, b1, b2};
+}
+
+/// Forces on the corners of a triangle that have the sum `force` and the torque of it at `place`.
+std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
+                               const Vec3& force) {
+  const std::array<double, 3> b = weights_in(t, q);
+  const Vec3 center = (1.0 / 3.0) * (t[0] + t[1] + t[2]);
+  const Vec3 there = b[0] * t[0] + b[1] * t[1] + b[2] * t[2];
+  fem::Matrix3 inertia;
+  for (const Vec3& corner : t) {
+    const Vec3 d = corner - center;
+    for (int k = 0; k < 3; ++k) inertia(k, k) += squared_length(d);
+    fem::add_outer(inertia, -1.0, d, d);
+  }
+  const Vec3 couple = fem::inverse(inertia) * cross(place - there, force);
+  std::array<Vec3, 3> forces;
+  for (std::size_t i = 0; i < 3; ++i) {
+    forces[i] = b[i] * force;
+    if (is_finite(couple)) forces[i] += cross(couple, t[i] - center);
+  }
+  return forces;
+}
+
+/// Puts forces on the points of the surfaces.
+class SurfaceForces {
+ public:
+  SurfaceForces(const Bodies& bodies, std::span<const Vec3> positions)
+      : bodies_(bodies), positions_(positions), on_surface_(positions.size(), 0), sums_(positions.size()) {
+    for (const Triangle& t : bodies.triangles()) {
+      for (const Index corner : t) at(on_surface_, corner) = 1;
+    }
+  }
+
+  void add(const ActedContact& contact, Index tet) {
+    const Index point = contact.points[0];
+    const Vec3& place = at(positions_, point);
+    if (at(on_surface_, point) != 0) {
+      at(sums_, point) += contact.force;
+    } else {
+      add_below(bodies_.point_tets()[point].front(), -1, place, contact.force, -contact.direction);
+    }
+    const bool self = at(bodies_.body_of_point(), point) == at(bodies_.body_of_point(), contact.points[1]);
+    add_below(tet, self ? point : -1, place, -contact.force, contact.direction);
+  }
+  [[nodiscard]] std::vector<Vec3>& sums() { return sums_; }
+
+ private:
+  struct Face {
+    std::array<Index, 3> corners{-1, -1, -1};
+    Vec3 nearest{};
+    double distance = std::numeric_limits<double>::infinity();
+  };
+
+  /// The nearest face that faces along `direction`, or else the nearest.
+  [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    constexpr double about_as_near = 1.5;
+    constexpr double along = 0.5;
+    const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
+    Face any;
+    Face facing;
+    const double radius = about_as_near * nearest.distance + std::numeric_limits<double>::min();
+    search_.for_each_face(bodies_, positions_, tet, place, without, radius,
+                          [&](Index at_tet, std::size_t opposite, const Vec3& q, double distance) {
+                            const Tet& corners = at(bodies_.tets(), at_tet);
+                            const auto& [i, j, k] = outward_face[opposite];
+                            const Face face{{corners[i], corners[j], corners[k]}, q, distance};
+                            if (distance < any.distance) any = face;
+                            if (distance < facing.distance && dot(normal_of(face), direction) > along)
+                              facing = face;
+                          });
+    return facing.corners[0] >= 0 ? facing : any;
+  }
+  [[nodiscard]] std::array<Vec3, 3> places(const Face& face) const {
+    return {at(positions_, face.corners[0]), at(positions_, face.corners[1]),
+            at(positions_, face.corners[2])};
+  }
+  [[nodiscard]] Vec3 normal_of(const Face& face) const {
+    const std::array<Vec3, 3> t = places(face);
+    return normalized(cross(t[1] - t[0], t[2] - t[0]));
+  }
+  void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
+    const Face face = face_at(tet, without, place, direction);
+    if (face.corners[0] < 0) {  // no face is left: the whole on a corner of the tet
+      at(sums_, at(bodies_.tets(), tet)[0]) += force;
+      return;
+    }
+    const std::array<Vec3, 3> forces = on_corners(places(face), face.nearest, place, force);
+    for (std::size_t i = 0; i < 3; ++i) at(sums_, face.corners[i]) += forces[i];
+  }
+
+  const Bodies& bodies_;
+  std::span<const Vec3> positions_;
+  std::vector<std::uint8_t> on_surface_;
+  std::vector<Vec3> sums_;
+  ExitSearch search_;
+};
+
+/// What the triangles around a point add up to.
+struct Around {
+  double area = 0.0;
+  Vec3 normal{};  ///< outward, twice the area long
+  int count = 0;
+  /// Part of the point's force that a triangle of this area has.
+  [[nodiscard]] double part(double triangle) const {
+    return area > 0.0 ? triangle / area : 1.0 / static_cast<double>(count);
+  }
+};
+
+}  // namespace
+
+SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodies& bodies,
+                              std::span<const Vec3> positions) {
+  SurfaceForces surface(bodies, positions);
+  for (const ActedContact& contact : contacts) {
+    if (contact.force != Vec3{}) surface.add(contact, tet_of(contact, bodies));
+  }
+  const std::span<const Triangle> triangles = bodies.triangles();
+  SurfaceTractions result;
+  result.point_forces = std::move(surface.sums());
+  result.corner_forces.resize(triangles.size());
+  for (auto* numbers : {&result.area, &result.pressure}) numbers->resize(triangles.size());
+  result.traction.resize(triangles.size());
+  result.point_traction.resize(positions.size());
+  result.point_pressure.resize(positions.size());
+  std::vector<Around> around(positions.size());
+  const auto doubled_area = [&](const Triangle& t) {
+    return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+  };
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    result.area[i] = 0.5 * length(doubled_area(triangles[i]));
+    for (const Index corner : triangles[i]) {
+      at(around, corner).area += result.area[i];
+      at(around, corner).normal += doubled_area(triangles[i]);
+      ++at(around, corner).count;
+    }
+  }
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    const double area = result.area[i];
+    Vec3 force;
+    for (std::size_t k = 0; k < 3; ++k) {
+      result.corner_forces[i][k] = at(around, t[k]).part(area) * at(result.point_forces, t[k]);
+      force += result.corner_forces[i][k];
+    }
+    if (!(area > 0.0)) continue;
+    result.traction[i] = (1.0 / area) * force;
+    result.pressure[i] = -dot(result.traction[i], normalized(doubled_area(t)));
+  }
+  for (std::size_t p = 0; p < positions.size(); ++p) {
+    if (!(around[p].area > 0.0)) continue;
+    result.point_traction[p] = (3.0 / around[p].area) * result.point_forces[p];
+    result.point_pressure[p] = -dot(result.point_traction[p], normalized(around[p].normal));
+  }
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+#include "sim/wrench.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate {
+
+Wrench moved_to(const Wrench& wrench, const Vec3& about) {
+  return {wrench.force, wrench.torque + cross(wrench.about - about, wrench.force), about};
+}
+
+Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
+                 std::span<const Vec3> positions, Index body, const Vec3& about) {
+  Wrench sum{.force = {}, .torque = {}, .about = about};
+  for (const ActedContact& contact : contacts) {
+    const Index inside = at(bodies.body_of_point(), contact.points[0]);
+    const Index penetrated = at(bodies.body_of_point(), contact.points[1]);
+    if ((inside == body) == (penetrated == body)) continue;  // neither, or both: no sum
+    const Vec3 force = inside == body ? contact.force : -contact.force;
+    sum.force += force;
+    sum.torque += cross(at(positions, contact.points[0]) - about, force);
+  }
+  return sum;
+}
+
+std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts, const Bodies& bodies,
+                                          std::span<const Vec3> positions, std::span<const Vec3> centers) {
+  std::vector<PairWrench> pairs;
+  const auto of = [](const PairWrench& pair) { return std::pair(pair.body_a, pair.body_b); };
+  for (const ActedContact& contact : contacts) {
+    const Index inside = at(bodies.body_of_point(), contact.points[0]);
+    const Index penetrated = at(bodies.body_of_point(), contact.points[1]);
+    const Index low = std::min(inside, penetrated);
+    const Index high = std::max(inside, penetrated);
+    const auto place = std::ranges::lower_bound(pairs, std::pair(low, high), {}, of);
+    const bool known = place != pairs.end() && of(*place) == std::pair(low, high);
+    PairWrench& pair =
+        known ? *place
+              : *pairs.insert(place,
+                              PairWrench{.body_a = low,
+                                         .body_b = high,
+                                         .on_b = {.force = {}, .torque = {}, .about = at(centers, high)}});
+    if (contact.status != ContactStatus::open) ++pair.contacts;
+    pair.normal += dot(contact.force, contact.direction);
+    if (low == high) continue;
+    const Vec3 on_high = inside == high ? contact.force : -contact.force;
+    pair.on_b.force += on_high;
+    pair.on_b.torque += cross(at(positions, contact.points[0]) - at(centers, high), on_high);
+  }
+  return pairs;
+}
+
+Vec3 center_of_mass(const Body& body, std::span<const double> masses, std::span<const Vec3> positions) {
+  Vec3 sum;
+  double mass = 0.0;
+  for (Index p = body.points.begin; p < body.points.end; ++p) {
+    sum += at(masses, p) * at(positions, p);
+    mass += at(masses, p);
+  }
+  return (1.0 / mass) * sum;
+}
+
+}  // namespace palpate

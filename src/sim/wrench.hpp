@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/forces.hpp>
+#include <palpate/mesh.hpp>
+
+#include "geometry/vector.hpp"
+#include "sim/step_forces.hpp"
+
+/// Sums of contact forces. Arms are those of the points that are inside, for the force and for its reaction.
+namespace palpate {
+
+/// What the contacts did to a body, about a point. O(contacts).
+[[nodiscard]] Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
+                               std::span<const Vec3> positions, Index body, const Vec3& about);
+
+/// What each two bodies that touched did to each other, sorted by (body_a, body_b).
+/// \param centers  (n_bodies x 3) that torques are about, m
+/// O(contacts log).
+[[nodiscard]] std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts,
+                                                        const Bodies& bodies, std::span<const Vec3> positions,
+                                                        std::span<const Vec3> centers);
+
+/// The sum of forces on the points of a range that are wanted, about a point. O(points of the range).
+template <class Wanted>
+Wrench wrench_of_points(std::span<const Vec3> forces, std::span<const Vec3> positions, Range points,
+                        const Vec3& about, Wanted&& wanted) {
+  Wrench sum{.force = {}, .torque = {}, .about = about};
+  for (Index p = points.begin; p < points.end; ++p) {
+    if (!wanted(p)) continue;
+    const Vec3& force = forces[static_cast<std::size_t>(p)];
+    sum.force += force;
+    sum.torque += cross(positions[static_cast<std::size_t>(p)] - about, force);
+  }
+  return sum;
+}
+
+/// Centre of mass of a body. O(points of the body).
+[[nodiscard]] Vec3 center_of_mass(const Body& body, std::span<const double> masses,
+                                  std::span<const Vec3> positions);
+
+}  // namespace palpate

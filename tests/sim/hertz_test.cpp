@@ -1,0 +1,179 @@
+// Hertz's contact: force against approach, contact radius and the profile of the pressure. Oracles: Hertz,
+// "Ueber die Beruehrung fester elastischer Koerper", J. reine angew. Math. 92 (1881), with Tatara's
+// correction for a ball that is pressed from both sides (J. Eng. Mater. Technol. 113, 1991), of first order
+// in contact radius over radius.
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "scene/generators.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double radius = 0.05;
+const Material material{
+    .young_modulus = 1e5, .poisson_ratio = 0.3, .mass_damping = 20.0, .stiffness_damping = 0.01};
+const double plane_modulus = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
+
+/// A ball whose mesh is finer at both poles, by a factor of five along the surface and into the depth.
+TetMesh graded_ball(int layers, const Vec3& center) {
+  constexpr double fine = 0.2;
+  const auto graded = [](double x, double end) { return x * (fine + (1.0 - fine) * x / end); };
+  TetMesh mesh = make_ball(1.0, layers);
+  for (Vec3& p : mesh.points) {
+    const double r = length(p);
+    if (r == 0.0) {
+      p = center;
+      continue;
+    }
+    const double across = std::hypot(p.x, p.y);
+    const double angle = graded(std::atan2(across, std::abs(p.z)), 0.5 * std::numbers::pi);
+    const double depth = graded(1.0 - r, 1.0);
+    const double s = across > 0.0 ? std::sin(angle) / across : 0.0;
+    const Vec3 direction{s * p.x, s * p.y, std::copysign(std::cos(angle), p.z)};
+    p = center + (radius * (1.0 - depth)) * direction;
+  }
+  return mesh;
+}
+
+/// Rigid plates below and above `height`, that each come nearer by half of `closing`, and balls between them.
+Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing) {
+  Model model;
+  model.bodies.add("lower", test::box_mesh({1, 1, 1}, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0}));
+  model.bodies.add("upper", test::box_mesh({1, 1, 1}, {-0.06, -0.06, height}, {0.06, 0.06, height + 0.02}));
+  model.materials.resize(2);
+  model.obstacles = {1, 1};
+  for (std::size_t p = 0; p < model.bodies.points_rest().size(); ++p)
+    model.motion_of_point.push_back(model.bodies.body_of_point()[p]);
+  for (const double sign : {1.0, -1.0}) {
+    model.motions.push_back({{},
+                             {{0.0, {}, {1, 0, 0, 0}}, {0.2, {0, 0, sign * 0.5 * closing}, {1, 0, 0, 0}}},
+                             Interpolation::smooth});
+  }
+  for (const TetMesh& ball : balls) {
+    model.bodies.add("ball", ball);
+    model.materials.push_back(material);
+    model.obstacles.push_back(0);
+  }
+  model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
+  SimulationSettings settings;
+  settings.gravity = {};
+  settings.rest.speed = 2e-6;
+  settings.solver.tolerance = 1e-6;
+  settings.solver.max_iterations = 2000;
+  settings.response.stiffness = 10.0 * material.young_modulus * radius;
+  Simulation simulation(std::move(model), settings, 2);
+  while (!simulation.at_rest() && simulation.metrics().step < 300) simulation.step();
+  EXPECT_TRUE(simulation.at_rest()) << simulation.metrics().fastest_body;
+  return simulation;
+}
+
+/// Hertz's approach of a ball and a rigid plane, m.
+double approach_by_hertz(double force) {
+  return std::pow(0.75 * force / (plane_modulus * std::sqrt(radius)), 2.0 / 3.0);
+}
+/// How much nearer to its middle a side of a ball comes less than that, because the other side is pushed too.
+double push_from_the_other_side(double force) {
+  const double nu = material.poisson_ratio;
+  const double a2 = radius * approach_by_hertz(force);
+  const double l2 = a2 + 4.0 * radius * radius;
+  const double f = 2.0 * (1.0 + nu) * radius * radius / std::pow(l2, 1.5) + (1.0 - nu * nu) / std::sqrt(l2);
+  return f * force / (std::numbers::pi * material.young_modulus);
+}
+
+/// The force for which `approach(force)` is what is wanted.
+template <class Approach>
+double force_for(double wanted, Approach&& approach) {
+  double low = 0.0;
+  double high = 1e3;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    (approach(middle) < wanted ? low : high) = middle;
+  }
+  return low;
+}
+
+struct Errors {
+  double force;     ///< against the approach
+  double radius;    ///< of the contact, against the force: by the second moment of the pressure, 2/5 a^2
+  double pressure;  ///< root mean square over the contact, of the largest
+};
+
+/// Points of the lower side of a body with their pressures.
+Errors errors_of(const Simulation& simulation, Index body, double force, double expected_force) {
+  const double a = std::cbrt(0.75 * force * radius / plane_modulus);
+  const double largest = 1.5 * force / (std::numbers::pi * a * a);
+  const SurfaceTractions surface = simulation.tractions();
+  const Range points = at(simulation.bodies().bodies(), body).points;
+  double moment = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  double count = 0.0;
+  std::vector<double> around(simulation.positions().size(), 0.0);
+  for (std::size_t t = 0; t < surface.area.size(); ++t) {
+    for (const Index p : simulation.bodies().triangles()[t]) at(around, p) += surface.area[t] / 3.0;
+  }
+  for (Index p = points.begin; p < points.end; ++p) {
+    const Vec3& place = at(simulation.positions(), p);
+    if (place.z > radius) continue;
+    const double r = std::hypot(place.x, place.y);
+    moment += at(surface.point_forces, p).z * r * r;
+    sum += at(surface.point_forces, p).z;
+    if (r > 0.9 * a || at(around, p) == 0.0) continue;
+    const double exact = largest * std::sqrt(1.0 - r * r / (a * a));
+    squares += std::pow((at(surface.point_pressure, p) - exact) / largest, 2);
+    count += 1.0;
+  }
+  return {std::abs(force / expected_force - 1.0), std::abs(std::sqrt(2.5 * moment / sum) / a - 1.0),
+          std::sqrt(squares / count)};
+}
+
+TEST(Hertz, ABallOnAPlaneHasItsForceRadiusAndPressure) {
+  constexpr double approach = 0.02 * radius;
+  const double expected =
+      force_for(approach, [](double f) { return approach_by_hertz(f) - push_from_the_other_side(f); });
+  std::vector<Errors> all;
+  for (const int cells : {6, 9, 12}) {
+    const Simulation simulation = pressed({graded_ball(cells, {0, 0, radius})}, 2.0 * radius, 2.0 * approach);
+    const double force = simulation.contact_wrench(1).force.z;
+    EXPECT_NEAR(simulation.contact_wrench(0).force.z, -force, 1e-3 * force);
+    all.push_back(errors_of(simulation, 2, force, expected));
+    std::printf("%2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n", cells,
+                force, 100.0 * all.back().force, 100.0 * all.back().radius, 100.0 * all.back().pressure);
+  }
+  EXPECT_LT(all.back().force, 0.03);
+  EXPECT_LT(all.back().radius, 0.04);
+  EXPECT_LT(all.back().pressure, 0.06);
+  EXPECT_LT(all[1].pressure, all[0].pressure);
+  EXPECT_LT(all[2].pressure, all[1].pressure);
+  EXPECT_LT(all[1].radius, all[0].radius);
+  EXPECT_LT(all[2].radius, all[1].radius);
+}
+
+TEST(Hertz, ABallOnABallHasItsForce) {
+  // Three contacts of the same radius: half the radius of curvature and half the stiffness between the balls.
+  constexpr double closing = 0.08 * radius;
+  const double expected = force_for(closing, [](double f) {
+    const double between = std::pow(0.75 * f / (0.5 * plane_modulus * std::sqrt(0.5 * radius)), 2.0 / 3.0);
+    return 2.0 * approach_by_hertz(f) + between - 4.0 * push_from_the_other_side(f);
+  });
+  const Simulation simulation = pressed(
+      {graded_ball(12, {0, 0, radius}), graded_ball(12, {0, 0, 3.0 * radius})}, 4.0 * radius, closing);
+  const double force = simulation.contact_wrench(1).force.z;
+  std::printf("ball on ball: force %.4f N, by Hertz %.4f N\n", force, expected);
+  EXPECT_NEAR(force, expected, 0.03 * expected);
+  for (const PairWrench& pair : simulation.pair_wrenches()) {
+    if (pair.body_a == 2 && pair.body_b == 3) {
+      EXPECT_NEAR(pair.on_b.force.z, force, 1e-3 * force);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
