@@ -3,11 +3,13 @@
 /// All of the library. A program that needs only a part includes that: compilation is quicker.
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
+#include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 #include <palpate/model.hpp>
 #include <palpate/relax.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/simulation.hpp>
+#include <palpate/tissue.hpp>
 #include <palpate/types.hpp>
 #include <palpate/version.hpp>

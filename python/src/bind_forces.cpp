@@ -9,6 +9,7 @@
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "docs.hpp"
+#include "pickling.hpp"
 #include "simulation.hpp"
 
 namespace palpate::python {
@@ -71,7 +72,9 @@ nb::ndarray<nb::numpy, const double, nb::c_contig> matrices_of(const std::vector
 }
 
 void bind_wrench(nb::module_& m) {
-  nb::class_<Wrench>(m, "Wrench", doc::Wrench)
+  nb::class_<Wrench> wrench(m, "Wrench", doc::Wrench);
+  refuse_pickling(wrench, "keep its force, torque and about");
+  wrench
       .def_prop_ro(
           "force", [](const Wrench& w) { return copied<double>(std::span<const double>(&w.force.x, 3)); },
           nb::rv_policy::reference, doc::Wrench_force,
@@ -96,16 +99,22 @@ void bind_wrench(nb::module_& m) {
             nb::str("<palpate.Wrench: force {}, torque {} about {}>")
                 .attr("format")(numbers(w.force), numbers(w.torque), numbers(w.about)));
       });
-  nb::class_<PairWrench>(m, "PairWrench", doc::PairWrench)
-      .def_ro("body_a", &PairWrench::body_a, doc::PairWrench_body_a)
+  nb::class_<PairWrench> pair(m, "PairWrench", doc::PairWrench);
+  refuse_pickling(pair, "keep its bodies, its normal force and the arrays of on_b");
+  pair.def_ro("body_a", &PairWrench::body_a, doc::PairWrench_body_a)
       .def_ro("body_b", &PairWrench::body_b, doc::PairWrench_body_b)
       .def_ro("contacts", &PairWrench::contacts, doc::PairWrench_contacts)
       .def_ro("normal", &PairWrench::normal, doc::PairWrench_normal)
-      .def_ro("on_b", &PairWrench::on_b, doc::PairWrench_on_b);
+      .def_ro("on_b", &PairWrench::on_b, doc::PairWrench_on_b)
+      .def("__repr__", [](const PairWrench& w) {
+        return "<palpate.PairWrench: bodies " + std::to_string(w.body_a) + " and " +
+               std::to_string(w.body_b) + ", " + std::to_string(w.contacts) + " contacts>";
+      });
 }
 
 void bind_contact_forces(nb::module_& m) {
   nb::class_<ContactForces> forces(m, "ContactForces", doc::ContactForces);
+  refuse_pickling(forces, "keep its arrays, or what to_dataframe() returns");
   Columns<ContactForces, Index>(forces)
       .add("point", &ContactForces::point, {}, doc::ContactForces_point)
       .add("body", &ContactForces::body, {}, doc::ContactForces_body)
@@ -146,12 +155,16 @@ void bind_contact_forces(nb::module_& m) {
           "A row for each contact, vectors in columns _x, _y, _z. Needs pandas.")
       .def("__len__", &ContactForces::size, "Number of contacts.")
       .def("__repr__", [](const ContactForces& c) {
-        return "<palpate.ContactForces: " + std::to_string(c.size()) + ">";
+        return "<palpate.ContactForces: " + std::to_string(c.size()) + " contacts>";
       });
 }
 
 void bind_tractions(nb::module_& m) {
   nb::class_<SurfaceTractions> surface(m, "SurfaceTractions", doc::SurfaceTractions);
+  refuse_pickling(surface, "keep its arrays");
+  surface.def("__repr__", [](const SurfaceTractions& s) {
+    return "<palpate.SurfaceTractions: " + std::to_string(s.area.size()) + " triangles>";
+  });
   using S = SurfaceTractions;
   Columns<S>(surface)
       .add("corner_forces", &S::corner_forces, {3, 3}, doc::SurfaceTractions_corner_forces)
@@ -165,6 +178,10 @@ void bind_tractions(nb::module_& m) {
 
 void bind_tissue(nb::module_& m) {
   nb::class_<TissueState> tissue(m, "TissueState", doc::TissueState);
+  refuse_pickling(tissue, "keep its arrays");
+  tissue.def("__repr__", [](const TissueState& s) {
+    return "<palpate.TissueState: " + std::to_string(s.size()) + " rows>";
+  });
   using S = TissueState;
   Columns<S>(tissue)
       .add("deformation_gradient", &S::deformation_gradient, {3, 3}, doc::TissueState_deformation_gradient)

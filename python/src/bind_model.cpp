@@ -116,8 +116,11 @@ using KeyframeState = std::tuple<double, Three, std::array<double, 4>>;
 using MotionState = std::tuple<Three, std::vector<Keyframe>, std::string>;
 
 void bind_motion(nb::module_& m) {
-  nb::class_<Ramp>(m, "Ramp", doc::Ramp)
-      .def(
+  nb::class_<Ramp> ramp(m, "Ramp", doc::Ramp);
+  refuse_pickling(ramp, "keep its times and factors");
+  ramp.def("__repr__",
+           [](const Ramp& r) { return "<palpate.Ramp: " + std::to_string(r.times.size()) + " times>"; });
+  ramp.def(
           "__init__",
           [](Ramp* self, std::vector<double> times, std::vector<double> factors) {
             new (self) Ramp{std::move(times), std::move(factors)};

@@ -45,6 +45,7 @@ struct SolveReport {
   /// multigrid where that takes no more products than these.
   int jacobi_iterations = 0;
   bool converged = false;  ///< the goal is reached
+  int solves = 1;          ///< that all iterations are of
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in

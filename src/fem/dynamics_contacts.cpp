@@ -94,6 +94,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   find_end();
   put_forces(contacts, true);
   report.iterations += iterations;
+  report.solves = steady ? 2 : 1;
   return report;
 }
 

@@ -175,7 +175,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
                       .preconditioner = solver.preconditioner,
                       .fixed_iterations = solver.fixed_iterations.value_or(0)},
                      steady);
-  ++metrics.solves;
+  metrics.solves += report.solves;
   metrics.solver_iterations += report.iterations;
   // What falls freely is no blow-up, however small it is.
   const double fall =
@@ -199,7 +199,7 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
   constexpr int most_turns = 8;
   metrics.looks_ahead = can_look_ahead();
   bool loose = last.detections > 2 && metrics.looks_ahead && !settings.solver.fixed_iterations;
-  bool steady = last.detections == 1;
+  bool steady = last.detections == 1 && !settings.solver.fixed_iterations;
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);

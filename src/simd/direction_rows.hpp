@@ -2,7 +2,8 @@
 
 #include <cstddef>
 
-#include "geometry/vector.hpp"
+#include <palpate/types.hpp>
+
 #include "simd/sliced_rows.hpp"
 
 /// What a solver in the span of a few directions does with long vectors, and with what the directions change

@@ -120,13 +120,19 @@ TEST_F(Run, MetricsShowTheSwitchFromRepairToRadixAndBackInTheSceneOfTheFallingBa
              "out"});
   std::vector<std::string> sorts;  // one after the other, none twice in a row
   double points = 0.0;
+  bool was_alone = true;
   for (const auto& row : rows_of(read("out/metrics.csv"))) {
     const std::string& sort = row.at("sort");
     const double movers = std::stod(row.at("movers"));
     if (sorts.empty()) points = movers;  // all of them, in a new domain
     if (sorts.empty() || sorts.back() != sort) sorts.push_back(sort);
-    EXPECT_TRUE(movers <= 0.14 * points || sort == "radix") << row.at("step");
-    EXPECT_TRUE(movers >= 0.10 * points || sort == "repair") << row.at("step");
+    // Metrics tell of a step's last detection; one before it in the same step has its part in the choice.
+    const bool alone = row.at("detections") == "1";
+    if (alone && was_alone) {
+      EXPECT_TRUE(movers <= 0.14 * points || sort == "radix") << row.at("step");
+      EXPECT_TRUE(movers >= 0.10 * points || sort == "repair") << row.at("step");
+    }
+    was_alone = alone;
   }
   EXPECT_GT(points, 500.0);
   ASSERT_GE(sorts.size(), 4U);

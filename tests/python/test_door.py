@@ -27,7 +27,16 @@ def objects():
     return [simulation, world, palpate.World(), palpate.Model.from_scene(palpate.stacking_scene(count=2)), palpate.Material(),
             key, palpate.Motion([key], interpolation="smooth"), simulation.grab(30, (0, 0, 0), 1.0), simulation.bodies,
             simulation.bodies[1], simulation.contacts, simulation.crossings, simulation.metrics, simulation.metrics.detection,
-            world.times, relaxed]
+            world.times, relaxed, simulation.acting_contacts, simulation.contact_wrench(0), *pressed_pairs()[:1], simulation.tractions(),
+            simulation.tissue(), palpate.Ramp([0.0, 1.0], [0.0, 1.0])]
+
+
+def pressed_pairs():
+    """Wrenches of two membranes that lie on each other."""
+    simulation = palpate.Simulation(palpate.stacking_scene(count=2, cells=(2, 2, 1)))
+    while not simulation.pair_wrenches():
+        simulation.step()
+    return simulation.pair_wrenches()
 
 
 def test_every_class_is_among_them(objects):
