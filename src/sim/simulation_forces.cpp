@@ -74,6 +74,7 @@ Wrench Simulation::contact_wrench(Index body, const Vec3& about) const {
 
 std::vector<PairWrench> Simulation::pair_wrenches() const {
   std::vector<Vec3> centers;
+  centers.reserve(bodies().bodies().size());
   for (Index b = 0; b < bodies().body_count(); ++b) centers.push_back(center_of_mass(b));
   return wrenches_of_pairs(state_->step_forces.contacts(), bodies(), positions(), centers);
 }
@@ -87,9 +88,10 @@ std::span<const Vec3> Simulation::tie_forces() const {
 }
 
 std::span<const Vec3> Simulation::reactions() const {
-  if (state_->reactions.empty() && !state_->bodies.points_rest().empty())
+  if (state_->reactions.empty() && !state_->bodies.points_rest().empty()) {
     throw Error("simulation", "reactions", "a step that did not note them",
                 "a step after record_reactions(true)");
+  }
   return state_->reactions;
 }
 

@@ -18,7 +18,7 @@ HWY_AFTER_NAMESPACE();
 namespace palpate::simd {
 namespace scalar {
 namespace plain {
-#include "simd/direction_rows-inl.hpp"
+#include "simd/direction_rows-inl.hpp"  // NOLINT(readability-duplicate-include): once a target
 }  // namespace plain
 
 double dot_floats(const float* a, const float* b, std::size_t n) {
