@@ -58,6 +58,7 @@ class ContactSolver {
   void find_residual(const Run& run);
   double add_contacts(const Run& run);
   void load(Run& run);
+  void weigh_guess(Run& run);
   void project_guess(const Run& run);
   void find_rates(const Run& run, std::size_t direction);
   void put_forces(const Run& run);

@@ -10,6 +10,7 @@
 #include "fem/body_title.hpp"
 #include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
+#include "fem/padded_vectors.hpp"
 #include "number_text.hpp"
 
 namespace palpate::fem {
@@ -82,13 +83,6 @@ void check_solve(const SolveGoal& goal) {
   require(goal.tolerance >= 0.0, "tolerance", goal.tolerance, "a number >= 0");
   require(goal.max_iterations >= 0, "max_iterations", goal.max_iterations, "a number >= 0");
   require(goal.fixed_iterations >= 0, "fixed_iterations", goal.fixed_iterations, "a number >= 0");
-}
-
-simd::Padded3 padded(const Vec3& a) {
-  return {a.x, a.y, a.z, 0.0};
-}
-Vec3 unpadded(const simd::Padded3& a) {
-  return {a.x, a.y, a.z};
 }
 
 }  // namespace
@@ -423,6 +417,7 @@ DynamicsState Dynamics::state() const {
           .plastic_strains = {strains.begin(), strains.end()},
           .inversion_clocks = inversion_clocks_,
           .jacobi_iterations = jacobi_iterations_,
+          .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
           .multigrid_reference = multigrid_.reference(),
           .multigrid_worn = multigrid_.worn()};
 }
@@ -440,6 +435,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
   jacobi_iterations_ = state.jacobi_iterations;
+  jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
   multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
   updated_ = false;
 }

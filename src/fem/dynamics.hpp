@@ -29,6 +29,7 @@ struct DynamicsState {
   std::vector<SymmetricMatrix3> plastic_strains;
   std::vector<double> inversion_clocks;
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
+  int jacobi_iterations_of_contacts = 0;  ///< the same of solves by ContactSolver
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_worn = 0;                 ///< Multigrid::worn()
 };
@@ -189,7 +190,8 @@ class Dynamics {
   void compute_right_side();
   void check_right_side();
   void linearise_contacts(const ContactSet& contacts);
-  bool contacts_agree(const ContactSet& contacts);
+  bool solve_linearised(const ContactSet& contacts, const SolveGoal& goal, Report& report);
+  [[nodiscard]] double contact_error(const ContactSet& contacts);
   void put_forces(const ContactSet& contacts, bool of_laws);
   void check_solution(double residual);
   void set_base_velocities();
@@ -253,7 +255,8 @@ class Dynamics {
   double load_scale_ = 0.0;    ///< of the solution, by mass: that of gravity and external forces alone
   double time_step_ = 0.0;     ///< of the step that has begun; that of diagonal_ and factors_
   int jacobi_iterations_ = 0;  ///< of block Jacobi, that a solve has not been enough with
-  bool updated_ = false;       ///< elements_ are as the positions and the plastic strains are now
+  int jacobi_iterations_of_contacts_ = 0;  ///< the same of contact_solver_: it takes more than a linear solve
+  bool updated_ = false;                   ///< elements_ are as the positions and the plastic strains are now
 };
 
 }  // namespace palpate::fem

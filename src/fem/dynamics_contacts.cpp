@@ -8,9 +8,12 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t contact_grain = 256;
-/// Root mean square of the errors of forces, by that of the normal forces (of friction: of its bounds), at
-/// which a linear system will do.
+/// Error of forces at which a linear system will do; see contact_error().
 constexpr double force_tolerance = 0.01;
+/// Linear systems that are tried, each with contacts as the one before left them.
+constexpr int most_linear = 3;
+/// With such an error another linear system leads nowhere.
+constexpr double hopeless_error = 1.0;
 
 }  // namespace
 
@@ -22,8 +25,9 @@ void Dynamics::linearise_contacts(const ContactSet& contacts) {
   });
 }
 
-/// Whether the forces of the couplings are those that the laws ask for at the velocities that they led to.
-bool Dynamics::contacts_agree(const ContactSet& contacts) {
+/// Largest error of the forces of the couplings against those that the laws ask for at the velocities that
+/// they led to, by the root mean square of the normal forces (of friction: of its bounds).
+double Dynamics::contact_error(const ContactSet& contacts) {
   const auto own = contacts.couplings.subspan(contacts.first);
   const double friction = contacts.friction.coefficient;
   double normals = 0.0;
@@ -36,11 +40,12 @@ bool Dynamics::contacts_agree(const ContactSet& contacts) {
     const Vec3 off = force.whole(r) - end_force(own[c], time_step_, mean_velocities_);
     const double part = dot(off, r);
     normals += force.normal * force.normal;
-    along += part * part;
-    across += squared_length(off - part * r);
+    along = std::max(along, std::abs(part));
+    across = std::max(across, length(off - part * r));
   }
-  const double allowed = force_tolerance * force_tolerance * normals;
-  return along <= allowed && across <= friction * friction * allowed;
+  if (along == 0.0 && across == 0.0) return 0.0;
+  const double unit = std::sqrt(normals / static_cast<double>(own.size()));
+  return std::max(along / unit, friction > 0.0 ? across / (friction * unit) : 0.0);
 }
 
 /// The forces that acted, for those who sum them up: of the couplings, or those of the laws.
@@ -57,22 +62,32 @@ void Dynamics::put_forces(const ContactSet& contacts, bool of_laws) {
   });
 }
 
+/// Linear systems, each with contacts as the one before left them; returns whether contacts agree at last.
+bool Dynamics::solve_linearised(const ContactSet& contacts, const SolveGoal& goal, Report& report) {
+  double error = 0.0;
+  do {
+    const Report last = report;
+    report = solve(contacts.couplings, goal);
+    report.iterations += last.iterations;
+    report.solves += last.solves;
+    error = report.converged ? contact_error(contacts) : hopeless_error;
+    if (error <= force_tolerance) return true;
+    linearise_contacts(contacts);
+  } while (report.solves < most_linear && error < hopeless_error);
+  return false;
+}
+
 Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, bool steady) {
   if (contacts.laws.empty()) return solve(contacts.couplings, goal);
   linearise_contacts(contacts);
-  int iterations = 0;
-  if (steady) {
-    const Report report = solve(contacts.couplings, goal);
-    if (report.converged && contacts_agree(contacts)) {
-      put_forces(contacts, false);
-      return report;
-    }
-    iterations = report.iterations;
-    linearise_contacts(contacts);
+  Report linear{.solves = 0};
+  if (steady && solve_linearised(contacts, goal, linear)) {
+    put_forces(contacts, false);
+    return linear;
   }
   goal.least_scale = load_scale_;
   goal.least_residual = load_impulse_;
-  goal.jacobi_iterations = jacobi_iterations_;
+  goal.jacobi_iterations = jacobi_iterations_of_contacts_;
   couplings_.set(contacts.couplings.first(contacts.first), time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
@@ -89,12 +104,12 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
                                          .base = base_velocities_},
                                         right_side_, solution_, goal, multigrid_, positions_, goes_on_);
   goes_on_ = true;
-  jacobi_iterations_ = report.jacobi_iterations;
+  jacobi_iterations_of_contacts_ = report.jacobi_iterations;
   check_solution(report.relative_residual);
   find_end();
   put_forces(contacts, true);
-  report.iterations += iterations;
-  report.solves = steady ? 2 : 1;
+  report.iterations += linear.iterations;
+  report.solves += linear.solves;
   return report;
 }
 

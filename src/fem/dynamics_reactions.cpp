@@ -2,14 +2,11 @@
 #include <array>
 
 #include "fem/dynamics.hpp"
+#include "fem/padded_vectors.hpp"
 
 // What holds the points that are not free.
 namespace palpate::fem {
 namespace {
-
-Vec3 unpadded(const simd::Padded3& a) {
-  return {a.x, a.y, a.z};
-}
 
 /// K'_e v of a corner: with a_i of Elements::gradient(), r = lambda / mu and G = sum_j v_j a_j^T it is
 /// r tr(G) a_i + (G + G^T) a_i.

@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/body_title.hpp"
+#include "fem/padded_vectors.hpp"
 #include "fem/rotation.hpp"
 #include "fem/row_order.hpp"
 #include "number_text.hpp"
@@ -25,10 +26,6 @@ Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
   const Vec3 b = at(points, tet[2]) - at(points, tet[0]);
   const Vec3 c = at(points, tet[3]) - at(points, tet[0]);
   return {{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}};
-}
-
-simd::Padded3 padded(const Vec3& a) {
-  return {a.x, a.y, a.z, 0.0};
 }
 
 void store(const Vec3& a, double* row) {

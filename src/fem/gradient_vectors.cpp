@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fem/conjugate_gradients.hpp"
+#include "fem/padded_vectors.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -12,26 +13,6 @@ constexpr std::size_t point_grain = 256;
 
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/// Of a row, in vectors by slices.
-std::size_t place_of(std::size_t row) {
-  return simd::slice_values * (row / simd::slice_rows) + row % simd::slice_rows;
-}
-
-void set(std::span<float> vector, std::size_t row, const simd::Padded3& value, double factor) {
-  const std::size_t place = place_of(row);
-  vector[place] = static_cast<float>(factor * value.x);
-  vector[place + simd::slice_rows] = static_cast<float>(factor * value.y);
-  vector[place + 2 * simd::slice_rows] = static_cast<float>(factor * value.z);
-}
-
-simd::Padded3 get(std::span<const float> vector, std::size_t row, double factor) {
-  const std::size_t place = place_of(row);
-  const auto value = [&](std::size_t k) {
-    return factor * static_cast<double>(vector[place + simd::slice_rows * k]);
-  };
-  return {value(0), value(1), value(2), 0.0};
 }
 
 simd::Padded3 minus(const simd::Padded3& a, const simd::Padded3& b) {
@@ -86,9 +67,9 @@ void ConjugateGradients::load(Run& run) {
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
     if (points[row] < 0) return;
     const auto point = static_cast<std::size_t>(points[row]);
-    set(row_residual_, row, residual_[point], inverse);
-    set(row_guess_, row, run.x[point], inverse);
-    set(row_solution_, row, {}, 0.0);
+    set_row(row_residual_, row, unpadded(residual_[point]), inverse);
+    set_row(row_guess_, row, unpadded(run.x[point]), inverse);
+    set_row(row_solution_, row, {});
     simd::Quad& p = direction_[row];
     p = {ratio * p.x, ratio * p.y, ratio * p.z, 0.0F};
   });
@@ -100,10 +81,10 @@ void ConjugateGradients::flush(Run& run) {
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
     if (points[row] < 0) return;
     simd::Padded3& x = at(run.x, points[row]);
-    const simd::Padded3 change = get(row_solution_, row, run.scale);
+    const Vec3 change = get_row(row_solution_, row, run.scale);
     x = {x.x + change.x, x.y + change.y, x.z + change.z, 0.0};
-    set(row_solution_, row, {}, 0.0);
-    set(row_guess_, row, x, 1.0 / run.scale);
+    set_row(row_solution_, row, {});
+    set_row(row_guess_, row, unpadded(x), 1.0 / run.scale);
   });
 }
 
@@ -112,7 +93,7 @@ double ConjugateGradients::drift(const Run& run) {
   const auto points = run.system.blocks().point_of_row();
   return std::sqrt(parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
     if (points[row] < 0) return 0.0;
-    const simd::Padded3 d = minus(at(residual_, points[row]), get(row_residual_, row, run.scale));
+    const simd::Padded3 d = minus(at(residual_, points[row]), padded(get_row(row_residual_, row, run.scale)));
     return dot(d, d) / run.system.blocks().diagonal()[static_cast<std::size_t>(points[row])];
   }));
 }
@@ -130,7 +111,7 @@ double ConjugateGradients::direction_size(const Run& run) {
 double ConjugateGradients::preconditioned_size(const Run& run) {
   const auto masses = run.system.masses();
   return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
-           const simd::Padded3 z = get(row_preconditioned_, row, 1.0);
+           const Vec3 z = get_row(row_preconditioned_, row);
            return static_cast<double>(masses[row]) * dot(z, z);
          }));
 }
@@ -184,7 +165,7 @@ double ConjugateGradients::multiply(Run& run) {
   });
   run.system.multiply_exactly(run.threads, residual_, product_);
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
-    if (points[row] >= 0) set(row_product_, row, at(product_, points[row]), 1.0);
+    if (points[row] >= 0) set_row(row_product_, row, unpadded(at(product_, points[row])));
   });
   return parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
     return points[row] < 0 ? 0.0 : dot(at(residual_, points[row]), at(product_, points[row]));

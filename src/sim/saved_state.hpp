@@ -89,20 +89,20 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inversion_clocks,
-          s.jacobi_iterations, s.multigrid_reference, s.multigrid_worn);
+          s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference, s.multigrid_worn);
 }
 
 template <class Archive>
 void describe(Archive& archive, RememberedContact& c) {
-  archive(c.point, c.body, c.seen, c.lost, c.foreseen, c.slip, c.force, c.direction, c.velocity, c.stiffness,
-          c.damping, c.calming);
+  archive(c.point, c.body, c.seen, c.lost, c.speculative, c.slip, c.force, c.direction, c.velocity,
+          c.stiffness, c.calming);
 }
 
 template <class Archive>
 void describe(Archive& archive, ActedContact& c) {
   archive(c.points, c.weights, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
-  archive(c.foreseen);
+  archive(c.speculative);
 }
 
 template <class Archive>

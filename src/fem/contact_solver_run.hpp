@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <span>
+
+#include "fem/contact_solver.hpp"
+#include "fem/padded_vectors.hpp"
+
+namespace palpate::fem {
+
+/// A solve that has begun.
+struct ContactSolver::Run {
+  const parallel::Threads& threads;
+  const ContactProblem& problem;
+  std::span<const simd::Padded3> b;
+  std::span<simd::Padded3> x;
+  const SolveGoal& goal;
+  Multigrid& multigrid;
+  std::span<const Vec3> positions;
+  SolveReport report{};
+  int change_at = std::numeric_limits<int>::max();  ///< iteration at which automatic takes multigrid
+  double scale = 1.0;          ///< of the float residuals: theirs times it are the true ones
+  double guess_by_mass = 0.0;  ///< x^T M x at c = 0
+  double squares = 0.0;        ///< |residual|^2, scaled
+  double by_mass = 0.0;        ///< the same by 1 / m
+  double decrease = 0.0;       ///< z^T r of the last direction: what the energy falls by, per its c
+  double size = 0.0;           ///< of x, by mass
+  int looks = 0;               ///< at the true residual
+  bool broken = false;         ///< the last direction was no new one
+  bool exact_products = false;
+
+  [[nodiscard]] std::span<Coupling> contacts() const {
+    return problem.couplings.subspan(problem.couplings.size() - problem.laws.size());
+  }
+  [[nodiscard]] std::span<const Index> points() const { return problem.system->blocks().point_of_row(); }
+  [[nodiscard]] double solution_unit() const { return std::max(size, goal.least_scale); }
+  [[nodiscard]] bool reached() const {
+    return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;
+  }
+  [[nodiscard]] Vec3 relative_velocity(const Coupling& coupling) const {
+    Vec3 u;
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Index point = coupling.points[i];
+      if (point < 0) continue;
+      u += coupling.coefficients[i] * (unpadded(at(problem.base, point)) + unpadded(at(x, point)));
+    }
+    return u;
+  }
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,349 @@
+// The vectors of ContactSolver: by point in double, by row in float.
+#include <algorithm>
+#include <cmath>
+
+#include "fem/contact_solver_run.hpp"
+#include "room.hpp"
+#include "simd/direction_rows.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t slice_grain = 16;
+constexpr std::size_t point_grain = 256;
+constexpr std::size_t contact_grain = 256;
+using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
+
+/// M v of a chunk of rows that begins with the value `from`.
+void weigh(std::span<const float> masses, std::size_t from, std::span<const float> v, ChunkOfRows& heavy) {
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const std::size_t row = simd::slice_rows * ((from + i) / simd::slice_values) +
+                            (from + i) % simd::slice_values % simd::slice_rows;
+    heavy[i] = row < masses.size() ? masses[row] * v[i] : 0.0F;
+  }
+}
+
+}  // namespace
+
+void ContactSolver::resize(const Run& run) {
+  const std::size_t slices = run.problem.system->blocks().slice_count();
+  values_ = simd::slice_values * slices;
+  for (auto* list : {&base_residual_, &residual_, &preconditioned_, &guess_}) list->assign(values_, 0.0F);
+  vector_.assign(simd::slice_rows * slices, simd::Quad{});
+  for (auto* list : {&true_residual_, &with_contacts_, &guess_kept_, &residual_kept_})
+    list->assign(run.b.size(), simd::Padded3{});
+  constexpr std::size_t most = ReducedStep::largest;
+  masses_.resize(most * most);
+  for (auto* list : {&of_guess_, &of_change_}) list->resize(most);
+  totals_.resize(2 * most + 3);
+  make_room(sums_, (2 * most + 3) * parallel::chunk_count(slices, slice_grain));
+}
+
+/// b - A x in double.
+void ContactSolver::find_residual(const Run& run) {
+  run.problem.system->multiply_exactly(run.threads, run.x, true_residual_);
+  parallel::for_each(run.threads, run.b.size(), point_grain, [&](std::size_t i) {
+    true_residual_[i] = padded(unpadded(run.b[i]) - unpadded(true_residual_[i]));
+  });
+}
+
+/// with_contacts_ = the residual with the impulses of the contacts at x; returns its size. O(contacts), in
+/// their order.
+double ContactSolver::add_contacts(const Run& run) {
+  const auto contacts = run.contacts();
+  std::ranges::copy(true_residual_, with_contacts_.begin());
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const ContactLaw& law = run.problem.laws[k];
+    const Vec3 u = run.relative_velocity(contacts[k]);
+    const Vec3 impulse =
+        run.problem.friction.time_step * contact_force(law, run.problem.friction, u).whole(law.direction);
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Index point = contacts[k].points[i];
+      if (point < 0 || at(run.problem.system->free(), point) == 0) continue;
+      simd::Padded3& r = at(with_contacts_, point);
+      r = padded(unpadded(r) + contacts[k].coefficients[i] * impulse);
+    }
+  }
+  return std::sqrt(parallel::sum(run.threads, with_contacts_.size(), partial_,
+                                 [&](std::size_t i) { return squared_length(unpadded(with_contacts_[i])); }));
+}
+
+void ContactSolver::load(Run& run) {
+  const double largest = add_contacts(run);
+  run.scale = largest > 0.0 && std::isfinite(largest) ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
+  const double inverse = 1.0 / run.scale;
+  const auto points = run.points();
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
+    set_row(base_residual_, row, unpadded(at(with_contacts_, points[row])), inverse);
+    set_row(guess_, row, unpadded(at(run.x, points[row])));
+  });
+  const auto contacts = run.contacts();
+  parallel::for_each(run.threads, contacts.size(), contact_grain,
+                     [&](std::size_t k) { reduced_.set_base(k, run.relative_velocity(contacts[k])); });
+  reduced_.update(run.threads);
+  weigh_guess(run);
+  project_guess(run);
+}
+
+/// Of the solution at c = 0, by mass.
+void ContactSolver::weigh_guess(Run& run) {
+  const LinearSystem& system = *run.problem.system;
+  run.guess_by_mass = parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
+    return system.free()[i] != 0 ? system.blocks().diagonal()[i] * squared_length(unpadded(run.x[i])) : 0.0;
+  });
+}
+
+/// What the directions have to do with residual and solution at c = 0.
+void ContactSolver::project_guess(const Run& run) {
+  const std::size_t slices = values_ / simd::slice_values;
+  const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
+  const std::size_t width = 2 * reduced_.directions();
+  assign_with_room(sums_, width * chunks, 0.0);
+  parallel::for_chunks(
+      run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        const std::size_t from = simd::slice_values * begin;
+        const std::size_t to = simd::slice_values * end;
+        alignas(64) ChunkOfRows heavy;
+        weigh(run.problem.system->masses(), from, std::span(guess_).subspan(from, to - from), heavy);
+        for (std::size_t d = 0; 2 * d < width; ++d) {
+          double* sum = &sums_[width * chunk + 2 * d];
+          sum[0] = simd::dot_floats(direction(d) + from, &base_residual_[from], to - from);
+          sum[1] = simd::dot_floats(direction(d) + from, heavy.data(), to - from);
+        }
+      });
+  for (std::size_t d = 0; 2 * d < width; ++d) {
+    double of_residual = 0.0;
+    of_guess_[d] = 0.0;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      of_residual += sums_[width * chunk + 2 * d];
+      of_guess_[d] += sums_[width * chunk + 2 * d + 1];
+    }
+    reduced_.set_residual(d, run.scale * of_residual);
+  }
+}
+
+/// Relative velocities of the contacts in a direction.
+void ContactSolver::find_rates(const Run& run, std::size_t d) {
+  const auto all = run.problem.stiffened->couplings().terms();
+  const auto terms = all.subspan(all.size() - run.problem.laws.size());
+  const float* z = direction(d);
+  parallel::for_each(run.threads, terms.size(), contact_grain, [&](std::size_t k) {
+    Vec3 u;
+    for (std::size_t i = 0; i < 5; ++i) {
+      const auto w = static_cast<double>(terms[k].coefficients[i]);
+      if (w == 0.0) continue;
+      const float* p = z + place_of(static_cast<std::size_t>(terms[k].rows[i]));
+      u += w * Vec3{static_cast<double>(p[0]), static_cast<double>(p[simd::slice_rows]),
+                    static_cast<double>(p[2 * simd::slice_rows])};
+    }
+    reduced_.set_rate(k, d, u);
+  });
+}
+
+/// Impulses of the contacts at the present c, less those at c = 0.
+void ContactSolver::put_forces(const Run& run) {
+  const std::size_t first = run.problem.couplings.size() - run.problem.laws.size();
+  resize_with_room(forces_, run.problem.couplings.size());
+  std::fill(forces_.begin(), forces_.begin() + static_cast<std::ptrdiff_t>(first), simd::Quad{});
+  const double factor = run.problem.friction.time_step / run.scale;
+  parallel::for_each(run.threads, run.problem.laws.size(), contact_grain, [&](std::size_t k) {
+    const Vec3 f = factor * reduced_.more_force(k);
+    forces_[first + k] = {static_cast<float>(f.x), static_cast<float>(f.y), static_cast<float>(f.z), 0.0F};
+  });
+}
+
+/// residual = base residual - sum c_i A z_i + what the contacts push more, and its sizes.
+void ContactSolver::compute_residual(Run& run) {
+  put_forces(run);
+  const auto c = reduced_.solution();
+  const simd::CouplingRows couplings = run.problem.stiffened->couplings().rows();
+  const auto inverse_masses = run.problem.system->inverse_masses();
+  const std::size_t rows = run.points().size();
+  const std::size_t slices = values_ / simd::slice_values;
+  const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
+  assign_with_room(sums_, 2 * chunks, 0.0);
+  parallel::for_chunks(run.threads, slices, slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         const std::size_t from = simd::slice_values * begin;
+                         const std::size_t count = simd::slice_values * (end - begin);
+                         std::copy_n(&base_residual_[from], count, &residual_[from]);
+                         for (std::size_t d = 0; d < c.size(); ++d) {
+                           if (c[d] == 0.0) continue;
+                           simd::subtract_floats(static_cast<float>(c[d] / run.scale), product(d) + from,
+                                                 &residual_[from], count);
+                         }
+                         for (std::size_t row = simd::slice_rows * begin;
+                              row < std::min(simd::slice_rows * end, rows); ++row) {
+                           float* r = &residual_[place_of(row)];
+                           for (auto e = couplings.begin[row]; e < couplings.begin[row + 1]; ++e) {
+                             const simd::CouplingEntry& entry = couplings.entries[e];
+                             const simd::Quad& f = forces_[static_cast<std::size_t>(entry.coupling)];
+                             r[0] += entry.coefficient * f.x;
+                             r[simd::slice_rows] += entry.coefficient * f.y;
+                             r[2 * simd::slice_rows] += entry.coefficient * f.z;
+                           }
+                           const double square = squared_length(get_row(residual_, row));
+                           sums_[2 * chunk] += square;
+                           sums_[2 * chunk + 1] += square * static_cast<double>(inverse_masses[row]);
+                         }
+                       });
+  run.squares = 0.0;
+  run.by_mass = 0.0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    run.squares += sums_[2 * chunk];
+    run.by_mass += sums_[2 * chunk + 1];
+  }
+}
+
+/// product(d) = A z for the preconditioned residual z; returns z^T A z.
+double ContactSolver::multiply(const Run& run, std::size_t d) {
+  const auto points = run.points();
+  parallel::for_each(run.threads, vector_.size(), point_grain, [&](std::size_t row) {
+    const float* z = &preconditioned_[place_of(row)];
+    vector_[row] = {z[0], z[simd::slice_rows], z[2 * simd::slice_rows], 0.0F};
+  });
+  const std::span<float> to(product(d), values_);
+  if (!run.exact_products) return run.problem.system->multiply(run.threads, vector_, to);
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
+    const simd::Quad& z = vector_[row];
+    at(guess_kept_, points[row]) = {static_cast<double>(z.x), static_cast<double>(z.y),
+                                    static_cast<double>(z.z), 0.0};
+  });
+  run.problem.system->multiply_exactly(run.threads, guess_kept_, residual_kept_);
+  std::ranges::fill(to, 0.0F);
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] >= 0) set_row(to, row, unpadded(at(residual_kept_, points[row])));
+  });
+  return parallel::sum(run.threads, guess_kept_.size(), partial_, [&](std::size_t i) {
+    return run.problem.system->free()[i] != 0 ? dot(unpadded(guess_kept_[i]), unpadded(residual_kept_[i]))
+                                              : 0.0;
+  });
+}
+
+/// The preconditioned residual as the next direction; false where there is nothing in it.
+bool ContactSolver::add_direction(Run& run) {
+  const std::size_t d = reduced_.directions();
+  const double square = multiply(run, d);
+  if (!(square > 0.0) || !std::isfinite(square)) return false;
+  const auto factor = static_cast<float>(1.0 / std::sqrt(square));
+  parallel::for_each(run.threads, values_ / simd::slice_values, slice_grain, [&](std::size_t slice) {
+    for (std::size_t i = simd::slice_values * slice; i < simd::slice_values * (slice + 1); ++i) {
+      direction(d)[i] = factor * preconditioned_[i];
+      product(d)[i] *= factor;
+    }
+  });
+  add_products(run, d);
+  std::span<double> row(totals_.data(), d + 1);
+  for (std::size_t k = 0; k <= d; ++k) {
+    mass(d, k) = totals_[2 * k + 1];
+    mass(k, d) = totals_[2 * k + 1];
+  }
+  of_guess_[d] = totals_[2 * d + 3];
+  run.decrease = run.scale * totals_[2 * d + 4];
+  const double of_residual = run.scale * totals_[2 * d + 2];
+  for (std::size_t k = 0; k <= d; ++k) row[k] = totals_[2 * k];
+  reduced_.add(row, of_residual);
+  find_rates(run, d);
+  return true;
+}
+
+/// totals_: of a new direction z with each z_k, z^T A z_k and z^T M z_k; with the residual at c = 0, the
+/// guess by mass, and the present residual.
+void ContactSolver::add_products(const Run& run, std::size_t d) {
+  const std::size_t slices = values_ / simd::slice_values;
+  const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
+  const std::size_t width = 2 * (d + 1) + 3;
+  assign_with_room(sums_, width * chunks, 0.0);
+  parallel::for_chunks(run.threads, slices, slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         const std::size_t from = simd::slice_values * begin;
+                         const std::size_t count = simd::slice_values * (end - begin);
+                         const float* z = direction(d) + from;
+                         alignas(64) ChunkOfRows heavy;
+                         weigh(run.problem.system->masses(), from, {z, count}, heavy);
+                         double* sum = &sums_[width * chunk];
+                         for (std::size_t k = 0; k <= d; ++k) {
+                           sum[2 * k] = simd::dot_floats(direction(k) + from, product(d) + from, count);
+                           sum[2 * k + 1] = simd::dot_floats(direction(k) + from, heavy.data(), count);
+                         }
+                         sum[2 * d + 2] = simd::dot_floats(z, &base_residual_[from], count);
+                         sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
+                         sum[2 * d + 4] = simd::dot_floats(z, &residual_[from], count);
+                       });
+  for (std::size_t k = 0; k < width; ++k) {
+    totals_[k] = 0.0;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) totals_[k] += sums_[width * chunk + k];
+  }
+}
+
+/// x takes over what c says, which becomes 0.
+void ContactSolver::flush(Run& run) {
+  const auto c = reduced_.solution();
+  const auto points = run.points();
+  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
+    if (points[row] < 0) return;
+    Vec3 sum;
+    for (std::size_t d = 0; d < c.size(); ++d) {
+      const float* z = direction(d) + place_of(row);
+      sum += c[d] * Vec3{static_cast<double>(z[0]), static_cast<double>(z[simd::slice_rows]),
+                         static_cast<double>(z[2 * simd::slice_rows])};
+    }
+    simd::Padded3& x = at(run.x, points[row]);
+    x = padded(unpadded(x) + sum);
+    set_row(guess_, row, unpadded(x));
+  });
+  weigh_guess(run);
+  reduced_.rebase(run.threads);
+}
+
+/// Makes room: the last step and the last few directions go on.
+void ContactSolver::shrink(Run& run) {
+  const std::size_t size = reduced_.directions();
+  const std::size_t kept = size / 3;
+  flush(run);
+  move_directions(run, kept);
+  const auto change = reduced_.change();
+  std::span<double> row(of_change_.data(), size);
+  double square = 0.0;
+  for (std::size_t j = 0; j < size; ++j) {
+    row[j] = 0.0;
+    for (std::size_t i = 0; i < size; ++i) row[j] += change[i] * mass(i, j);
+    square += change[j] * row[j];
+  }
+  for (std::size_t i = 0; i < kept; ++i) {
+    for (std::size_t j = 0; j < kept; ++j) mass(i + 1, j + 1) = mass(size - kept + i, size - kept + j);
+  }
+  for (std::size_t i = 0; i < kept; ++i) {
+    mass(0, i + 1) = row[size - kept + i];
+    mass(i + 1, 0) = row[size - kept + i];
+  }
+  mass(0, 0) = square;
+  reduced_.compress(change, kept);
+  std::ranges::copy(residual_, base_residual_.begin());
+  project_guess(run);
+}
+
+/// The last step to the first place, the last directions behind it; with their products.
+void ContactSolver::move_directions(const Run& run, std::size_t kept) {
+  const auto change = reduced_.change();
+  const std::size_t size = reduced_.directions();
+  const std::size_t slices = values_ / simd::slice_values;
+  parallel::for_chunks(
+      run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        const std::size_t from = simd::slice_values * begin;
+        const std::size_t count = simd::slice_values * (end - begin);
+        alignas(64) ChunkOfRows sum;
+        for (float* list : {directions_.data(), products_.data()}) {
+          const auto part = [&](std::size_t d) { return list + values_ * d + from; };
+          sum.fill(0.0F);
+          for (std::size_t d = 0; d < size; ++d)
+            simd::subtract_floats(-static_cast<float>(change[d]), part(d), sum.data(), count);
+          std::copy_n(sum.data(), count, part(0));
+          for (std::size_t k = 0; k < kept; ++k) std::copy_n(part(size - kept + k), count, part(k + 1));
+        }
+      });
+}
+
+}  // namespace palpate::fem
