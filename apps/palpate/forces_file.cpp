@@ -12,9 +12,10 @@ namespace {
 void add_wrench_columns(std::string& line, const std::string& what, const Units& units) {
   for (const auto& [name, unit] :
        {std::pair("force", dimension::force), std::pair("torque", dimension::torque)}) {
-    for (const char axis : {'x', 'y', 'z'})
+    for (const char axis : {'x', 'y', 'z'}) {
       line.append(1, ',').append(
           csv_field(fmt::format("{} {}_{} [{}]", what, name, axis, unit_name(units, unit))));
+    }
   }
 }
 

@@ -12,6 +12,7 @@ namespace {
 /// Borrowed by VTK's writer.
 std::vector<io::NamedArray> named(const std::vector<FieldArray>& arrays, const Units& units) {
   std::vector<io::NamedArray> list;
+  list.reserve(arrays.size());
   for (const FieldArray& array : arrays) {
     list.push_back({.name = std::string(array.info->name),
                     .values = std::span<const double>(array.values),

@@ -235,7 +235,7 @@ void bind_model(nb::module_& m) {
       .def(
           "_load_surface",
           [](Model& model, Index body, const ArrayIn<Index, -1>& points, double pressure,
-             const Three& traction, std::optional<Ramp> ramp) {
+             const Three& traction, const std::optional<Ramp>& ramp) {
             model.load_surface(body, values_of(points),
                                {.triangles = {},
                                 .pressure = pressure,

@@ -135,6 +135,7 @@ class Reader {
   void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
     field(key, value);
     std::vector<std::string_view> names;
+    names.reserve(n);
     for (const UnitName& unit : known) names.push_back(unit.name);
     if (std::ranges::count(names, value) == 0)
       fail(context_, key_path(path_, key), "'" + value + "'", expected_name(value, names));
