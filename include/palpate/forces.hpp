@@ -29,8 +29,8 @@ enum class ContactStatus : std::uint8_t {
 inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "stick", "slide"};
 
 /// The contacts that a step was solved with, and the force that each had. They are those at the start of the
-/// step, sorted by (point, body), then those that bodies met within the step (foreseen), by round and then by
-/// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
+/// step, sorted by (point, body), then those that bodies met within the step (speculative), by round and then
+/// by (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
 /// has no force yet.
 ///
 /// The force acts on the point; its reaction, on the penetrated body, acts at the same place. So a sum over
@@ -40,12 +40,12 @@ struct ContactForces {
   std::vector<Index> body;                     ///< (n) the penetrated body
   std::vector<Index> tet;                      ///< (n) the penetrated tet
   std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the point in the tet, corner order
-  std::vector<double> depth;    ///< (n) at the start of the step, m; negative: the gap of a foreseen contact
-  std::vector<Vec3> direction;  ///< (n x 3) unit vector out of the penetrated body
-  std::vector<double> normal;   ///< (n) force on the point along the direction, N
-  std::vector<Vec3> friction;   ///< (n x 3) force on the point across the direction, N
-  std::vector<ContactStatus> status;   ///< (n)
-  std::vector<std::uint8_t> foreseen;  ///< (n) 1: met within the step
+  std::vector<double> depth;  ///< (n) at the start of the step, m; negative: the gap of a speculative contact
+  std::vector<Vec3> direction;            ///< (n x 3) unit vector out of the penetrated body
+  std::vector<double> normal;             ///< (n) force on the point along the direction, N
+  std::vector<Vec3> friction;             ///< (n x 3) force on the point across the direction, N
+  std::vector<ContactStatus> status;      ///< (n)
+  std::vector<std::uint8_t> speculative;  ///< (n) 1: met within the step
   [[nodiscard]] std::size_t size() const { return point.size(); }
   /// Force on the point, N.
   [[nodiscard]] Vec3 force(std::size_t contact) const {

@@ -25,7 +25,7 @@ struct StepMetrics {
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
   int detections = 0;                ///< more than one where bodies met within the step
-  bool looks_ahead = true;           ///< false: the budget left no time to foresee contacts
+  bool looks_ahead = true;           ///< false: the budget left no time to look for speculative contacts
   int solver_iterations = 0;         ///< of all solves
   bool solver_converged = true;      ///< each solve
   double kinetic_energy = 0.0;       ///< J

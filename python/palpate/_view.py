@@ -72,5 +72,5 @@ def contacts_frame(contacts: _core.Contacts) -> pandas.DataFrame:
 
 def contact_forces_frame(contacts: _core.ContactForces) -> pandas.DataFrame:
     """A row for each contact with its force. Needs pandas."""
-    names = ("point", "body", "tet", "weights", "depth", "direction", "normal", "friction", "force", "status", "foreseen")
+    names = ("point", "body", "tet", "weights", "depth", "direction", "normal", "friction", "force", "status", "speculative")
     return _frame(_columns(contacts, names), "ContactForces.to_dataframe")

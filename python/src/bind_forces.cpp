@@ -125,8 +125,8 @@ void bind_contact_forces(nb::module_& m) {
       .add("direction", &ContactForces::direction, {3}, doc::ContactForces_direction)
       .add("normal", &ContactForces::normal, {}, doc::ContactForces_normal)
       .add("friction", &ContactForces::friction, {3}, doc::ContactForces_friction);
-  Columns<ContactForces, std::uint8_t>(forces).add("foreseen", &ContactForces::foreseen, {},
-                                                   doc::ContactForces_foreseen);
+  Columns<ContactForces, std::uint8_t>(forces).add("speculative", &ContactForces::speculative, {},
+                                                   doc::ContactForces_speculative);
   forces
       .def_prop_ro(
           "force",
@@ -141,6 +141,7 @@ void bind_contact_forces(nb::module_& m) {
           "status",
           [](const ContactForces& c) {
             std::vector<std::string> names;
+            names.reserve(c.status.size());
             for (const ContactStatus status : c.status)
               names.emplace_back(contact_status_names[static_cast<std::size_t>(status)]);
             return names;

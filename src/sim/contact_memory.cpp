@@ -14,14 +14,13 @@ std::pair<Index, Index> key_of(const RememberedContact& contact) {
 }  // namespace
 
 void ContactMemory::remember_lost(RememberedContact contact) {
-  const bool never_there = contact.foreseen && contact.lost == 0;
+  const bool never_there = contact.speculative && contact.lost == 0;
   if (never_there || ++contact.lost > longest_absence) return;
-  contact.foreseen = false;
+  contact.speculative = false;
   contact.seen = 0;
   contact.slip = {};
   contact.force = {};
   contact.stiffness = 0.0;
-  contact.damping = 0.0;
   all_.push_back(contact);
 }
 
@@ -41,7 +40,7 @@ void ContactMemory::update(const Contacts& contacts) {
     RememberedContact& remembered = is_known ? all_.emplace_back(last_[l++]) : all_.emplace_back();
     remembered.point = key.first;
     remembered.body = key.second;
-    remembered.foreseen = false;
+    remembered.speculative = false;
     ++remembered.seen;
   }
   while (l < last_.size()) remember_lost(last_[l++]);
@@ -59,7 +58,7 @@ void ContactMemory::list_unknown(const Contacts& contacts, std::vector<std::size
     const std::pair key(contacts.point[c], contacts.body[c]);
     while (k < all_.size() && key_of(all_[k]) < key) ++k;
     const bool remembered = k < all_.size() && key_of(all_[k]) == key;
-    if (!remembered || (all_[k].lost > 0 && !all_[k].foreseen)) unknown.push_back(c);
+    if (!remembered || (all_[k].lost > 0 && !all_[k].speculative)) unknown.push_back(c);
   }
 }
 

@@ -16,23 +16,17 @@ namespace palpate {
 struct RememberedContact {
   Index point = -1;
   Index body = -1;
-  int seen = 0;           ///< times in a row, this one included
-  int lost = 0;           ///< steps since it was last there; 0 while it is
-  bool foreseen = false;  ///< met within the last step, and not yet there at the end of one
-  Vec3 slip;              ///< how far the friction spring is stretched, m; across the direction
+  int seen = 0;              ///< times in a row, this one included
+  int lost = 0;              ///< steps since it was last there; 0 while it is
+  bool speculative = false;  ///< met within the last step, and not yet there at the end of one
+  Vec3 slip;                 ///< how far the friction spring is stretched, m; across the direction
   // Of the last time it was there:
   Vec3 force;              ///< along the direction, at the start of the step, N
   Vec3 direction;          ///< unit
   Vec3 velocity;           ///< of the point relative to the tet, at the start of the step, m/s
   double stiffness = 0.0;  ///< N/m
-  double damping = 0.0;    ///< N s/m
   double calming = 0.0;    ///< damping against chatter, N s/m
   SideNote side;           ///< saves work only, and so is not kept with a saved state
-
-  /// Force along the direction at the end of its step of that length, from the velocity there, N.
-  [[nodiscard]] double normal(const Vec3& velocity_end, double time_step) const {
-    return dot(force, direction) - (damping + time_step * stiffness) * dot(velocity_end, direction);
-  }
 };
 
 /// The memory of all contacts. A contact that is gone is kept for a while, so that one that comes and goes is
@@ -55,7 +49,7 @@ class ContactMemory {
   /// places in `contacts`. O(contacts).
   void list_unknown(const Contacts& contacts, std::vector<std::size_t>& unknown) const;
   /// Adds contacts that are not known yet, sorted by (point, body), to those of the last update(), as
-  /// foreseen ones. One that is not there in the next, and never was, leaves no trace. O(all contacts).
+  /// speculative ones. One that is not there in the next, and never was, leaves no trace. O(all contacts).
   void add(std::span<const RememberedContact> contacts);
 
   /// All that is remembered, sorted by (point, body).

@@ -103,9 +103,9 @@ void ContactResponse::update_calming(RememberedContact& contact, const Vec3& for
   const bool turns = contact.lost > 0 || dot(velocity, contact.velocity) < 0.0;
   const double speed = length(velocity);
   if (!turns || speed == 0.0) return;
-  const Vec3 foreseen =
+  const Vec3 predicted =
       contact.force - (time_step_ * contact.stiffness * dot(contact.direction, velocity)) * contact.direction;
-  contact.calming = std::min(std::max(contact.calming, length(force - foreseen) / speed), most);
+  contact.calming = std::min(std::max(contact.calming, length(force - predicted) / speed), most);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
@@ -167,7 +167,6 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
   remembered.direction = r;
   remembered.velocity = velocity;
   remembered.stiffness = k;
-  remembered.damping = laws_[c].damping;
   remembered.lost = 0;
 }
 
@@ -190,13 +189,12 @@ void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& 
   contact.remembered = {.point = point,
                         .body = body,
                         .seen = 1,
-                        .foreseen = true,
+                        .speculative = true,
                         .slip = {},
                         .force = (k * depth) * r,
                         .direction = r,
                         .velocity = velocity,
                         .stiffness = k,
-                        .damping = 0.0,
                         .calming = 0.0,
                         .side = {}};
 }

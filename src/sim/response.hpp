@@ -18,7 +18,7 @@ namespace palpate {
 
 /// A contact as the step's last solve had it.
 struct ContactOutcome {
-  double depth = 0.0;  ///< at the start of the step, m; negative: the gap of a foreseen contact
+  double depth = 0.0;  ///< at the start of the step, m; negative: the gap of a speculative contact
   Vec3 direction{};
   ContactStatus status = ContactStatus::open;
 };
@@ -49,10 +49,10 @@ struct ContactOutcome {
 /// step longer than the one below it. Without damping, since its spring acts for a part of the step only.
 ///
 /// Depth and direction of a step are those at its start. Where they change faster than the model of the step
-/// foresees (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
+/// predicts (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
 /// of it is a relative velocity that turns round, or a contact that comes back. To c then comes (force -
-/// foreseen force) / speed, the secant of the error, which fades over a hundred steps: a rule without a scale
-/// of its own that is silent elsewhere. Across r it stays within mu k d, so that sliding is not braked.
+/// predicted force) / speed, the secant of the error, which fades over a hundred steps: a rule without a
+/// scale of its own that is silent elsewhere. Across r it stays within mu k d, so that sliding is not braked.
 ///
 /// Near a side of the penetrated body (a surface that faces another way than r), within a quarter of its mean
 /// edge length, k falls linearly to zero: a point that slips over a rim loses its force little by little

@@ -254,7 +254,7 @@ void Simulation::State::advance() {
   first_contact = couplings.size();
   response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
                    settings.time_step, couplings);
-  first_foreseen = couplings.size();
+  first_speculative = couplings.size();
   metrics.forces_seconds = watch.lap();
   try {
     begin_step();

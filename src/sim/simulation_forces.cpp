@@ -26,7 +26,7 @@ void check_index(const char* what, Index found, Index count) {
 void Simulation::State::take_forces() {
   step_forces.take(
       threads, couplings,
-      {.first_tie = grab_couplings, .first_contact = first_contact, .first_foreseen = first_foreseen},
+      {.first_tie = grab_couplings, .first_contact = first_contact, .first_speculative = first_speculative},
       response, settings.time_step, dynamics.mean_velocities());
   step_forces.sum_over_bodies(bodies, contact_forces);
   if (!records_reactions) {

@@ -58,8 +58,8 @@ struct Simulation::State {
   Ties ties;
   std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the ties, then of the contacts
   std::size_t grab_couplings = 0;
-  std::size_t first_contact = 0;   ///< in the couplings
-  std::size_t first_foreseen = 0;  ///< contact, in the couplings
+  std::size_t first_contact = 0;      ///< in the couplings
+  std::size_t first_speculative = 0;  ///< contact, in the couplings
   StepForces step_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty

@@ -31,7 +31,7 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
                                            .direction = outcome.direction,
                                            .force = all_[i],
                                            .status = outcome.status,
-                                           .foreseen = i >= ranges.first_foreseen};
+                                           .speculative = i >= ranges.first_speculative};
   });
   const auto first = all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_tie);
   ties_.assign(first, all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_contact));
@@ -67,7 +67,7 @@ ContactForces contact_forces_of(std::span<const ActedContact> contacts, const Bo
     all.normal.push_back(normal);
     all.friction.push_back(c.force - normal * c.direction);
     all.status.push_back(c.status);
-    all.foreseen.push_back(c.foreseen ? 1 : 0);
+    all.speculative.push_back(c.speculative ? 1 : 0);
   }
   return all;
 }

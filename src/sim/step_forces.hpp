@@ -22,14 +22,14 @@ struct ActedContact {
   Vec3 direction{};
   Vec3 force{};  ///< on the point, N
   ContactStatus status = ContactStatus::open;
-  bool foreseen = false;
+  bool speculative = false;
 };
 
 /// Which couplings of a step are what.
 struct CouplingRanges {
   std::size_t first_tie = 0;
   std::size_t first_contact = 0;
-  std::size_t first_foreseen = 0;
+  std::size_t first_speculative = 0;
 };
 
 /// What couplings did in the last step: what a Simulation tells of forces is made of this. Copied out at the

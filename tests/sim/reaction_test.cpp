@@ -6,30 +6,16 @@
 #include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
+#include "sim/exact_runs.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double g = 9.81;
-
-Vec3 sum_of(std::span<const Vec3> values) {
-  Vec3 sum;
-  for (const Vec3& v : values) sum += v;
-  return sum;
-}
-
-void run_to_rest(Simulation& simulation, int most) {
-  while (!simulation.at_rest() && simulation.metrics().step < most) simulation.step();
-  ASSERT_TRUE(simulation.at_rest()) << "fastest body " << simulation.metrics().fastest_body;
-}
-
-SimulationSettings exact_settings() {
-  SimulationSettings settings;
-  settings.solver.tolerance = 1e-10;
-  settings.solver.max_iterations = 5000;
-  return settings;
-}
+using test::exact_settings;
+using test::g;
+using test::run_to_rest;
+using test::sum_of;
 
 /// A beam that is held at one end: the support carries its weight and the moment of it.
 TEST(Reaction, OfFixedPointsIsTheWeightAndItsLever) {

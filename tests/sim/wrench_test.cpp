@@ -8,30 +8,16 @@
 #include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
+#include "sim/exact_runs.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double g = 9.81;
-
-Vec3 sum_of(std::span<const Vec3> values) {
-  Vec3 sum;
-  for (const Vec3& v : values) sum += v;
-  return sum;
-}
-
-void run_to_rest(Simulation& simulation, int most) {
-  while (!simulation.at_rest() && simulation.metrics().step < most) simulation.step();
-  ASSERT_TRUE(simulation.at_rest()) << "fastest body " << simulation.metrics().fastest_body;
-}
-
-SimulationSettings exact_settings() {
-  SimulationSettings settings;
-  settings.solver.tolerance = 1e-10;
-  settings.solver.max_iterations = 5000;
-  return settings;
-}
+using test::exact_settings;
+using test::g;
+using test::run_to_rest;
+using test::sum_of;
 
 /// A plate (body 0, fixed), a soft block on it (1), and a ball that falls on the block, off its middle (2).
 Simulation pile(int threads = 2) {
@@ -95,7 +81,7 @@ TEST(Wrench, ListsEachContactWithItsForce) {
       ASSERT_NEAR(c.weights[i][0] + c.weights[i][1] + c.weights[i][2] + c.weights[i][3], 1.0, 1e-12);
       ASSERT_NEAR(length(c.direction[i]), 1.0, 1e-12);
       ASSERT_NEAR(dot(c.friction[i], c.direction[i]), 0.0, 1e-12 * (1.0 + length(c.friction[i])));
-      if (c.foreseen[i] == 0) {
+      if (c.speculative[i] == 0) {
         ASSERT_GE(c.depth[i], 0.0);
       }
       if (c.status[i] == ContactStatus::open) {
@@ -103,7 +89,7 @@ TEST(Wrench, ListsEachContactWithItsForce) {
       }
       if (inside == 2) on_ball += c.force(i);
       if (c.body[i] == 2) on_ball -= c.force(i);
-      met = met || c.foreseen[i] != 0;
+      met = met || c.speculative[i] != 0;
       sticks += c.status[i] == ContactStatus::stick ? 1 : 0;
     }
     ASSERT_LT(length(on_ball - simulation.contact_forces()[2]), 1e-12 * (1.0 + length(on_ball)));
