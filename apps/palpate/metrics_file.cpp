@@ -22,7 +22,7 @@ std::string header(const Units& units) {
       ",contacts,border_edges,crossings,candidates,movers,depth_fallbacks,raised_depths,cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
       "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
-      "retries,cuckoo_growths,detections,solves,solver_iterations,"
+      "retries,cuckoo_growths,detections,speculative_contacts,solves,solver_iterations,"
       "solver_converged,inverted_tets";
   line += in("kinetic_energy", unit_name(units, dimension::energy)) +
           in("elastic_energy", unit_name(units, dimension::energy));
@@ -55,9 +55,10 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
       fmt::format(",{},{},{:.4f},{}", c.late_clusters, c.rough_depths, c.completeness, m.looks_ahead ? 1 : 0);
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
-  line += fmt::format(",{},{:.4f},{},{},{},{},{},{},{}", sort, points.occupancy(),
+  line += fmt::format(",{},{:.4f},{},{},{},{},{},{},{},{}", sort, points.occupancy(),
                       points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
-                      m.solves, m.solver_iterations, m.solver_converged ? 1 : 0, m.inverted_tets);
+                      m.speculative_contacts, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0,
+                      m.inverted_tets);
   for (const double value :
        {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
     line.append(1, ',').append(exact_text(value));

@@ -24,15 +24,16 @@ struct StepMetrics {
   DetectionCounts detection;  ///< at the end of the step
   int solves =
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
-  int detections = 0;                ///< more than one where bodies met within the step
-  bool looks_ahead = true;           ///< false: the budget left no time to look for speculative contacts
-  int solver_iterations = 0;         ///< of all solves
-  bool solver_converged = true;      ///< each solve
-  double kinetic_energy = 0.0;       ///< J
-  double elastic_energy = 0.0;       ///< J
-  double largest_speed = 0.0;        ///< m/s, over all points
-  double fastest_body = 0.0;         ///< m/s, largest root mean square speed (by mass) of a body
-  double deepest = 0.0;              ///< m, largest penetration depth
+  int detections = 0;                     ///< more than one where bodies met within the step
+  std::int64_t speculative_contacts = 0;  ///< of those that the step was solved with: met within it
+  bool looks_ahead = true;                ///< false: the budget left no time to look for speculative contacts
+  int solver_iterations = 0;              ///< of all solves
+  bool solver_converged = true;           ///< each solve
+  double kinetic_energy = 0.0;            ///< J
+  double elastic_energy = 0.0;            ///< J
+  double largest_speed = 0.0;             ///< m/s, over all points
+  double fastest_body = 0.0;              ///< m/s, largest root mean square speed (by mass) of a body
+  double deepest = 0.0;                   ///< m, largest penetration depth
   std::int64_t inverted_tets = 0;    ///< tets of bodies that deform without a positive volume, at the end
   DetectionTimes detection_seconds;  ///< of all detections
   double forces_seconds = 0.0;       ///< contact forces

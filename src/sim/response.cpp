@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -199,10 +200,10 @@ void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& 
                         .side = {}};
 }
 
-bool ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
-                                      const Contacts& contacts, std::span<const Vec3> positions_end,
-                                      std::span<const Vec3> velocities_end, double acting,
-                                      std::vector<fem::Coupling>& couplings) {
+double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
+                                        const Contacts& contacts, std::span<const Vec3> positions_end,
+                                        std::span<const Vec3> velocities_end, double acting,
+                                        std::vector<fem::Coupling>& couplings) {
   memory_.list_unknown(contacts, unknown_);
   resize_with_room(speculative_, unknown_.size());
   for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {
@@ -213,7 +214,7 @@ bool ContactResponse::add_speculative(const parallel::Threads& threads, const Bo
   const double met = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
     return speculative_[i].force * speculative_[i].force;
   });
-  if (met <= speculative_tolerance * speculative_tolerance * acting * acting) return false;
+  if (met <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
   make_room(added_, speculative_.size());
@@ -224,7 +225,7 @@ bool ContactResponse::add_speculative(const parallel::Threads& threads, const Bo
     added_.push_back(contact.remembered);
   }
   memory_.add(added_);
-  return true;
+  return acting > 0.0 ? std::sqrt(met) / acting : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace palpate

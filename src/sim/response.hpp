@@ -81,13 +81,13 @@ class ContactResponse {
 
   /// Compares the contacts where the step leads to (`contacts`, found at `positions_end`) with those that it
   /// knows. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`:
-  /// root of their sum of squares, N), appends laws and couplings for what they meet and returns true:
-  /// another solve is needed. Such a contact starts the step with a gap; so it stops what comes at where it
-  /// meets, and nothing pulls. O(contacts), parallel.
-  [[nodiscard]] bool add_speculative(const parallel::Threads& threads, const Bodies& bodies,
-                                     const Contacts& contacts, std::span<const Vec3> positions_end,
-                                     std::span<const Vec3> velocities_end, double acting,
-                                     std::vector<fem::Coupling>& couplings);
+  /// root of their sum of squares, N), appends laws and couplings for what they meet and returns the force
+  /// that it meets with by those: another solve is needed. Else returns 0. Such a contact starts the step
+  /// with a gap; so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
+  [[nodiscard]] double add_speculative(const parallel::Threads& threads, const Bodies& bodies,
+                                       const Contacts& contacts, std::span<const Vec3> positions_end,
+                                       std::span<const Vec3> velocities_end, double acting,
+                                       std::vector<fem::Coupling>& couplings);
 
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }

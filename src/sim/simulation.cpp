@@ -158,6 +158,7 @@ void Simulation::State::begin_step() {
   metrics.solver_iterations = 0;
   metrics.solver_converged = true;
   metrics.detections = 0;
+  metrics.speculative_contacts = 0;
   metrics.looks_ahead = true;
   metrics.detection_seconds = {};
 }
@@ -192,14 +193,17 @@ fem::ContactSet Simulation::State::contact_set() {
           .friction = {.coefficient = response.friction(), .time_step = settings.time_step}};
 }
 
-/// Solves, detects at the predicted positions and adds speculative contacts, until none are new; loosely
-/// while there are new ones, and at first in a step after one in which bodies met. \param last  of the step
-/// before
+/// Solves, detects at the predicted positions and adds speculative contacts, until none are new. Loosely at
+/// first in a step after one in which bodies met, and while those that meet push harder than all that act:
+/// then a solve only shows where they lead. \param last  of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int most_turns = 8;
+  constexpr double many = 1.0;
   metrics.looks_ahead = can_look_ahead();
-  bool loose = last.detections > 2 && metrics.looks_ahead && !settings.solver.fixed_iterations;
-  bool steady = last.detections == 1 && !settings.solver.fixed_iterations;
+  const bool fixed = settings.solver.fixed_iterations.has_value();
+  bool loose = last.speculative_contacts > 0 && metrics.looks_ahead && !fixed;
+  bool steady = last.detections == 1 && !fixed;
+  const auto known = std::ssize(response.laws());
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
@@ -211,12 +215,14 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
-    const bool meets = looks_again && response.add_speculative(
-                                          threads, bodies, detector.contacts(), dynamics.end_positions(),
-                                          dynamics.mean_velocities(), normal_forces(), couplings);
+    const double met =
+        looks_again ? response.add_speculative(threads, bodies, detector.contacts(), dynamics.end_positions(),
+                                               dynamics.mean_velocities(), normal_forces(), couplings)
+                    : 0.0;
+    metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (!meets && !loose) break;
-    loose = meets && !settings.solver.fixed_iterations;
+    if (met == 0.0 && !loose) break;
+    loose = met > many && !fixed;
     steady = false;
   }
   // With half of what was left it has not seen all that the next step begins with.
