@@ -36,7 +36,7 @@ void refuse_other_kinds(const std::filesystem::path& path) {
     throw BadInput(path.string(), "", "a mesh file",
                    "a scene file (.json); make one with: palpate new " + path.string());
   }
-  const bool surface = is_one_of({".stl", ".obj", ".ply", ".vtp"});
+  const bool surface = is_one_of({".stl", ".obj", ".ply", ".off", ".vtp"});
   if (surface || is_one_of({".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"})) {
     throw BadInput(path.string(), "", surface ? "a surface" : "a label map",
                    "a scene file (.json); make one, with its meshes, with: palpate mesh " + path.string());

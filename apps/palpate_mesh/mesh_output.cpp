@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -94,7 +95,8 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
     bodies.add(report.name, mesh);
     report.statistics = mesh_statistics(bodies, bodies.points_rest());
     report.meshed = std::move(meshed[o]);
-    report.warnings = warnings_of(report, options.shaping.gap > 0.0);
+    report.warnings = organs[o].remarks;
+    std::ranges::move(warnings_of(report, options.shaping.gap > 0.0), std::back_inserter(report.warnings));
     scene.bodies.push_back(body_of(organs[o], report.file, options));
     reports.push_back(std::move(report));
   }

@@ -1,9 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fmt/format.h>
+#include <utility>
+#include <vector>
 #include <vtkCellArray.h>
-#include <vtkCleanPolyData.h>
-#include <vtkFeatureEdges.h>
 #include <vtkImageData.h>
 #include <vtkImageStencilData.h>
 #include <vtkImplicitPolyDataDistance.h>
@@ -12,10 +12,9 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataToImageStencil.h>
-#include <vtkTriangleFilter.h>
 
-#include <palpate/error.hpp>
-
+#include "closed_surface.hpp"
+#include "geometry/vector.hpp"
 #include "io/vtk_silence.hpp"
 #include "organ.hpp"
 #include "surface_file.hpp"
@@ -25,47 +24,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The polygons as triangles, equal points joined.
-vtkSmartPointer<vtkPolyData> triangles_of(const PolygonFile& file) {
+/// For VTK, with the points that are used alone.
+vtkSmartPointer<vtkPolyData> poly_data_of(const Surface& surface) {
+  std::vector<vtkIdType> number(surface.points.size(), -1);
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
-  for (const Vec3& p : file.points) points->InsertNextPoint(p.x, p.y, p.z);
-  vtkNew<vtkCellArray> polygons;
-  for (const std::vector<Index>& polygon : file.polygons) {
-    polygons->InsertNextCell(static_cast<int>(polygon.size()));
-    for (const Index point : polygon) polygons->InsertCellPoint(point);
+  vtkNew<vtkCellArray> triangles;
+  for (const Triangle& triangle : surface.triangles) {
+    std::array<vtkIdType, 3> corners{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      vtkIdType& id = number[static_cast<std::size_t>(triangle[i])];
+      const Vec3& p = at(surface.points, triangle[i]);
+      if (id < 0) id = points->InsertNextPoint(p.x, p.y, p.z);
+      corners[i] = id;
+    }
+    triangles->InsertNextCell(3, corners.data());
   }
-  vtkNew<vtkPolyData> surface;
-  surface->SetPoints(points);
-  surface->SetPolys(polygons);
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputData(surface);
-  vtkNew<vtkCleanPolyData> clean;
-  clean->SetInputConnection(triangles->GetOutputPort());
-  clean->Update();
-  return clean->GetOutput();
-}
-
-vtkSmartPointer<vtkPolyData> closed_surface(const PolygonFile& file, const fs::path& path) {
-  auto surface = triangles_of(file);
-  // So that lengths, their squares and parts of them stay finite, and above zero.
-  constexpr double least = 1e-100;
-  constexpr double most = 1e100;
-  const double length = surface->GetLength();
-  if (surface->GetNumberOfPolys() > 0 && !(length >= least && length <= most)) {
-    throw Error(path.string(), "", fmt::format("a diagonal of {} mm", length), "one from 1e-100 to 1e100");
-  }
-  if (surface->GetNumberOfPolys() == 0) throw Error(path.string(), "", "no triangles", "a closed surface");
-  vtkNew<vtkFeatureEdges> open;
-  open->SetInputData(surface);
-  open->FeatureEdgesOff();
-  open->ManifoldEdgesOff();
-  open->Update();
-  if (const auto edges = open->GetOutput()->GetNumberOfCells(); edges > 0) {
-    throw Error(path.string(), "", fmt::format("{} edges that do not join two triangles", edges),
-                "a closed surface");
-  }
-  return surface;
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  return data;
 }
 
 /// A lattice round the surface with a margin of two cells.
@@ -114,31 +92,40 @@ bool is_near_surface(const Lattice& lattice, int i, int j, int k) {
   return near;
 }
 
-}  // namespace
-
-Lattice surface_field(const fs::path& path, const Shaping& shaping, double& volume) {
-  const PolygonFile file = read_surface_file(path);
-  const io::VtkSilence silence;
-  const auto surface = closed_surface(file, path);
-  vtkNew<vtkMassProperties> mass;
-  mass->SetInputData(surface);
-  volume = mass->GetVolume();
-
-  Lattice signs = lattice_round(surface);
-  set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
+void set_distances(vtkPolyData* surface, const Lattice& signs, Lattice& field) {
   vtkNew<vtkImplicitPolyDataDistance> distance;
   distance->SetInput(surface);
-  Lattice field = signs;
   for_points(signs.size, [&](int i, int j, int k) {
+    if (!is_near_surface(signs, i, j, k)) return;
     float& value = field.values[signs.index(i, j, k)];
-    if (is_near_surface(signs, i, j, k)) {
-      const Vec3 p = signs.place(i, j, k);
-      const double away = std::abs(distance->EvaluateFunction(p.x, p.y, p.z));
-      value = static_cast<float>(value > 0.0F ? away : -away);
-    }
-    value -= static_cast<float>(0.5 * shaping.gap);
+    const Vec3 p = signs.place(i, j, k);
+    const double away = std::abs(distance->EvaluateFunction(p.x, p.y, p.z));
+    value = static_cast<float>(value > 0.0F ? away : -away);
   });
-  return field;
+}
+
+/// Where triangles face one side, by Gauss's theorem; else that of the field.
+double volume_of(vtkPolyData* surface, bool one_sided, const Lattice& field) {
+  if (!one_sided) return positive_volume(field);
+  vtkNew<vtkMassProperties> mass;
+  mass->SetInputData(surface);
+  return mass->GetVolume();
+}
+
+}  // namespace
+
+SurfaceShape surface_field(const fs::path& path, const Shaping& shaping) {
+  const PolygonFile file = read_surface_file(path);
+  const io::VtkSilence silence;
+  ClosedSurface closed = closed_surface(surface_of(file), shaping, path.string());
+  const auto surface = poly_data_of(closed.surface);
+  Lattice signs = lattice_round(surface);
+  set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
+  SurfaceShape shape{signs, 0.0, std::move(closed.remarks)};
+  set_distances(surface, signs, shape.field);
+  shape.volume = volume_of(surface, closed.one_sided, shape.field);
+  for (float& value : shape.field.values) value -= static_cast<float>(0.5 * shaping.gap);
+  return shape;
 }
 
 }  // namespace palpate::app
