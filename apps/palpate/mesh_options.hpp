@@ -31,7 +31,7 @@ struct Shaping {
   double smoothing = 0.7;             ///< standard deviation of the blur, voxels; 0: none
   double gap = 0.0;                   ///< mm between the surfaces of organs that touch
   std::optional<double> close_holes;  ///< mm, largest holes of surfaces to close; none: by their size
-  double unit_meters = 1e-3;          ///< of the coordinates of surfaces
+  double unit_millimeters = 1.0;      ///< of the coordinates of surfaces
   bool unit_given = false;
 };
 

@@ -98,37 +98,53 @@ void remark_size(const Box& box, double millimeters, std::vector<std::string>& r
                                 unit.name.empty() ? "" : fmt::format(" (--unit {})", unit.name)));
 }
 
-void remark_self_intersections(const Surface& surface, std::vector<std::string>& remarks) {
-  const SelfIntersections found = self_intersections(surface);
+void remark_self_intersections(const SelfIntersections& found, std::vector<std::string>& remarks) {
   if (found.pairs == 0) return;
   remarks.push_back(
       fmt::format("cuts itself: {} of triangles cross, the first near {}; what two sheets enclose "
                   "together counts as outside",
-                  counted(found.pairs, "pair"), place_text(found.place)));
+                  counted(found.pairs, "pair"), place_text(found.segments.front()[0])));
+}
+
+/// Notes where parts touch in edges or points, and tells so.
+void join_parts(const Surface& surface, const SurfaceEdges& edges, ClosedSurface& closed) {
+  for (const Edge& edge : edges.shared_edges)
+    closed.joints.push_back({at(surface.points, edge[0]), at(surface.points, edge[1])});
+  const std::vector<Index> points = touching_points(surface);
+  for (const Index p : points) closed.joints.push_back({at(surface.points, p), at(surface.points, p)});
+  if (!edges.shared_edges.empty()) {
+    closed.remarks.push_back(
+        fmt::format("{} of four or more triangles, where parts touch: they grow together there",
+                    counted(edges.shared_edges.size(), "edge")));
+  }
+  if (!points.empty()) {
+    closed.remarks.push_back(
+        fmt::format("{} where parts touch: they grow together there", counted(points.size(), "point")));
+  }
 }
 
 }  // namespace
 
 ClosedSurface closed_surface(Surface surface, const Shaping& shaping, const std::string& source) {
   if (surface.triangles.empty()) throw Error(source, "", "no triangles", "a closed surface");
-  const double millimeters = 1e3 * shaping.unit_meters;
+  const double millimeters = shaping.unit_millimeters;
   const Box box = box_of(surface);
   const double diagonal = diagonal_of(box, millimeters, source);
   ClosedSurface closed;
   const SurfaceEdges edges = edges_of(surface);
-  closed.one_sided = edges.one_sided;
-  remark_self_intersections(surface, closed.remarks);
   close_holes(surface, edges, shaping.close_holes.value_or(hole_share * diagonal), millimeters, source,
               closed.remarks);
-  if (edges.shared_edges > 0) {
-    closed.remarks.push_back(fmt::format("{} of four or more triangles: parts touch there and become one",
-                                         counted(edges.shared_edges, "edge")));
-  }
+  closed.one_sided = edges.one_sided;
+  SelfIntersections cuts = self_intersections(surface);
+  remark_self_intersections(cuts, closed.remarks);
+  closed.joints = std::move(cuts.segments);
+  join_parts(surface, edges, closed);
   if (!edges.one_sided) {
-    closed.remarks.push_back("some triangles face in, others out: the volume inside is that of a lattice");
+    closed.remarks.emplace_back("some triangles face in, others out: the volume inside is that of a lattice");
   }
   remark_size(box, millimeters, closed.remarks);
   for (Vec3& point : surface.points) point = millimeters * point;
+  for (auto& joint : closed.joints) joint = {millimeters * joint[0], millimeters * joint[1]};
   closed.surface = std::move(surface);
   return closed;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,9 @@ namespace palpate::app {
 
 /// A surface that parts inside from outside.
 struct ClosedSurface {
-  Surface surface;        ///< mm
+  Surface surface;  ///< mm
+  /// Where parts of it touch or cut each other: lines, of no length for points; mm.
+  std::vector<std::array<Vec3, 2>> joints;
   bool one_sided = true;  ///< its triangles face the same side
   std::vector<std::string>
       remarks;  ///< holes that were closed, edges of four triangles, self-intersections …

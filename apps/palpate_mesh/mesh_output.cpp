@@ -38,6 +38,8 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
     warnings.push_back(fmt::format("{} of {} parts are in the mesh: use a smaller size",
                                    report.meshed.mesh_components, report.meshed.shape_components));
   }
+  if (!report.meshed.manifold)
+    warnings.emplace_back("parts of it touch in edges or points, where its surface is no manifold");
   if (share < 1.0 - lost || share > 1.0 + lost) {
     warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume: use a smaller size than {} mm",
                                    100.0 * share, short_text(report.meshed.size)));

@@ -20,6 +20,7 @@ struct Organ {
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
   std::vector<std::string> remarks;  ///< what is worth telling of the input
+  double thickness = 0.0;            ///< twice the volume over the area, mm; 0: not known
 };
 
 /// The smooth shape of a label: its blurred mask, cut at the value at which it has the volume of its voxels,
@@ -31,6 +32,7 @@ Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shapin
 struct SurfaceShape {
   Lattice field;                     ///< as that of an organ
   double volume = 0.0;               ///< inside the surface, mm^3
+  double thickness = 0.0;            ///< as that of an organ
   std::vector<std::string> remarks;  ///< what is worth telling of the surface
 };
 

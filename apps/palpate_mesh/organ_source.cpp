@@ -141,7 +141,8 @@ OrganList organs_of_map(MeshOptions& options) {
                            label_field(map, label.extent, options.shaping),
                            in_space(map.frame, options.ras),
                            static_cast<double>(label.extent.voxels) * voxel,
-                           {}});
+                           {},
+                           0.0});
   }
   return list;
 }
@@ -159,7 +160,8 @@ OrganList organs_of_surfaces(const MeshOptions& options) {
   for (std::size_t o = 0; o < known.size(); ++o) {
     if (!options.only.empty() && std::ranges::count(options.only, known[o]) == 0) continue;
     SurfaceShape shape = surface_field(options.inputs[o], options.shaping);
-    Organ organ{known[o], {}, std::move(shape.field), {}, shape.volume, std::move(shape.remarks)};
+    Organ organ{known[o],       {}, std::move(shape.field), {}, shape.volume, std::move(shape.remarks),
+                shape.thickness};
     organ.frame = in_space(organ.frame, options.ras);
     list.organs.push_back(std::move(organ));
   }

@@ -3,6 +3,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/box_intersection_d.h>
 #include <algorithm>
+#include <boost/variant/get.hpp>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,21 @@ bool meet(const Surface& surface, const Triangle& a, const Triangle& b) {
   return CGAL::do_intersect(triangle_of(surface, a), triangle_of(surface, b));
 }
 
+std::array<Vec3, 2> line_of(const Surface& surface, const Triangle& a, const Triangle& b) {
+  const auto place = [](const Kernel::Point_3& p) { return Vec3{p.x(), p.y(), p.z()}; };
+  const auto common = CGAL::intersection(triangle_of(surface, a), triangle_of(surface, b));
+  if (common) {
+    if (const auto* line = boost::get<Kernel::Segment_3>(&*common)) {
+      return {place(line->source()), place(line->target())};
+    }
+    if (const auto* point = boost::get<Kernel::Point_3>(&*common)) return {place(*point), place(*point)};
+  }
+  // They lie on each other, or rounding has lost where they meet.
+  const Vec3 middle =
+      (1.0 / 3.0) * (at(surface.points, a[0]) + at(surface.points, a[1]) + at(surface.points, a[2]));
+  return {middle, middle};
+}
+
 }  // namespace
 
 SelfIntersections self_intersections(const Surface& surface) {
@@ -52,18 +68,15 @@ SelfIntersections self_intersections(const Surface& surface) {
     const Kernel::Triangle_3 triangle = triangle_of(surface, surface.triangles[t]);
     if (!triangle.is_degenerate()) boxes.emplace_back(triangle.bbox(), t);
   }
-  SelfIntersections result;
-  std::pair first{surface.triangles.size(), surface.triangles.size()};
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
   CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const TriangleBox& a, const TriangleBox& b) {
-    const std::pair pair = std::minmax(a.info(), b.info());
-    if (!meet(surface, surface.triangles[pair.first], surface.triangles[pair.second])) return;
-    ++result.pairs;
-    first = std::min(first, std::pair<std::size_t, std::size_t>(pair));
+    const std::pair<std::size_t, std::size_t> pair = std::minmax({a.info(), b.info()});
+    if (meet(surface, surface.triangles[pair.first], surface.triangles[pair.second])) pairs.push_back(pair);
   });
-  if (result.pairs == 0) return result;
-  const Triangle& triangle = surface.triangles[first.first];
-  result.place = (1.0 / 3.0) * (at(surface.points, triangle[0]) + at(surface.points, triangle[1]) +
-                                at(surface.points, triangle[2]));
+  std::ranges::sort(pairs);
+  SelfIntersections result{pairs.size(), {}};
+  for (const auto& [a, b] : pairs)
+    result.segments.push_back(line_of(surface, surface.triangles[a], surface.triangles[b]));
   return result;
 }
 

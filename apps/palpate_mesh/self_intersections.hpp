@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <vector>
 
 #include "surface.hpp"
 
@@ -9,7 +11,7 @@ namespace palpate::app {
 /// Pairs of triangles of a surface that meet elsewhere than in the points they share.
 struct SelfIntersections {
   std::size_t pairs = 0;
-  Vec3 place;  ///< the middle of one triangle of the first pair
+  std::vector<std::array<Vec3, 2>> segments;  ///< where they meet: a line each, of no length for a point
 };
 
 /// Pairs with a common edge are not looked at: they meet elsewhere only where one lies on the other. Exact

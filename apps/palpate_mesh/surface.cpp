@@ -100,13 +100,13 @@ std::vector<Triangle> without_doubles(const std::vector<Triangle>& triangles, bo
 }  // namespace
 
 Surface surface_of(PolygonFile file) {
-  std::vector<Triangle> triangles;
-  for (const std::vector<Index>& polygon : file.polygons) {
-    if (polygon.size() >= 3) append_triangles(file.points, polygon, triangles);
-  }
   const std::vector<Index> first = first_at_place(file.points);
-  for (Triangle& triangle : triangles) {
-    for (Index& corner : triangle) corner = at(first, corner);
+  std::vector<Triangle> triangles;
+  for (std::vector<Index>& polygon : file.polygons) {
+    for (Index& corner : polygon) corner = at(first, corner);
+    polygon.erase(std::unique(polygon.begin(), polygon.end()), polygon.end());
+    while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
+    if (polygon.size() >= 3) append_triangles(file.points, polygon, triangles);
   }
   std::erase_if(triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
   Surface surface{std::move(file.points), without_doubles(triangles, true)};

@@ -1,6 +1,7 @@
 #include "surface_edges.hpp"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
@@ -53,7 +54,7 @@ std::vector<OddEdge> odd_edges(const std::vector<EdgeUse>& uses, SurfaceEdges& e
     if (count % 2 == 1) {
       odd.push_back({uses[begin].ascends ? e : Edge{e[1], e[0]}, uses[begin].triangle, count});
     } else {
-      if (count > 2) ++edges.shared_edges;
+      if (count > 2) edges.shared_edges.push_back(e);
       if (2 * ascending != count) edges.one_sided = false;
     }
     begin = end;
@@ -168,6 +169,37 @@ SurfaceEdges edges_of(const Surface& surface) {
   for (auto ring = finder.next(); !ring.empty(); ring = finder.next())
     result.holes.push_back(hole_of(ring, borders, surface));
   return result;
+}
+
+std::vector<Index> touching_points(const Surface& surface) {
+  struct Corner {
+    Index point;
+    Edge across;
+  };
+  std::vector<Corner> corners;
+  corners.reserve(3 * surface.triangles.size());
+  for (const Triangle& t : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) corners.push_back({t[i], {t[(i + 1) % 3], t[(i + 2) % 3]}});
+  }
+  std::ranges::sort(corners, {}, [](const Corner& c) { return std::tuple(c.point, c.across); });
+  std::vector<Index> touching;
+  for (std::size_t begin = 0; begin < corners.size();) {
+    std::map<Index, Index>
+        lower;  // for each point round this one a lower one that a path joins to it, or itself
+    const auto lowest = [&](Index p) {
+      for (lower.try_emplace(p, p); lower.at(p) != p;) p = lower.at(p) = lower.at(lower.at(p));
+      return p;
+    };
+    std::size_t end = begin;
+    for (; end < corners.size() && corners[end].point == corners[begin].point; ++end) {
+      const auto [low, high] = std::minmax({lowest(corners[end].across[0]), lowest(corners[end].across[1])});
+      lower.at(high) = low;
+    }
+    const auto parts = std::ranges::count_if(lower, [](const auto& p) { return p.first == p.second; });
+    if (parts > 1) touching.push_back(corners[begin].point);
+    begin = end;
+  }
+  return touching;
 }
 
 void close_hole(Surface& surface, const Hole& hole) {

@@ -21,8 +21,8 @@ struct SurfaceEdges {
   std::vector<Hole> holes;  ///< by their first edge
   /// Edges of three, five … triangles, and those of one that hang on such: no hole to close.
   std::size_t odd_edges = 0;
-  std::size_t shared_edges = 0;  ///< edges of four or more triangles, an even number
-  bool one_sided = true;         ///< the triangles at each edge face the same side
+  std::vector<Edge> shared_edges;  ///< of four or more triangles, an even number
+  bool one_sided = true;           ///< the triangles at each edge face the same side
   /// The first edge, by its triangle, that parts nothing, and how many triangles it has; none for a closed
   /// surface.
   std::optional<Edge> first_bad;
@@ -31,6 +31,9 @@ struct SurfaceEdges {
 
 /// O(n log n).
 SurfaceEdges edges_of(const Surface& surface);
+
+/// Points at which triangles meet that no path over edges at the point joins, ascending. O(n log n).
+std::vector<Index> touching_points(const Surface& surface);
 
 /// Closes a hole by triangles to the middle of its edges.
 void close_hole(Surface& surface, const Hole& hole);

@@ -14,6 +14,7 @@
 #include <vtkPolyDataToImageStencil.h>
 
 #include "closed_surface.hpp"
+#include "geometry/box.hpp"
 #include "geometry/vector.hpp"
 #include "io/vtk_silence.hpp"
 #include "organ.hpp"
@@ -46,11 +47,23 @@ vtkSmartPointer<vtkPolyData> poly_data_of(const Surface& surface) {
   return data;
 }
 
-/// A lattice round the surface with a margin of two cells.
-Lattice lattice_round(vtkPolyData* surface) {
-  constexpr int margin = 2;
+/// 150 steps along the diagonal; for thin sheets three through one, as far as that takes not too many points.
+double lattice_spacing(vtkPolyData* surface, double thickness) {
   constexpr double steps_along_diagonal = 150.0;
-  const double spacing = surface->GetLength() / steps_along_diagonal;
+  constexpr double steps_through = 3.0;
+  constexpr double most_points = 4e6;
+  const double* bounds = surface->GetBounds();
+  const double coarse = surface->GetLength() / steps_along_diagonal;
+  const double thin = thickness / steps_through;
+  double points = 1.0;
+  for (std::size_t a = 0; a < 3; ++a) points *= (bounds[2 * a + 1] - bounds[2 * a]) / coarse + 5.0;
+  const double finest = coarse * std::cbrt(points / most_points);
+  return std::min(coarse, std::max(thin, finest));
+}
+
+/// A lattice round the surface with a margin of two cells.
+Lattice lattice_round(vtkPolyData* surface, double spacing) {
+  constexpr int margin = 2;
   Lattice lattice;
   lattice.spacing = {spacing, spacing, spacing};
   const double* bounds = surface->GetBounds();
@@ -104,26 +117,62 @@ void set_distances(vtkPolyData* surface, const Lattice& signs, Lattice& field) {
   });
 }
 
-/// Where triangles face one side, by Gauss's theorem; else that of the field.
-double volume_of(vtkPolyData* surface, bool one_sided, const Lattice& field) {
-  if (!one_sided) return positive_volume(field);
+double distance_to(const std::array<Vec3, 2>& line, const Vec3& p) {
+  const Vec3 along = line[1] - line[0];
+  const double square = dot(along, along);
+  const double share = square > 0.0 ? std::clamp(dot(p - line[0], along) / square, 0.0, 1.0) : 0.0;
+  return length(p - line[0] - share * along);
+}
+
+/// Adds a round bar along a line, so that parts that touch there alone grow together: there the surface would
+/// be no manifold, and a mesher refines for ever.
+void add_bar(const std::array<Vec3, 2>& line, Lattice& field) {
+  constexpr double cells = 1.5;
+  const double radius = cells * field.spacing.x;
+  Box box;
+  box.extend(line[0]);
+  box.extend(line[1]);
+  std::array<int, 3> first{};
+  std::array<int, 3> count{};
+  const std::array<double Vec3::*, 3> axes{&Vec3::x, &Vec3::y, &Vec3::z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto step = [&](double x) { return (x - field.origin.*axes[a]) / field.spacing.x; };
+    first[a] = std::max(0, static_cast<int>(std::floor(step(box.lower.*axes[a]) - cells)));
+    const int last = static_cast<int>(std::ceil(step(box.upper.*axes[a]) + cells));
+    count[a] = std::min(last, field.size[a] - 1) - first[a] + 1;
+  }
+  for_points(count, [&](int i, int j, int k) {
+    const std::array<int, 3> here{first[0] + i, first[1] + j, first[2] + k};
+    float& value = field.values[field.index(here[0], here[1], here[2])];
+    const double away = distance_to(line, field.place(here[0], here[1], here[2]));
+    value = std::max(value, static_cast<float>(radius - away));
+  });
+}
+
+/// Volume and area of the surface; the volume is that of the box where triangles do not face one side.
+std::array<double, 2> volume_and_area(vtkPolyData* surface, bool one_sided) {
   vtkNew<vtkMassProperties> mass;
   mass->SetInputData(surface);
-  return mass->GetVolume();
+  const double* b = surface->GetBounds();
+  const double box = (b[1] - b[0]) * (b[3] - b[2]) * (b[5] - b[4]);
+  return {one_sided ? mass->GetVolume() : box, mass->GetSurfaceArea()};
 }
 
 }  // namespace
 
 SurfaceShape surface_field(const fs::path& path, const Shaping& shaping) {
-  const PolygonFile file = read_surface_file(path);
+  PolygonFile file = read_surface_file(path);
   const io::VtkSilence silence;
-  ClosedSurface closed = closed_surface(surface_of(file), shaping, path.string());
+  ClosedSurface closed = closed_surface(surface_of(std::move(file)), shaping, path.string());
   const auto surface = poly_data_of(closed.surface);
-  Lattice signs = lattice_round(surface);
+  const auto [volume, area] = volume_and_area(surface, closed.one_sided);
+  const double thickness = 2.0 * volume / area;
+  Lattice signs = lattice_round(surface, lattice_spacing(surface, thickness));
   set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
-  SurfaceShape shape{signs, 0.0, std::move(closed.remarks)};
+  SurfaceShape shape{signs, volume, thickness, std::move(closed.remarks)};
   set_distances(surface, signs, shape.field);
-  shape.volume = volume_of(surface, closed.one_sided, shape.field);
+  if (!closed.one_sided) shape.volume = positive_volume(shape.field);
+  for (const auto& joint : closed.joints) add_bar(joint, shape.field);
   for (float& value : shape.field.values) value -= static_cast<float>(0.5 * shaping.gap);
   return shape;
 }
