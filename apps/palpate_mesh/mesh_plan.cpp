@@ -82,6 +82,7 @@ class Mesher {
       }
       work += std::exp(off);
       if (std::abs(off) <= near || (work > most_work && !best.empty())) break;
+      if (coarser_does_not_help(tried)) break;
       size = next_size(tried);
     }
     if (best.empty()) fail_points(most_points);
@@ -176,6 +177,16 @@ class Mesher {
     meshes.reserve(group.size());
     for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
     return meshes;
+  }
+
+  /// A shape of many thin necks takes as many tets at any size.
+  static bool coarser_does_not_help(const std::vector<std::pair<double, double>>& tried) {
+    constexpr double much_coarser = 0.2;  // logarithms
+    constexpr double hardly_fewer = 0.1;
+    if (tried.size() < 2) return false;
+    const auto [size, off] = tried.back();
+    const auto [before, off_before] = tried[tried.size() - 2];
+    return off > 0.0 && size > before + much_coarser && off > off_before - hardly_fewer;
   }
 
   /// Where the line through the last two tries meets the wanted number; between the nearest tries on both

@@ -1,6 +1,6 @@
 #include "organ_mesher.hpp"
 
-// The only file with CGAL: it takes half a minute and 3 GB to compile.
+// CGAL's mesher: it takes half a minute and 3 GB to compile.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Labeled_mesh_domain_3.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>

@@ -67,7 +67,7 @@ struct Cubes {
 /// Medit, every fifth cube as six pyramids round its middle.
 std::string cubes_in_medit(const Cubes& cubes) {
   std::string hexahedra, pyramids, middles;
-  int counts[1] = {0, 0};
+  int counts[2] = {0, 0};
   int cell = 0, extra = cubes.points();
   const auto add = [](std::string& text, int& count, std::initializer_list<int> corners) {
     for (const int c : corners) text += std::to_string(c + 1) + " ";
@@ -208,10 +208,10 @@ TEST(CellKinds, QuadraticTetsOfTetGenAndGmshAreTakenAsLinear) {
     const std::string line = std::to_string(p) + " 0.5 0.5 " + std::to_string(p) + "\n";
     node += line;
     msh += line;
-    ele += " " + std::to_string(p);
-    element += " " + std::to_string(p);
+    ele += std::string(" ").append(std::to_string(p));
+    element += std::string(" ").append(std::to_string(p));
   }
-  folder.write("ten.node", node);
+  ASSERT_FALSE(folder.write("ten.node", node).empty());
   const auto tetgen = folder.write("ten.ele", ele + "\n");
   const auto gmsh = folder.write("ten.msh", msh + "$EndNodes\n$Elements\n1\n" + element + "\n$EndElements\n");
   for (const auto& path : {tetgen, gmsh}) {

@@ -159,7 +159,7 @@ TEST(GmshReader, PassesOverCommentsWhereverTheyStand) {
   expect_sample(read_mesh(folder.write("a.msh", "$COMMENTS\nold\n$ENDCOMMENTS\n" + std::string(gmsh_1))),
                 "Gmsh 1");
   EXPECT_EQ(error_of(folder.write("a.msh", "$Comments\n" + std::string(gmsh_2))),
-            "a.msh: line 22: found the end of the file, expected $ENDComments");
+            "a.msh: line 23: found the end of the file, expected $ENDComments");
 }
 
 TEST(GmshReader, RefusesWrongCountsOfFormat40) {
@@ -168,7 +168,7 @@ TEST(GmshReader, RefusesWrongCountsOfFormat40) {
   EXPECT_EQ(error_with(gmsh_40, "$Elements\n2 3", "$Elements\n2 4"),
             "a.msh: found 3 elements in the blocks, expected 4, as the section's first line says");
   EXPECT_EQ(error_with(gmsh_40, "3 3 7 42 8", "3 3 7 42 9"),
-            "a.msh: line 25: found node number 9, expected the number of a node that the file defines");
+            "a.msh: line 27: found node number 9, expected the number of a node that the file defines");
 }
 
 }  // namespace

@@ -70,16 +70,15 @@ TEST(MeditReader, RefusesCountsThatLie) {
   EXPECT_EQ(error_with("Vertices\n5", "Vertices\n4"), "a.mesh: line 11: found \"1.5\", expected a keyword");
   EXPECT_EQ(error_with("Vertices\n5", "Vertices\n6"),
             "a.mesh: line 12: found \"Triangles\", expected a number (the x of a point)");
-  EXPECT_EQ(
-      error_with("Tetrahedra\n2", "Tetrahedra\n99999999999999999999"),
-      "a.mesh: line 19: found \"99999999999999999999\", expected an integer (the number of tetrahedra)");
+  EXPECT_EQ(error_with("Tetrahedra\n2", "Tetrahedra\n99999999999999999999"),
+            "a.mesh: line 19: found \"99999999999999999999\", expected an integer (the number of cells)");
 }
 
 TEST(MeditReader, RefusesFilesThatEndTooSoon) {
   EXPECT_EQ(error_with("End\n", ""),
             "a.mesh: line 22: found the end of the file, expected the keyword End (the file may be cut off)");
   EXPECT_EQ(error_with("4 5 1\nEnd\n", "4 5 "),
-            "a.mesh: line 21: found the end of the file, expected the reference of a tetrahedron");
+            "a.mesh: line 21: found the end of the file, expected the reference of a cell");
 }
 
 TEST(MeditReader, RefusesSectionsOutOfOrderOrTwice) {

@@ -145,7 +145,8 @@ TEST_F(MeshRefusals, DamagedOffAndVtk) {
   bad("index.vtk", vtk + "POLYGONS 1 4\n3 0 1 7\n", {"index.vtk: polygon 0: found point 7", "3 points"});
   bad("count.vtk", vtk + "POLYGONS 2 4\n3 0 1 2\n", {"count.vtk: cell 1", "the cell list"});
   bad("strip.vtk", vtk + "TRIANGLE_STRIPS 1 4\n3 0 1 -2\n", {"strip.vtk: strip 0: found point -2"});
-  bad("cut.vtk", vtk + "POLYGONS 1 4\n3 0 1", {"cut.vtk: line 8: found the end of the file"});
+  bad("cut.vtk", vtk + "POLYGONS 1 4\n3 0 1",
+      {"cut.vtk: line 7", "as many as the rest of the file can hold"});
   bad("none.vtk", vtk, {"none.vtk", "no triangles"});
   bad("tets.vtk",
       "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 "
