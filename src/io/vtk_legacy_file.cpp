@@ -64,10 +64,7 @@ class LegacyFileReader {
     } else if (name == "POINTS") {
       claim_once(has_points_);
       read_points();
-    } else if (name == "CELLS") {
-      claim_once(has_cells_);
-      read_cells(file_.cells);
-    } else if (name == "POLYGONS") {
+    } else if (name == "CELLS" || name == "POLYGONS") {
       claim_once(has_cells_);
       read_cells(file_.cells);
     } else if (name == "TRIANGLE_STRIPS") {

@@ -66,10 +66,10 @@ class Surfaces : public MeshProgram {
     }
     return text;
   }
-  /// As many digits as single precision has.
+  /// All digits, so that it is the same number.
   static std::string number(double value) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.9g", value);
+    std::snprintf(text.data(), text.size(), "%.17g", value);
     return text.data();
   }
 
