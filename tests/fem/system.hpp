@@ -25,12 +25,13 @@ inline SymmetricMatrix3 random_semi_definite(std::mt19937_64& random, double sca
 
 /// A deformed box with couplings and fixed points, and the same system written out densely by other means.
 struct System {
-  explicit System(int thread_count)
+  /// \param held  at x = 0; else only couplings hold it
+  explicit System(int thread_count, bool held = true)
       : threads(thread_count),
         bodies(single_body(irregular_box_mesh({4, 3, 3}, {0.4, 0.3, 0.3}, 0.2))),
         elements(bodies, std::vector<Material>(1, {5e4, 0.4, 1000.0, 0.0, 0.0}),
                  std::vector<std::uint8_t>(1, 0)),
-        free(select(bodies, [](const Vec3& p) { return p.x > 0.0; })),
+        free(select(bodies, [&](const Vec3& p) { return !held || p.x > 0.0; })),
         matrix(elements, free),
         system(matrix, couplings, free) {
     std::mt19937_64 random(21);
