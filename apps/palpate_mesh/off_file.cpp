@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <charconv>
-#include <fmt/format.h>
 #include <string>
 
 #include "io/text_scanner.hpp"
