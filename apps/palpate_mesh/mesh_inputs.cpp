@@ -59,7 +59,7 @@ std::string input_name(const MeshOptions& options) {
     std::error_code ignored;
     const auto folder =
         std::filesystem::weakly_canonical(options.out.value_or(input.parent_path() / "."), ignored);
-    const std::string name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+    std::string name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
     if (!name.empty()) return name;
   }
   if (!input.has_filename()) input = input.parent_path();  // "folder/"
