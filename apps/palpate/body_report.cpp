@@ -42,6 +42,12 @@ Json statistics_json(const MeshStatistics& s) {
           {"upper", to_json(s.upper)}};
 }
 
+Json parts_json(const MeshParts& parts) {
+  return {{"pieces", parts.volumes.size()},
+          {"nonmanifold_edges", parts.nonmanifold_edges},
+          {"nonmanifold_points", parts.nonmanifold_points}};
+}
+
 Json notes_json(const MeshRecord* file, const MeshNotes& notes) {
   Json json;
   json["file"] = file != nullptr ? Json(utf8_text(file->file)) : Json();
@@ -49,6 +55,11 @@ Json notes_json(const MeshRecord* file, const MeshNotes& notes) {
   json["dropped"] = Json::object();
   if (file != nullptr) {
     for (const auto& [kind, count] : file->dropped) json["dropped"][utf8_text(kind)] = count;
+  }
+  json["converted"] = Json::object();
+  if (file != nullptr) {
+    for (const io::ConvertedCells& cells : file->converted)
+      json["converted"][cells.kind] = {{"cells", cells.cells}, {"tets", cells.tets}};
   }
   json["reoriented_tets"] = file != nullptr ? Json(file->reoriented) : Json::array();
   json["unreferenced_points"] = notes.unreferenced_points;
@@ -70,6 +81,21 @@ std::string statistics_text(const MeshStatistics& s, std::string_view length_uni
   return text;
 }
 
+std::string parts_text(const MeshParts& parts) {
+  std::string text = fmt::format("{}", parts.volumes.size());
+  if (parts.volumes.size() > 1) {
+    double sum = 0.0;
+    for (const double volume : parts.volumes) sum += volume;
+    text += fmt::format(", the largest with {:.3g} % of the volume", 100.0 * parts.volumes.front() / sum);
+  }
+  if (parts.nonmanifold_edges > 0 || parts.nonmanifold_points > 0) {
+    text += fmt::format("; {} and {} where the surface is no manifold",
+                        counted(static_cast<std::size_t>(parts.nonmanifold_edges), "edge"),
+                        counted(static_cast<std::size_t>(parts.nonmanifold_points), "point"));
+  }
+  return text;
+}
+
 std::string notes_text(const MeshRecord* file, const MeshNotes& notes) {
   std::vector<std::string> parts;
   if (file != nullptr && !file->dropped.empty()) {
@@ -77,6 +103,13 @@ std::string notes_text(const MeshRecord* file, const MeshNotes& notes) {
     kinds.reserve(file->dropped.size());
     for (const auto& [kind, count] : file->dropped) kinds.push_back(fmt::format("{} {}", count, kind));
     parts.push_back(fmt::format("cells left out: {}", fmt::join(kinds, ", ")));
+  }
+  if (file != nullptr) {
+    for (const io::ConvertedCells& cells : file->converted) {
+      parts.push_back(cells.tets == cells.cells
+                          ? fmt::format("{} {} cells taken as linear tets", cells.cells, cells.kind)
+                          : fmt::format("{} {} cells cut into {} tets", cells.cells, cells.kind, cells.tets));
+    }
   }
   if (file != nullptr && !file->reoriented.empty()) {
     parts.push_back(fmt::format("{} re-oriented: {}", counted(file->reoriented.size(), "inverted tet"),

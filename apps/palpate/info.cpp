@@ -1,6 +1,9 @@
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,11 +11,14 @@
 #include "body_report.hpp"
 #include "exit_codes.hpp"
 #include "geometry/vector.hpp"
+#include "mesh_parts.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
 #include "overlaps.hpp"
+#include "scene/first_scene.hpp"
 #include "scene/json_text.hpp"
+#include "size_warnings.hpp"
 #include "subcommands.hpp"
 
 namespace palpate::app {
@@ -22,15 +28,33 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* examples = R"(Examples:
   palpate info liver.msh
+  palpate info skull.vtu --unit mm
   palpate info scenes/stacking.json
   palpate info Ossicles.vtu --json | jq .edge_length.mean
 
 Meshes: .vtu .vtk .msh .node .ele .mesh; scenes: .json.)";
 
 struct InfoOptions {
-  SceneChoice what;  ///< a scene, or a mesh, which has no changes
+  SceneChoice what;              ///< a scene, or a mesh, which has no changes
+  std::optional<MeshUnit> unit;  ///< of the numbers of a mesh, where it was given
   bool json = false;
 };
+
+/// The longest side of what tets use.
+double longest_side(const MeshStatistics& statistics) {
+  const Vec3 sides = statistics.upper - statistics.lower;
+  return std::max({sides.x, sides.y, sides.z});
+}
+
+std::string size_text(const MeshUnit& unit, double side) {
+  if (unit.name.empty()) return "";
+  return fmt::format("size            {} long\n", length_text(unit.meters * side));
+}
+
+std::string likely_text(const MeshUnit& unit, double side) {
+  if (unit.name.empty()) return "";
+  return fmt::format("likely unit     {}: {} long\n", unit.name, length_text(unit.meters * side));
+}
 
 int mesh_info(const InfoOptions& options) {
   if (!options.what.changes.empty()) throw BadInput("--set", "", "a mesh", "a scene");
@@ -38,16 +62,23 @@ int mesh_info(const InfoOptions& options) {
   Bodies bodies;
   as_input([&] { return bodies.add(options.what.file.string(), std::move(input.mesh)); });
   const MeshStatistics statistics = mesh_statistics(bodies, bodies.points_rest());
+  const MeshParts parts = mesh_parts(bodies, 0);
+  const double side = longest_side(statistics);
+  const MeshUnit unit = options.unit.value_or(guess_unit(side));
+  if (options.unit) warn_of_size(input.record.file, side, *options.unit);
   if (options.json) {
     Json json{{"kind", "mesh"}};
     json.update(notes_json(&input.record, bodies.notes()[0]));
     json.update(statistics_json(statistics));
+    json.update(parts_json(parts));
+    json[options.unit ? "unit" : "likely_unit"] = unit.name.empty() ? Json() : Json(unit.name);
     print_out(format_json(json) + "\n");
     return exit_done;
   }
   const std::string notes = notes_text(&input.record, bodies.notes()[0]);
-  print_out(fmt::format("{}: {}\n{}{}", input.record.file, input.record.format,
-                        statistics_text(statistics, ""),
+  print_out(fmt::format("{}: {}\n{}pieces          {}\n{}{}", input.record.file, input.record.format,
+                        statistics_text(statistics, options.unit ? unit.name : ""), parts_text(parts),
+                        options.unit ? size_text(unit, side) : likely_text(unit, side),
                         notes.empty() ? "" : fmt::format("note            {}\n", notes)));
   say_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
                        input.record.file));
@@ -148,6 +179,7 @@ std::string scene_text(const SceneFacts& facts) {
 }
 
 int scene_info(const InfoOptions& options) {
+  if (options.unit) throw BadInput("--unit", "", "a scene, which says its units", "a mesh");
   SceneInput input = read_scene_input(options.what);
   std::vector<std::uint8_t> obstacles = input.model.obstacles;
   std::vector<std::uint8_t> fixed = input.model.fixed_points;
@@ -165,6 +197,11 @@ Subcommand add_info(CLI::App& command) {
   auto options = std::make_shared<InfoOptions>();
   add_path(*app, "FILE", options->what.file, "mesh or scene; '-': a scene from standard input");
   add_changes(*app, options->what.changes);
+  add_value(*app, "--unit", "m|cm|mm|um", "what the numbers of a mesh are in; default: told as a guess",
+            [options](const std::string& flag, const std::string& text) {
+              constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
+              options->unit = mesh_unit(names[parse_choice(flag, text, names)]);
+            });
   add_json(*app, options->json, "print JSON");
   return {app,
           [options] { return is_scene(options->what.file) ? scene_info(*options) : mesh_info(*options); }};

@@ -58,6 +58,18 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
             [&](const std::string& flag, const std::string& text) {
               shaping.gap = parse_number(flag, text, at_least(0.0));
             });
+  add_value(app, "--close-holes", "MM",
+            "close holes of surfaces that are no larger across; default: 5 % of the diagonal",
+            [&](const std::string& flag, const std::string& text) {
+              shaping.close_holes = parse_number(flag, text, at_least(0.0));
+            });
+  add_value(app, "--unit", "m|cm|mm|um", "unit of surfaces; the meshes are in mm; default: mm",
+            [&](const std::string& flag, const std::string& text) {
+              constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
+              constexpr std::array<double, 4> millimeters{1e3, 10.0, 1.0, 1e-3};
+              shaping.unit_millimeters = millimeters[parse_choice(flag, text, names)];
+              shaping.unit_given = true;
+            });
 }
 
 }  // namespace
@@ -78,7 +90,7 @@ void add_mesh_options(CLI::App& app, MeshOptions& options) {
          },
          "a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd, or a folder with a DICOM series), or closed "
          "surfaces "
-         "(.stl .obj .ply .vtp)")
+         "(.stl .obj .ply .off .vtk .vtp)")
       ->type_name("")
       ->required();
   add_value(app, "--out", "FOLDER",

@@ -36,7 +36,7 @@ void refuse_other_kinds(const std::filesystem::path& path) {
     throw BadInput(path.string(), "", "a mesh file",
                    "a scene file (.json); make one with: palpate new " + path.string());
   }
-  const bool surface = is_one_of({".stl", ".obj", ".ply", ".vtp"});
+  const bool surface = is_one_of({".stl", ".obj", ".ply", ".off", ".vtp"});
   if (surface || is_one_of({".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"})) {
     throw BadInput(path.string(), "", surface ? "a surface" : "a label map",
                    "a scene file (.json); make one, with its meshes, with: palpate mesh " + path.string());
@@ -73,7 +73,9 @@ std::vector<Index> changed_tets(const std::vector<Tet>& before, const std::vecto
 
 MeshInput read_checked(const std::filesystem::path& path) {
   io::MeshFile file = io::read_mesh(path);
-  MeshInput input{std::move(file.mesh), {path.string(), std::move(file.format), std::move(file.dropped), {}}};
+  MeshInput input{
+      std::move(file.mesh),
+      {path.string(), std::move(file.format), std::move(file.dropped), std::move(file.converted), {}}};
   const std::vector<Tet> tets = input.mesh.tets;
   check_mesh(input.mesh, path.string());  // here and not only in Bodies::add(), so that errors name the file
   input.record.reoriented = changed_tets(tets, input.mesh.tets);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include <palpate/io/mesh_reader.hpp>
 #include <palpate/simulation.hpp>
 
 #include "scene/load.hpp"
@@ -18,6 +19,7 @@ struct MeshRecord {
   std::string file;
   std::string format;
   std::vector<std::pair<std::string, Index>> dropped;  ///< kinds of cells that are no tets, and how many
+  std::vector<io::ConvertedCells> converted;           ///< other cells that tets were made of
   std::vector<Index> reoriented;  ///< tets that had negative volume, 0-based in the file's order of tets
 };
 

@@ -91,6 +91,18 @@ void warn_of_sizes(const Scene& scene, const Model& model) {
                    : ""));
 }
 
+void warn_of_size(const std::string& file, double side, const MeshUnit& unit) {
+  const double meters = unit.meters * side;
+  if (shortest <= meters && meters <= longest) return;
+  const MeshUnit likely = guess_unit(side);
+  const std::string other =
+      likely.name.empty() || likely.name == unit.name
+          ? ""
+          : fmt::format(" In {} it is {}", likely.name, length_text(likely.meters * side));
+  say_warning(
+      fmt::format("'{}' is {} long in {}: is that its unit?{}", file, length_text(meters), unit.name, other));
+}
+
 std::string length_text(double meters) {
   constexpr double small = 0.01;
   constexpr double tiny = 1e-5;

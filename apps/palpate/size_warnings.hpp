@@ -4,6 +4,7 @@
 
 #include <palpate/model.hpp>
 
+#include "scene/first_scene.hpp"
 #include "scene/scene.hpp"
 
 namespace palpate::app {
@@ -11,6 +12,9 @@ namespace palpate::app {
 /// Warns of the soft body that is furthest from what tissue is: longer than 5 m, shorter than 0.2 mm, or over
 /// 2 tonnes. Mostly the mesh is in other units than the scene. Silent where the scene's units are not known.
 void warn_of_sizes(const Scene& scene, const Model& model);
+
+/// Warns of a mesh of that longest side, in its unit, that is longer than 5 m or shorter than 0.2 mm.
+void warn_of_size(const std::string& file, double side, const MeshUnit& unit);
 
 /// "0.21 m", "3.5 mm": a length in metres, for people.
 std::string length_text(double meters);

@@ -17,6 +17,7 @@ namespace {
 /// There is nothing to do but to use it.
 void refuse_tet_mesh(const std::filesystem::path& input) {
   const std::string extension = input.extension().string();
+  if (is_surface(input)) return;  // .vtk files may hold either, which their reader tells
   if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
   throw BadInput(input.string(), "", "a mesh of tets, which needs no meshing",
                  "a label map or surfaces; make a scene of it with: palpate new " + input.string());
@@ -33,11 +34,17 @@ void check_mesh_options(const MeshOptions& options) {
     } else if (!is_surface(input)) {
       throw BadInput(
           input.string(), "", "'" + input.extension().string() + "'",
-          "a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd, a folder) or a surface (.stl .obj .ply .vtp)");
+          fmt::format("a label map (.nrrd .nhdr .nii .nii.gz .mha .mhd, a folder) or a surface ({})",
+                      surface_extensions));
     }
   }
   if (maps > 0 && options.inputs.size() > 1) {
     throw BadInput("mesh", "", fmt::format("{} inputs", options.inputs.size()), "one label map, or surfaces");
+  }
+  const Shaping& shaping = options.shaping;
+  if (maps > 0 && (shaping.close_holes || shaping.unit_given)) {
+    throw BadInput(shaping.close_holes ? "--close-holes" : "--unit", "", "a label map, which is in mm",
+                   "surfaces");
   }
   const Fineness& fineness = options.fineness;
   if ((fineness.size > 0.0 ? 1 : 0) + (fineness.tets > 0.0 ? 1 : 0) + (fineness.tets_each > 0.0 ? 1 : 0) >
@@ -48,6 +55,13 @@ void check_mesh_options(const MeshOptions& options) {
 
 std::string input_name(const MeshOptions& options) {
   std::filesystem::path input = options.inputs.front();
+  if (options.inputs.size() > 1) {  // surfaces of one scene: no single one of them names it
+    std::error_code ignored;
+    const auto folder =
+        std::filesystem::weakly_canonical(options.out.value_or(input.parent_path() / "."), ignored);
+    std::string name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+    if (!name.empty()) return name;
+  }
   if (!input.has_filename()) input = input.parent_path();  // "folder/"
   for (const char* extension : {".gz", ".nii", ".nrrd", ".seg"}) {
     if (input.extension() == extension) input = input.stem();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -37,6 +38,8 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
     warnings.push_back(fmt::format("{} of {} parts are in the mesh: use a smaller size",
                                    report.meshed.mesh_components, report.meshed.shape_components));
   }
+  if (!report.meshed.manifold)
+    warnings.emplace_back("parts of it touch in edges or points, where its surface is no manifold");
   if (share < 1.0 - lost || share > 1.0 + lost) {
     warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume: use a smaller size than {} mm",
                                    100.0 * share, short_text(report.meshed.size)));
@@ -94,7 +97,8 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
     bodies.add(report.name, mesh);
     report.statistics = mesh_statistics(bodies, bodies.points_rest());
     report.meshed = std::move(meshed[o]);
-    report.warnings = warnings_of(report, options.shaping.gap > 0.0);
+    report.warnings = organs[o].remarks;
+    std::ranges::move(warnings_of(report, options.shaping.gap > 0.0), std::back_inserter(report.warnings));
     scene.bodies.push_back(body_of(organs[o], report.file, options));
     reports.push_back(std::move(report));
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -50,11 +51,9 @@ class Mesher {
       meshed_[o].shape_volume = positive_volume(organs[o].field);
   }
 
-  /// Meshes some organs at one size, in place of what was there. Returns their tets.
-  double mesh(const std::vector<std::size_t>& group, double size) {
-    double tets = 0.0;
-    for (const std::size_t organ : group) tets += mesh(organ, size);
-    return tets;
+  /// Meshes an organ at one size. Throws Error where that takes more points than the user allows.
+  void mesh(std::size_t organ, double size) {
+    if (!mesh(organ, size, fineness_->max_points)) fail_points(fineness_->max_points);
   }
 
   /// Meshes some organs to a number of tets together.
@@ -62,22 +61,31 @@ class Mesher {
     constexpr double tets_in_a_cube = 6.0;  // of the size, to begin with
     constexpr double near = 0.02;
     constexpr int most = 8;
+    constexpr double most_work = 12.0;  // tets of all meshings over those that are wanted
     double volume = 0.0;
     for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
+    if (!(volume > 0.0)) fail_volume(group.front());
     double size = std::cbrt(volume * tets_in_a_cube / wanted);
+    const std::size_t most_points = points_for(wanted);
     std::vector<std::pair<double, double>> tried;  // logarithms of size and of tets over what is wanted
     double best_off = std::numeric_limits<double>::infinity();
     std::vector<MeshedOrgan> best;
+    double work = 0.0;
     for (int meshing = 0; meshing < most; ++meshing) {
-      const double off = std::log(std::max(mesh(group, size), 1.0) / wanted);
+      const std::optional<double> tets = mesh(group, size, most_points);
+      const double off =
+          std::log(std::max(tets.value_or(6.0 * static_cast<double>(most_points)), 1.0) / wanted);
       tried.emplace_back(std::log(size), off);
-      if (std::abs(off) < best_off) {
+      if (tets && std::abs(off) < best_off) {
         best_off = std::abs(off);
         best = meshes_of(group);
       }
-      if (std::abs(off) <= near) break;
+      work += std::exp(off);
+      if (std::abs(off) <= near || (work > most_work && !best.empty())) break;
+      if (coarser_does_not_help(tried)) break;
       size = next_size(tried);
     }
+    if (best.empty()) fail_points(most_points);
     for (std::size_t g = 0; g < group.size(); ++g) {
       MeshedOrgan& organ = meshed_[group[g]];
       const int meshings = organ.meshings;
@@ -93,8 +101,9 @@ class Mesher {
     return std::move(meshed_);
   }
 
-  /// Meshes one organ, in place of what was there. Returns its tets.
-  double mesh(std::size_t index, double size) {
+ private:
+  /// Meshes one organ, in place of what was there. Returns its tets; none where it takes more points.
+  std::optional<double> mesh(std::size_t index, double size, std::size_t most_points) {
     (*starts_)(index, size);
     Stopwatch watch;
     const Organ& organ = (*organs_)[index];
@@ -111,26 +120,73 @@ class Mesher {
     meshed.mesh = {};
     // A slender organ may need more seeds than its size asks for, or CGAL finds no triangle to begin with.
     constexpr std::array<double, 4> seeds_apart{2.0, 1.0, 0.5, 0.25};  // sizes
+    double distance = fineness_->distance_share * size;
+    constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not cross
+    if (organ.thickness > 0.0) distance = std::min(distance, of_thickness * organ.thickness);
+    std::optional<OrganMesh> made;
     for (const double apart : seeds_apart) {
       SurfaceSeeds seeds = surface_seeds(field, apart * size);
       meshed.shape_components = seeds.components;
       shape.seeds = std::move(seeds.points);
-      meshed.mesh = mesh_organ(shape, {size, fineness_->distance_share * size, fineness_->cell_share * size,
-                                       fineness_->max_points});
-      if (!meshed.mesh.tets.empty()) break;
+      made = mesh_organ(shape,
+                        {size, fineness_->distance_share * size, fineness_->cell_share * size, most_points});
+      if (!made || !made->mesh.tets.empty()) break;
     }
     meshed.size = size;
     ++meshed.meshings;
     meshed.seconds += watch.lap();
+    if (!made) return {};
+    meshed.mesh = std::move(made->mesh);
+    meshed.manifold = made->manifold;
     return static_cast<double>(meshed.mesh.tets.size());
   }
 
- private:
+  /// Meshes some organs at one size, in place of what was there. Returns their tets; none where one of them
+  /// takes more points.
+  std::optional<double> mesh(const std::vector<std::size_t>& group, double size, std::size_t most_points) {
+    double sum = 0.0;
+    for (const std::size_t organ : group) {
+      const std::optional<double> tets = mesh(organ, size, most_points);
+      if (!tets) return {};
+      sum += *tets;
+    }
+    return sum;
+  }
+
+  /// Far more than so many tets have. A shape that is no manifold at its finest would be refined for ever.
+  [[nodiscard]] std::size_t points_for(double tets) const {
+    constexpr double least = 4000.0;
+    constexpr double of_a_tet = 2.0;  // of good meshes: 0.2 to 0.35
+    return std::min(fineness_->max_points, static_cast<std::size_t>(std::max(least, of_a_tet * tets)));
+  }
+
+  [[noreturn]] static void fail_points(std::size_t points) {
+    throw Error("meshing", "", fmt::format("more than {} points", points),
+                "a larger --size, fewer --tets, or more --max-points");
+  }
+
+  [[noreturn]] void fail_volume(std::size_t organ) const {
+    const Vec3& spacing = (*organs_)[organ].field.spacing;
+    throw Error((*organs_)[organ].name, "", "nothing inside",
+                fmt::format("a shape that is thicker than {:.3g} mm somewhere",
+                            std::min({spacing.x, spacing.y, spacing.z})));
+  }
+
   [[nodiscard]] std::vector<MeshedOrgan> meshes_of(const std::vector<std::size_t>& group) const {
     std::vector<MeshedOrgan> meshes;
     meshes.reserve(group.size());
     for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
     return meshes;
+  }
+
+  /// A shape of many thin necks takes as many tets at any size.
+  static bool coarser_does_not_help(const std::vector<std::pair<double, double>>& tried) {
+    constexpr double much_coarser = 0.2;  // logarithms
+    constexpr double hardly_fewer = 0.1;
+    if (tried.size() < 2) return false;
+    const auto [size, off] = tried.back();
+    const auto [before, off_before] = tried[tried.size() - 2];
+    return off > 0.0 && size > before + much_coarser && off > off_before - hardly_fewer;
   }
 
   /// Where the line through the last two tries meets the wanted number; between the nearest tries on both
@@ -153,7 +209,7 @@ class Mesher {
 
   static void finish(const Organ& organ, MeshedOrgan& meshed) {
     if (meshed.mesh.tets.empty()) {
-      throw Error(organ.name, "", "no tet at size " + std::to_string(meshed.size) + " mm",
+      throw Error(organ.name, "", fmt::format("no tet at size {:.3g} mm", meshed.size),
                   "a smaller --size, or more --tets");
     }
     for (Vec3& point : meshed.mesh.points) point = organ.frame.to_world(point);

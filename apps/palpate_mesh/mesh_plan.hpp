@@ -18,6 +18,7 @@ struct MeshedOrgan {
   double size = 0.0;          ///< mm, that it was meshed with
   double shape_volume = 0.0;  ///< of the smooth shape that was meshed, mm^3
   int shape_components = 0;
+  bool manifold = true;     ///< whether the mesher was held to a surface that is one
   int mesh_components = 0;  ///< parts that no path through faces joins
   int meshings = 0;         ///< how often it was meshed to meet a number of tets
   double seconds = 0.0;

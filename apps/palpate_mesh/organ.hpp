@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "label_map.hpp"
 #include "lattice.hpp"
@@ -18,6 +19,8 @@ struct Organ {
   Lattice field;              ///< about the distance to the surface, > 0 inside, mm; in the organ's frame
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
+  std::vector<std::string> remarks;  ///< what is worth telling of the input
+  double thickness = 0.0;            ///< twice the volume over the area, mm; 0: not known
 };
 
 /// The smooth shape of a label: its blurred mask, cut at the value at which it has the volume of its voxels,
@@ -25,9 +28,17 @@ struct Organ {
 /// 20 bytes each.
 Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shaping& shaping);
 
-/// The smooth shape of a closed surface mesh (.stl .obj .ply .vtp): its signed distance at the points of a
-/// lattice with 150 steps along the diagonal of its box, less half the gap. Throws Error naming the file
-/// where it is missing or damaged, empty, or not closed. `volume` becomes that inside the surface.
-Lattice surface_field(const std::filesystem::path& path, const Shaping& shaping, double& volume);
+/// The shape of a closed surface.
+struct SurfaceShape {
+  Lattice field;                     ///< as that of an organ
+  double volume = 0.0;               ///< inside the surface, mm^3
+  double thickness = 0.0;            ///< as that of an organ
+  std::vector<std::string> remarks;  ///< what is worth telling of the surface
+};
+
+/// The smooth shape of a closed surface mesh: its signed distance at the points of a lattice with 150 steps
+/// along the diagonal of its box, less half the gap. Throws Error naming the file where it is missing or
+/// damaged, empty, or not closed (see closed_surface()).
+SurfaceShape surface_field(const std::filesystem::path& path, const Shaping& shaping);
 
 }  // namespace palpate::app

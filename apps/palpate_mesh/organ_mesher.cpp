@@ -1,6 +1,6 @@
 #include "organ_mesher.hpp"
 
-// The only file with CGAL: it takes half a minute and 3 GB to compile.
+// CGAL's mesher: it takes half a minute and 3 GB to compile.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Labeled_mesh_domain_3.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
@@ -10,11 +10,10 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
-
-#include <palpate/error.hpp>
 
 namespace palpate::app {
 namespace {
@@ -48,6 +47,18 @@ using Triangulation = CGAL::Mesh_triangulation_3<OrganDomain, CGAL::Default, CGA
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 namespace parameters = CGAL::parameters;
+
+}  // namespace
+}  // namespace palpate::app
+
+/// CGAL would write files into the current folder where its refinement fails.
+template <>
+struct CGAL::Dump_c3t3<palpate::app::Complex, true> {  // NOLINT(readability-identifier-naming)
+  void dump_c3t3(const palpate::app::Complex& /*complex*/, const std::string& /*prefix*/) const {}
+};
+
+namespace palpate::app {
+namespace {
 
 OrganDomain make_domain(const ImplicitOrgan& organ) {
   const auto is_inside = [&organ](const Kernel::Point_3& p) {
@@ -90,27 +101,45 @@ TetMesh sorted_mesh(const Complex& complex) {
 
 }  // namespace
 
-TetMesh mesh_organ(const ImplicitOrgan& organ, const MeshingCriteria& criteria) {
-  if (organ.seeds.empty()) return {};
+namespace {
+
+/// Refined to the criteria; none where that takes more points, or CGAL meets a case it has no answer for.
+std::optional<Complex> refined(const OrganDomain& domain, const Criteria& criteria, std::size_t max_points,
+                               bool manifold) {
+  CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
+  try {
+    auto complex = CGAL::make_mesh_3<Complex>(
+        domain, criteria, parameters::no_perturb(), parameters::no_exude(),
+        manifold ? parameters::manifold() : parameters::non_manifold(),
+        parameters::mesh_3_options(parameters::maximal_number_of_vertices = max_points,
+                                   parameters::pointer_to_error_code = &failed));
+    if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
+  } catch (const CGAL::Failure_exception&) {
+    // Mostly a point that is asked for twice, where the surface is no manifold.
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<OrganMesh> mesh_organ(const ImplicitOrgan& organ, const MeshingCriteria& criteria) {
+  if (organ.seeds.empty()) return OrganMesh{};
   CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {});  // it prints
-  CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it
+  CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
   const OrganDomain domain = make_domain(organ);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = criteria.facet_size,
                       parameters::facet_distance = criteria.facet_distance,
                       parameters::cell_radius_edge_ratio = 2.5, parameters::cell_size = criteria.cell_size);
-  CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
-  auto complex = CGAL::make_mesh_3<Complex>(
-      domain, fine, parameters::no_perturb(), parameters::no_exude(), parameters::manifold(),
-      parameters::mesh_3_options(parameters::maximal_number_of_vertices = criteria.max_points,
-                                 parameters::pointer_to_error_code = &failed));
-  if (failed != CGAL::CGAL_MESH_3_NO_ERROR) {
-    throw Error("meshing", "", "more than " + std::to_string(criteria.max_points) + " points",
-                "a larger --size, fewer --tets, or more --max-points");
+  for (const bool manifold : {true, false}) {
+    CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it
+    std::optional<Complex> complex = refined(domain, fine, criteria.max_points, manifold);
+    if (!complex) continue;
+    // No limit of time: the mesh must not depend on the machine.
+    CGAL::perturb_mesh_3(*complex, domain);
+    CGAL::exude_mesh_3(*complex);
+    return OrganMesh{sorted_mesh(*complex), manifold};
   }
-  // No limit of time: the mesh must not depend on the machine.
-  CGAL::perturb_mesh_3(complex, domain);
-  CGAL::exude_mesh_3(complex);
-  return sorted_mesh(complex);
+  return std::nullopt;
 }
 
 }  // namespace palpate::app

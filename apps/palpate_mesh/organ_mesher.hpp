@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <palpate/mesh.hpp>
@@ -24,15 +25,21 @@ struct MeshingCriteria {
   double facet_size = 1.0;      ///< bound of the radius of a ball round a surface triangle, length
   double facet_distance = 0.0;  ///< bound from the middle of a surface triangle to the surface, length
   double cell_size = 1.0;       ///< bound of the radius of the circumsphere of a tet, length
-  std::size_t max_points = 0;   ///< of the mesh; 0: no bound
+  std::size_t max_points = 0;   ///< of the mesh, > 0
+};
+
+/// What mesh_organ() made.
+struct OrganMesh {
+  TetMesh mesh;          ///< points and tets sorted
+  bool manifold = true;  ///< whether the surface was asked to be one, and is
 };
 
 /// Meshes the shape by Delaunay refinement, then perturbs points and changes the connectivity where tets are
-/// slivers (CGAL Mesh_3: Jamin, Alliez, Yvinec and Boissonnat 2015).
+/// slivers (CGAL Mesh_3: Jamin, Alliez, Yvinec and Boissonnat 2015). Where the surface does not become a
+/// manifold with `max_points`, as where two parts touch in an edge, it need not.
 ///
-/// The same input gives the same mesh, points and tets sorted. Empty where there is no point inside or no
-/// seed. Throws Error where `max_points` is reached, and passes on what the field throws. Seconds for 10 000
-/// tets.
-TetMesh mesh_organ(const ImplicitOrgan& organ, const MeshingCriteria& criteria);
+/// The same input gives the same mesh. Empty where there is no point inside or no seed; none where
+/// `max_points` do not do. Passes on what the field throws. Seconds for 10 000 tets.
+std::optional<OrganMesh> mesh_organ(const ImplicitOrgan& organ, const MeshingCriteria& criteria);
 
 }  // namespace palpate::app

@@ -136,9 +136,13 @@ OrganList organs_of_map(MeshOptions& options) {
   const double voxel = map.spacing.x * map.spacing.y * map.spacing.z;
   for (const NamedLabel& label : labels) {
     if (!options.only.empty() && std::ranges::count(options.only, label.name.name) == 0) continue;
-    list.organs.push_back({label.name.name, label.name.color, label_field(map, label.extent, options.shaping),
+    list.organs.push_back({label.name.name,
+                           label.name.color,
+                           label_field(map, label.extent, options.shaping),
                            in_space(map.frame, options.ras),
-                           static_cast<double>(label.extent.voxels) * voxel});
+                           static_cast<double>(label.extent.voxels) * voxel,
+                           {},
+                           0.0});
   }
   return list;
 }
@@ -155,8 +159,9 @@ OrganList organs_of_surfaces(const MeshOptions& options) {
   OrganList list;
   for (std::size_t o = 0; o < known.size(); ++o) {
     if (!options.only.empty() && std::ranges::count(options.only, known[o]) == 0) continue;
-    Organ organ{known[o], {}, {}, {}, 0.0};
-    organ.field = surface_field(options.inputs[o], options.shaping, organ.input_volume);
+    SurfaceShape shape = surface_field(options.inputs[o], options.shaping);
+    Organ organ{known[o],       {}, std::move(shape.field), {}, shape.volume, std::move(shape.remarks),
+                shape.thickness};
     organ.frame = in_space(organ.frame, options.ras);
     list.organs.push_back(std::move(organ));
   }

@@ -63,6 +63,13 @@ bool next_is(io::TextScanner& text, std::string_view word) {
                             [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
 }
 
+/// "endsolid", or "end solid" as some programs write it.
+void end_of(io::TextScanner& text, const std::string& what) {
+  if (!next_is(text, "end")) return keyword(text, "end" + what);
+  keyword(text, "end");
+  keyword(text, what);
+}
+
 PolygonFile read_text(const std::string& source, std::string_view bytes) {
   io::TextScanner text(source, bytes);
   PolygonFile file;
@@ -79,11 +86,11 @@ PolygonFile read_text(const std::string& source, std::string_view bytes) {
         keyword(text, "vertex");
         corner = text.point();
       }
-      keyword(text, "endloop");
-      keyword(text, "endfacet");
+      end_of(text, "loop");
+      end_of(text, "facet");
       add_triangle(corners, file);
     }
-    keyword(text, "endsolid");
+    end_of(text, "solid");
     text.skip_line();
   }
   return file;

@@ -1,9 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fmt/format.h>
+#include <utility>
+#include <vector>
 #include <vtkCellArray.h>
-#include <vtkCleanPolyData.h>
-#include <vtkFeatureEdges.h>
 #include <vtkImageData.h>
 #include <vtkImageStencilData.h>
 #include <vtkImplicitPolyDataDistance.h>
@@ -12,10 +12,10 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataToImageStencil.h>
-#include <vtkTriangleFilter.h>
 
-#include <palpate/error.hpp>
-
+#include "closed_surface.hpp"
+#include "geometry/box.hpp"
+#include "geometry/vector.hpp"
 #include "io/vtk_silence.hpp"
 #include "organ.hpp"
 #include "surface_file.hpp"
@@ -25,54 +25,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The polygons as triangles, equal points joined.
-vtkSmartPointer<vtkPolyData> triangles_of(const PolygonFile& file) {
+/// For VTK, with the points that are used alone.
+vtkSmartPointer<vtkPolyData> poly_data_of(const Surface& surface) {
+  std::vector<vtkIdType> number(surface.points.size(), -1);
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
-  for (const Vec3& p : file.points) points->InsertNextPoint(p.x, p.y, p.z);
-  vtkNew<vtkCellArray> polygons;
-  for (const std::vector<Index>& polygon : file.polygons) {
-    polygons->InsertNextCell(static_cast<int>(polygon.size()));
-    for (const Index point : polygon) polygons->InsertCellPoint(point);
+  vtkNew<vtkCellArray> triangles;
+  for (const Triangle& triangle : surface.triangles) {
+    std::array<vtkIdType, 3> corners{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      vtkIdType& id = number[static_cast<std::size_t>(triangle[i])];
+      const Vec3& p = at(surface.points, triangle[i]);
+      if (id < 0) id = points->InsertNextPoint(p.x, p.y, p.z);
+      corners[i] = id;
+    }
+    triangles->InsertNextCell(3, corners.data());
   }
-  vtkNew<vtkPolyData> surface;
-  surface->SetPoints(points);
-  surface->SetPolys(polygons);
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputData(surface);
-  vtkNew<vtkCleanPolyData> clean;
-  clean->SetInputConnection(triangles->GetOutputPort());
-  clean->Update();
-  return clean->GetOutput();
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  return data;
 }
 
-vtkSmartPointer<vtkPolyData> closed_surface(const PolygonFile& file, const fs::path& path) {
-  auto surface = triangles_of(file);
-  // So that lengths, their squares and parts of them stay finite, and above zero.
-  constexpr double least = 1e-100;
-  constexpr double most = 1e100;
-  const double length = surface->GetLength();
-  if (surface->GetNumberOfPolys() > 0 && !(length >= least && length <= most)) {
-    throw Error(path.string(), "", fmt::format("a diagonal of {} mm", length), "one from 1e-100 to 1e100");
-  }
-  if (surface->GetNumberOfPolys() == 0) throw Error(path.string(), "", "no triangles", "a closed surface");
-  vtkNew<vtkFeatureEdges> open;
-  open->SetInputData(surface);
-  open->FeatureEdgesOff();
-  open->ManifoldEdgesOff();
-  open->Update();
-  if (const auto edges = open->GetOutput()->GetNumberOfCells(); edges > 0) {
-    throw Error(path.string(), "", fmt::format("{} edges that do not join two triangles", edges),
-                "a closed surface");
-  }
-  return surface;
+/// 150 steps along the diagonal; for thin sheets three through one, as far as that takes not too many points.
+double lattice_spacing(vtkPolyData* surface, double thickness) {
+  constexpr double steps_along_diagonal = 150.0;
+  constexpr double steps_through = 3.0;
+  constexpr double most_points = 4e6;
+  const double* bounds = surface->GetBounds();
+  const double coarse = surface->GetLength() / steps_along_diagonal;
+  const double thin = thickness / steps_through;
+  double points = 1.0;
+  for (std::size_t a = 0; a < 3; ++a) points *= (bounds[2 * a + 1] - bounds[2 * a]) / coarse + 5.0;
+  const double finest = coarse * std::cbrt(points / most_points);
+  return std::min(coarse, std::max(thin, finest));
 }
 
 /// A lattice round the surface with a margin of two cells.
-Lattice lattice_round(vtkPolyData* surface) {
+Lattice lattice_round(vtkPolyData* surface, double spacing) {
   constexpr int margin = 2;
-  constexpr double steps_along_diagonal = 150.0;
-  const double spacing = surface->GetLength() / steps_along_diagonal;
   Lattice lattice;
   lattice.spacing = {spacing, spacing, spacing};
   const double* bounds = surface->GetBounds();
@@ -114,31 +105,76 @@ bool is_near_surface(const Lattice& lattice, int i, int j, int k) {
   return near;
 }
 
-}  // namespace
-
-Lattice surface_field(const fs::path& path, const Shaping& shaping, double& volume) {
-  const PolygonFile file = read_surface_file(path);
-  const io::VtkSilence silence;
-  const auto surface = closed_surface(file, path);
-  vtkNew<vtkMassProperties> mass;
-  mass->SetInputData(surface);
-  volume = mass->GetVolume();
-
-  Lattice signs = lattice_round(surface);
-  set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
+void set_distances(vtkPolyData* surface, const Lattice& signs, Lattice& field) {
   vtkNew<vtkImplicitPolyDataDistance> distance;
   distance->SetInput(surface);
-  Lattice field = signs;
   for_points(signs.size, [&](int i, int j, int k) {
+    if (!is_near_surface(signs, i, j, k)) return;
     float& value = field.values[signs.index(i, j, k)];
-    if (is_near_surface(signs, i, j, k)) {
-      const Vec3 p = signs.place(i, j, k);
-      const double away = std::abs(distance->EvaluateFunction(p.x, p.y, p.z));
-      value = static_cast<float>(value > 0.0F ? away : -away);
-    }
-    value -= static_cast<float>(0.5 * shaping.gap);
+    const Vec3 p = signs.place(i, j, k);
+    const double away = std::abs(distance->EvaluateFunction(p.x, p.y, p.z));
+    value = static_cast<float>(value > 0.0F ? away : -away);
   });
-  return field;
+}
+
+double distance_to(const std::array<Vec3, 2>& line, const Vec3& p) {
+  const Vec3 along = line[1] - line[0];
+  const double square = dot(along, along);
+  const double share = square > 0.0 ? std::clamp(dot(p - line[0], along) / square, 0.0, 1.0) : 0.0;
+  return length(p - line[0] - share * along);
+}
+
+/// Adds a round bar along a line, so that parts that touch there alone grow together: there the surface would
+/// be no manifold, and a mesher refines for ever.
+void add_bar(const std::array<Vec3, 2>& line, Lattice& field) {
+  constexpr double cells = 1.5;
+  const double radius = cells * field.spacing.x;
+  Box box;
+  box.extend(line[0]);
+  box.extend(line[1]);
+  std::array<int, 3> first{};
+  std::array<int, 3> count{};
+  const std::array<double Vec3::*, 3> axes{&Vec3::x, &Vec3::y, &Vec3::z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto step = [&](double x) { return (x - field.origin.*axes[a]) / field.spacing.x; };
+    first[a] = std::max(0, static_cast<int>(std::floor(step(box.lower.*axes[a]) - cells)));
+    const int last = static_cast<int>(std::ceil(step(box.upper.*axes[a]) + cells));
+    count[a] = std::min(last, field.size[a] - 1) - first[a] + 1;
+  }
+  for_points(count, [&](int i, int j, int k) {
+    const std::array<int, 3> here{first[0] + i, first[1] + j, first[2] + k};
+    float& value = field.values[field.index(here[0], here[1], here[2])];
+    const double away = distance_to(line, field.place(here[0], here[1], here[2]));
+    value = std::max(value, static_cast<float>(radius - away));
+  });
+}
+
+/// Volume and area of the surface; the volume is that of the box where triangles do not face one side.
+std::array<double, 2> volume_and_area(vtkPolyData* surface, bool one_sided) {
+  vtkNew<vtkMassProperties> mass;
+  mass->SetInputData(surface);
+  const double* b = surface->GetBounds();
+  const double box = (b[1] - b[0]) * (b[3] - b[2]) * (b[5] - b[4]);
+  return {one_sided ? mass->GetVolume() : box, mass->GetSurfaceArea()};
+}
+
+}  // namespace
+
+SurfaceShape surface_field(const fs::path& path, const Shaping& shaping) {
+  PolygonFile file = read_surface_file(path);
+  const io::VtkSilence silence;
+  ClosedSurface closed = closed_surface(surface_of(std::move(file)), shaping, path.string());
+  const auto surface = poly_data_of(closed.surface);
+  const auto [volume, area] = volume_and_area(surface, closed.one_sided);
+  const double thickness = 2.0 * volume / area;
+  Lattice signs = lattice_round(surface, lattice_spacing(surface, thickness));
+  set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
+  SurfaceShape shape{signs, volume, thickness, std::move(closed.remarks)};
+  set_distances(surface, signs, shape.field);
+  if (!closed.one_sided) shape.volume = positive_volume(shape.field);
+  for (const auto& joint : closed.joints) add_bar(joint, shape.field);
+  for (float& value : shape.field.values) value -= static_cast<float>(0.5 * shaping.gap);
+  return shape;
 }
 
 }  // namespace palpate::app

@@ -16,8 +16,12 @@ struct Format {
   std::string_view extension;
   PolygonFile (*read)(const std::string& source, std::string_view bytes);
 };
-constexpr std::array<Format, 4> formats{
-    {{".stl", &read_stl}, {".obj", &read_obj}, {".ply", &read_ply}, {".vtp", &read_vtp}}};
+constexpr std::array<Format, 6> formats{{{".stl", &read_stl},
+                                         {".obj", &read_obj},
+                                         {".ply", &read_ply},
+                                         {".off", &read_off},
+                                         {".vtk", &read_vtk},
+                                         {".vtp", &read_vtp}}};
 
 std::size_t format_of(const fs::path& path) {
   std::string text = path.extension().string();

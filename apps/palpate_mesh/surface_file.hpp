@@ -15,7 +15,10 @@ struct PolygonFile {
   std::vector<std::vector<Index>> polygons;  ///< points of each, in [0, n_points)
 };
 
-/// Whether a file's name ends as one of a surface does: .stl, .obj, .ply or .vtp.
+/// What a file's name ends in that read_surface_file() takes, for messages: ".stl .obj .ply .off .vtk .vtp".
+inline constexpr std::string_view surface_extensions = ".stl .obj .ply .off .vtk .vtp";
+
+/// Whether a file's name ends as one of a surface does. A .vtk file may hold tets as well.
 bool is_surface(const std::filesystem::path& path);
 
 /// The polygons in such a file. Throws Error where it is none, or not whole. O(file size). (Readers of our
@@ -25,8 +28,8 @@ PolygonFile read_surface_file(const std::filesystem::path& path);
 
 // One for each format. They take the bytes of the file, and its name for messages.
 
-/// Triangles, text or binary; each has points of its own. (3D Systems, "StereoLithography Interface
-/// Specification", 1988)
+/// Triangles, text or binary; each has points of its own. A text may have "end solid" for "endsolid". (3D
+/// Systems, "StereoLithography Interface Specification", 1988)
 PolygonFile read_stl(const std::string& source, std::string_view bytes);
 
 /// The lines "v" and "f"; all others are passed over. (Wavefront, "Object Files (.obj)", appendix B1)
@@ -36,7 +39,16 @@ PolygonFile read_obj(const std::string& source, std::string_view bytes);
 /// else is passed over. (G. Turk, "The PLY Polygon File Format", 1994)
 PolygonFile read_ply(const std::string& source, std::string_view bytes);
 
-/// Points and Polys of VTK's XML files of PolyData, in each of their encodings; no strips.
+/// Points and polygons of text, with counts of points, polygons and edges before them; what follows x, y and
+/// z and the corners of a polygon (normals, colours) is passed over. (Geomview manual, "OFF Files")
+PolygonFile read_off(const std::string& source, std::string_view bytes);
+
+/// Polygons and triangle strips of VTK's legacy PolyData, text or binary, as 3D Slicer writes it; triangles,
+/// quads and polygons of an unstructured grid without tets; or XML as read_vtp() takes it. (VTK file formats,
+/// "Simple legacy formats")
+PolygonFile read_vtk(const std::string& source, std::string_view bytes);
+
+/// Points, polygons and triangle strips of VTK's XML files of PolyData, in each of their encodings.
 PolygonFile read_vtp(const std::string& source, std::string_view bytes);
 
 }  // namespace palpate::app

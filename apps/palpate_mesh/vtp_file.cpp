@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
@@ -7,11 +8,12 @@
 #include "io/vtu_arrays.hpp"
 #include "io/vtu_structure.hpp"
 #include "surface_file.hpp"
+#include "vtk_polygons.hpp"
 
 namespace palpate::app {
 namespace {
 
-constexpr io::VtkXmlGrid poly_data{"PolyData", "NumberOfPolys", "Polys"};
+constexpr io::VtkXmlGrid poly_data{"PolyData", "NumberOfPolys", "Polys", "NumberOfStrips", "Strips"};
 
 class VtpReader {
  public:
@@ -35,8 +37,9 @@ class VtpReader {
   void append(const io::VtuPiece& piece) {
     const std::size_t first = file_.points.size();
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
-    if (piece.points > most - static_cast<std::int64_t>(first) || piece.cells > most) {
-      throw Error(source_, "", fmt::format("{} points and {} polygons in a piece", piece.points, piece.cells),
+    const std::int64_t cells = std::max(piece.cells.count, piece.strips.count);
+    if (piece.points > most - static_cast<std::int64_t>(first) || cells > most) {
+      throw Error(source_, "", fmt::format("{} points and {} polygons in a piece", piece.points, cells),
                   fmt::format("at most {} of each", most));
     }
     if (piece.points > 0) {
@@ -45,32 +48,23 @@ class VtpReader {
       for (std::size_t i = 0; i < values.size(); i += 3)
         file_.points.push_back({values[i], values[i + 1], values[i + 2]});
     }
-    if (piece.cells > 0) append_polygons(piece, static_cast<Index>(first));
+    const auto points = static_cast<Index>(piece.points);
+    append_polygons(arrays_of(piece.cells), static_cast<Index>(first), points, source_, file_);
+    append_strips(arrays_of(piece.strips), static_cast<Index>(first), points, source_, file_);
   }
 
-  void append_polygons(const io::VtuPiece& piece, Index first) {
-    const std::vector<std::int64_t> ends = arrays_.integers(require(piece.offsets, "offsets"), piece.cells);
-    std::int64_t begin = 0;
-    for (std::size_t c = 0; c < ends.size(); ++c) {
-      if (ends[c] < begin) {
-        throw Error(source_, fmt::format("offsets, number {}", c), fmt::format("{}", ends[c]),
-                    fmt::format("{} or more: they ascend", begin));
-      }
-      begin = ends[c];
+  [[nodiscard]] io::VtkCells arrays_of(const io::VtuCells& cells) const {
+    io::VtkCells read;
+    if (cells.count == 0) return read;
+    read.ends = arrays_.integers(require(cells.offsets, "offsets"), cells.count);
+    for (std::size_t c = 0; c < read.ends.size(); ++c) {
+      const std::int64_t before = c == 0 ? 0 : read.ends[c - 1];
+      if (read.ends[c] >= before) continue;
+      throw Error(source_, fmt::format("offsets, number {}", c), fmt::format("{}", read.ends[c]),
+                  fmt::format("{} or more: they ascend", before));
     }
-    const std::vector<std::int64_t> corners =
-        arrays_.integers(require(piece.connectivity, "connectivity"), begin);
-    std::size_t next = 0;
-    for (const std::int64_t end : ends) {
-      std::vector<Index>& polygon = file_.polygons.emplace_back();
-      for (; next < static_cast<std::size_t>(end); ++next) {
-        if (corners[next] < 0 || corners[next] >= piece.points) {
-          throw Error(source_, fmt::format("polygon {}", file_.polygons.size() - 1),
-                      fmt::format("point {}", corners[next]), fmt::format("one of {} points", piece.points));
-        }
-        polygon.push_back(first + static_cast<Index>(corners[next]));
-      }
-    }
+    read.connectivity = arrays_.integers(require(cells.connectivity, "connectivity"), read.ends.back());
+    return read;
   }
 
   const std::string& source_;

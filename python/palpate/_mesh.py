@@ -19,7 +19,8 @@ def read_mesh(file: str | os.PathLike[str]) -> tuple[Floats, Indices]:
     """The tets of a mesh file: points (n, 3) in the units of the file, and tets (m, 4).
 
     Our own readers take .vtu, .vtk, .msh, .node/.ele and .mesh, with every check, and turn tets of negative volume.
-    Other formats, and .vtu files compressed by LZ4 or LZMA, are read by meshio where it is installed. Raises Error
+    Other formats (.inp, .xdmf, .bdf ...), and .vtu files compressed by LZ4 or LZMA, are read by meshio where it is
+    installed. Hexahedra, wedges and pyramids are cut into tets, cells of high order taken as linear. Raises Error
     naming the file.
     """
     path = os.fspath(file)
@@ -44,10 +45,27 @@ def _read_with_meshio(path: str) -> tuple[Floats, Indices]:
         mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio ends the process on some errors
         raise Error(path, "", f"what meshio refuses ({str(error) or type(error).__name__})", "a mesh file") from None
-    blocks = [block.data for block in mesh.cells if block.type == "tetra"]
-    if not blocks:
-        raise Error(path, "", "no tets", "a mesh of four-point tets")
-    return _arrays.points(mesh.points, path), _arrays.tets(np.concatenate(blocks), path)
+    points = _arrays.points(mesh.points, path)
+    blocks = [_tets_of(block.type, points, block.data, path) for block in mesh.cells]
+    tets = np.concatenate([block for block in blocks if block is not None] or [np.empty((0, 4), np.int32)])
+    if len(tets) == 0:
+        raise Error(path, "", "no tets, nor cells that can be cut into tets", "a mesh with some")
+    return points, _arrays.tets(tets, path)
+
+
+# Kinds of meshio with a volume, by how their names begin ("hexahedron20"), and ours.
+_VOLUMES = {"tetra": "tetrahedron", "hexahedron": "hexahedron", "wedge": "wedge", "pyramid": "pyramid"}
+
+
+def _tets_of(kind: str, points: Floats, cells: Any, path: str) -> Indices | None:
+    """The tets of a block of meshio, whose cells have their corners first as ours do; None for other kinds."""
+    begin = kind.rstrip("0123456789")
+    if begin not in _VOLUMES:
+        return None
+    corners = np.ascontiguousarray(cells, dtype=np.int32)
+    if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
+        raise Error(path, kind, f"point {corners.max()}", f"one of {len(points)} points")
+    return _core.tets_of_cells(_VOLUMES[begin] + kind[len(begin):], points, corners)
 
 
 def write_mesh(

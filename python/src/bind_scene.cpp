@@ -5,11 +5,13 @@
 #include <string>
 #include <utility>
 
+#include <palpate/error.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "docs.hpp"
+#include "io/volume_cells.hpp"
 #include "model.hpp"
 #include "scene/generators.hpp"
 #include "scene/scene.hpp"
@@ -19,6 +21,19 @@ namespace {
 
 nb::tuple arrays_of(TetMesh mesh) {
   return nb::make_tuple(moved<double>(std::move(mesh.points)), moved<Index>(std::move(mesh.tets)));
+}
+
+using CellsIn = ArrayIn<Index, -1, -1>;
+
+std::vector<Tet> tets_of_cells(const std::string& kind, const PointsIn& points, const CellsIn& cells) {
+  const std::size_t wanted = io::volume_corners(kind);
+  if (wanted == 0 || cells.shape(1) < wanted)
+    throw Error("tets_of_cells", "kind", "'" + kind + "'", "a kind of cell with a volume, and its corners");
+  io::MeshFile file;
+  file.mesh.points = vector_of(points_of(points));
+  for (std::size_t cell = 0; cell < cells.shape(0); ++cell)
+    io::take_volume_cell(file, kind, {cells.data() + cell * cells.shape(1), wanted});
+  return std::move(file.mesh.tets);
 }
 
 constexpr auto mesh_sig = "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int32]]";
@@ -58,6 +73,17 @@ void bind_scene(nb::module_& m) {
       "read_mesh", [](const std::string& path) { return arrays_of(read_checked_mesh(path)); },
       nb::arg("path"), nb::sig(("def read_mesh(path: str) -> " + std::string(mesh_sig)).c_str()),
       doc::read_checked_mesh);
+  m.def(
+      "tets_of_cells",
+      [](const std::string& kind, const PointsIn& points, const CellsIn& cells) {
+        return moved<Index>(tets_of_cells(kind, points, cells));
+      },
+      nb::arg("kind"), nb::arg("points"), nb::arg("cells"),
+      nb::sig("def tets_of_cells(kind: str, points: numpy.typing.NDArray[numpy.float64], cells: "
+              "numpy.typing.NDArray[numpy.int32]) -> numpy.typing.NDArray[numpy.int32]"),
+      "The tets that read_mesh() makes of cells of one kind (\"hexahedron20\"). points: (n, 3). cells: (m, "
+      "k), "
+      "corners first, in VTK's order; their indices are not checked.");
   m.def(
       "mesh_extensions",
       [] {

@@ -1,9 +1,11 @@
 #include "io/file_bytes.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include <palpate/error.hpp>
@@ -20,6 +22,17 @@ struct CloseFile {
   throw Error(path.string(), "", found, expected);
 }
 
+/// Git LFS Specification, "The Pointer".
+void refuse_lfs_pointer(const std::filesystem::path& path, const std::string& expected) {
+  constexpr std::string_view head = "version https://git-lfs.github.com/spec/";
+  std::array<char, head.size()> bytes{};
+  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
+  if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return;
+  if (std::string_view(bytes.data(), bytes.size()) != head) return;
+  fail(path, "a pointer of git-LFS, which stands for a file that was not fetched",
+       expected + "; 'git lfs pull' in its repository fetches it");
+}
+
 }  // namespace
 
 void require_regular_file(const std::filesystem::path& path, const std::string& expected) {
@@ -29,6 +42,7 @@ void require_regular_file(const std::filesystem::path& path, const std::string& 
   if (error) fail(path, "a path that cannot be looked up (" + error.message() + ")", expected);
   if (std::filesystem::is_directory(status)) fail(path, "a folder", expected);
   if (!std::filesystem::is_regular_file(status)) fail(path, "something that is not a regular file", expected);
+  refuse_lfs_pointer(path, expected);
 }
 
 std::string read_file(const std::filesystem::path& path, const std::string& expected) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <string>
 #include <string_view>
@@ -14,7 +15,7 @@
 namespace palpate::io {
 namespace {
 
-enum class Version { v1, v2, v41 };
+enum class Version { v1, v2, v40, v41 };
 
 class GmshReader {
  public:
@@ -32,10 +33,8 @@ class GmshReader {
  private:
   /// The format section; version 1 has none and shows itself by its first section.
   void read_head() {
-    while (scanner_.peek() == "$Comments") {
-      scanner_.word("");
-      skip_to_end("Comments");
-    }
+    while (scanner_.peek() == "$Comments" || scanner_.peek() == "$COMMENTS")
+      skip_to_end(scanner_.word("").substr(1));
     if (scanner_.peek() == "$NOD") {
       mesh_.file.format = "Gmsh 1";
       return;
@@ -49,10 +48,10 @@ class GmshReader {
   void read_version() {
     const std::string_view digits = scanner_.peek();
     const double version = scanner_.number("the version of the Gmsh format");
-    if (version != 2.0 && version != 2.1 && version != 2.2 && version != 4.1) {
-      scanner_.fail(fmt::format("Gmsh format {}", in_quotes(digits)), "format 1, 2, 2.1, 2.2 or 4.1");
+    if (version != 2.0 && version != 2.1 && version != 2.2 && version != 4.0 && version != 4.1) {
+      scanner_.fail(fmt::format("Gmsh format {}", in_quotes(digits)), "format 1, 2, 2.1, 2.2, 4.0 or 4.1");
     }
-    version_ = version == 4.1 ? Version::v41 : Version::v2;
+    version_ = version == 4.1 ? Version::v41 : version == 4.0 ? Version::v40 : Version::v2;
     binary_ = scanner_.integer("the file type: 0 for ASCII, 1 for binary", 0, 1) == 1;
     scanner_.integer("the data size, 8 (bytes)", 8, 8);
     mesh_.file.format = fmt::format("Gmsh {} {}", digits, binary_ ? "binary" : "ASCII");
@@ -88,9 +87,11 @@ class GmshReader {
   }
 
   void read_nodes() {
-    if (version_ == Version::v41) {
-      if (!binary_) return read_nodes_41(scanner_, mesh_);
-      return in_binary([&](BinaryScanner& binary) { read_nodes_41(binary, mesh_); });
+    if (version_ == Version::v40 || version_ == Version::v41) {
+      const auto read = [&](auto& scanner) {
+        version_ == Version::v40 ? read_nodes_40(scanner, mesh_) : read_nodes_41(scanner, mesh_);
+      };
+      return binary_ ? in_binary(read) : read(scanner_);
     }
     const Index count = scanner_.count("the number of nodes", 8);
     if (!binary_) return read_nodes_2(scanner_, count, mesh_);
@@ -98,9 +99,11 @@ class GmshReader {
   }
 
   void read_elements() {
-    if (version_ == Version::v41) {
-      if (!binary_) return read_elements_41(scanner_, mesh_);
-      return in_binary([&](BinaryScanner& binary) { read_elements_41(binary, mesh_); });
+    if (version_ == Version::v40 || version_ == Version::v41) {
+      const auto read = [&](auto& scanner) {
+        version_ == Version::v40 ? read_elements_40(scanner, mesh_) : read_elements_41(scanner, mesh_);
+      };
+      return binary_ ? in_binary(read) : read(scanner_);
     }
     const Index count = scanner_.count("the number of elements", 8);
     if (version_ == Version::v1) return read_elements_1(scanner_, count, mesh_);
@@ -125,11 +128,16 @@ class GmshReader {
     scanner_.skip_line();
   }
 
+  /// Format 1 writes $END, later ones $End; files that mix them (comments in format 1) are no harm.
   void skip_to_end(std::string_view name) {
-    const std::string end = (version_ == Version::v1 ? "$END" : "$End") + std::string(name);
-    const auto found = scanner_.text().find(end, scanner_.position());
-    if (found == std::string_view::npos) scanner_.fail_end(end);
-    scanner_.set_position(found + end.size());
+    const std::string_view text = scanner_.text();
+    const auto end_from = [&](std::string_view end) {
+      return text.find(fmt::format("{}{}", end, name), scanner_.position());
+    };
+    const auto found = std::min(end_from("$End"), end_from("$END"));
+    if (found == std::string_view::npos)
+      scanner_.fail_end(fmt::format("{}{}", version_ == Version::v1 ? "$END" : "$End", name));
+    scanner_.set_position(found + std::string_view("$End").size() + name.size());
   }
 
   void claim_once(bool& seen) {

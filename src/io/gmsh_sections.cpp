@@ -1,7 +1,9 @@
 #include "io/gmsh_sections.hpp"
 
+#include <array>
 #include <fmt/format.h>
 #include <limits>
+#include <span>
 #include <type_traits>
 
 #include <palpate/error.hpp>
@@ -9,6 +11,7 @@
 #include "io/binary_scanner.hpp"
 #include "io/cell_counts.hpp"
 #include "io/text_scanner.hpp"
+#include "io/volume_cells.hpp"
 
 namespace palpate::io {
 namespace {
@@ -61,21 +64,20 @@ const GmshCellType& take_cell_type(Scanner& scanner) {
   return *type;
 }
 
-/// Reads the nodes of one element, with `take` for one number; keeps those of a tet.
+/// Reads the nodes of one element, with `take` for one number; keeps the corners of those with a volume.
 template <class Scanner, class Take>
 void take_element(Scanner& scanner, const GmshCellType& type, Take take, GmshMesh& mesh) {
-  if (type.kind != "tetrahedron") {
-    for (int node = 0; node < type.nodes; ++node) take(scanner, "a node number of an element");
-    return count_dropped(mesh.file, type.kind);
-  }
-  Tet tet{};
-  for (Index& corner : tet) {
+  const std::size_t wanted = volume_corners(type.kind);
+  std::array<Index, 8> corners{};
+  for (std::size_t node = 0; node < static_cast<std::size_t>(type.nodes); ++node) {
     const std::int64_t number = take(scanner, "a node number of an element");
-    corner = mesh.numbers.find(number);
-    if (corner < 0)
+    if (node >= wanted) continue;
+    corners[node] = mesh.numbers.find(number);
+    if (corners[node] < 0)
       scanner.fail(fmt::format("node number {}", number), "the number of a node that the file defines");
   }
-  mesh.file.mesh.tets.push_back(tet);
+  if (wanted == 0) return count_dropped(mesh.file, type.kind);
+  take_volume_cell(mesh.file, type.kind, std::span(corners).first(wanted));
 }
 
 void fail_sum(const std::string& source, const char* what, std::int64_t found, Index expected) {
@@ -93,6 +95,29 @@ void read_nodes_2(Scanner& scanner, Index count, GmshMesh& mesh) {
     mesh.numbers.add(take_int(scanner, "a node number"));
     mesh.file.mesh.points.push_back(scanner.point());
   }
+}
+
+template <class Scanner>
+void read_nodes_40(Scanner& scanner, GmshMesh& mesh) {
+  const Index blocks = scanner.count("the number of node blocks", least_bytes<Scanner>(3, 1, 0));
+  const Index nodes = scanner.count("the number of nodes", least_bytes<Scanner>(1, 0, 3));
+  mesh.file.mesh.points.reserve(static_cast<std::size_t>(nodes));
+  mesh.numbers.reserve(static_cast<std::size_t>(nodes));
+  for (Index block = 0; block < blocks; ++block) {
+    take_int(scanner, "an entity number");
+    const auto dimension =
+        in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
+    const auto parametric =
+        in_range(scanner, "the parametric flag", take_int(scanner, "a parametric flag"), 0, 1);
+    const Index count = scanner.count("the number of nodes in the block", least_bytes<Scanner>(1, 0, 3));
+    for (Index i = 0; i < count; ++i) {
+      mesh.numbers.add(take_int(scanner, "a node number"));
+      mesh.file.mesh.points.push_back(scanner.point());
+      for (std::int64_t j = 0; j < parametric * dimension; ++j) scanner.number("a parametric coordinate");
+    }
+  }
+  const auto found = static_cast<std::int64_t>(mesh.file.mesh.points.size());
+  if (found != nodes) fail_sum(mesh.source, "nodes", found, nodes);
 }
 
 template <class Scanner>
@@ -118,6 +143,27 @@ void read_nodes_41(Scanner& scanner, GmshMesh& mesh) {
   }
   const auto found = static_cast<std::int64_t>(mesh.file.mesh.points.size());
   if (found != nodes) fail_sum(mesh.source, "nodes", found, nodes);
+}
+
+template <class Scanner>
+void read_elements_40(Scanner& scanner, GmshMesh& mesh) {
+  const Index blocks = scanner.count("the number of element blocks", least_bytes<Scanner>(3, 1, 0));
+  const Index elements = scanner.count("the number of elements", least_bytes<Scanner>(2, 0, 0));
+  std::int64_t found = 0;
+  for (Index block = 0; block < blocks; ++block) {
+    take_int(scanner, "an entity number");
+    in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
+    const GmshCellType& type = take_cell_type(scanner);
+    const auto nodes = static_cast<std::size_t>(type.nodes);
+    const Index count =
+        scanner.count("the number of elements in the block", least_bytes<Scanner>(1 + nodes, 0, 0));
+    for (Index i = 0; i < count; ++i) {
+      take_int(scanner, "an element number");
+      take_element(scanner, type, take_int<Scanner>, mesh);
+    }
+    found += count;
+  }
+  if (found != elements) fail_sum(mesh.source, "elements", found, elements);
 }
 
 template <class Scanner>
@@ -182,6 +228,10 @@ void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh) {
 
 template void read_nodes_2(TextScanner&, Index, GmshMesh&);
 template void read_nodes_2(BinaryScanner&, Index, GmshMesh&);
+template void read_nodes_40(TextScanner&, GmshMesh&);
+template void read_nodes_40(BinaryScanner&, GmshMesh&);
+template void read_elements_40(TextScanner&, GmshMesh&);
+template void read_elements_40(BinaryScanner&, GmshMesh&);
 template void read_nodes_41(TextScanner&, GmshMesh&);
 template void read_nodes_41(BinaryScanner&, GmshMesh&);
 template void read_elements_41(TextScanner&, GmshMesh&);

@@ -22,7 +22,11 @@ struct GmshMesh {
 template <class Scanner>
 void read_nodes_2(Scanner& scanner, Index count, GmshMesh& mesh);  // also version 1
 template <class Scanner>
+void read_nodes_40(Scanner& scanner, GmshMesh& mesh);
+template <class Scanner>
 void read_nodes_41(Scanner& scanner, GmshMesh& mesh);
+template <class Scanner>
+void read_elements_40(Scanner& scanner, GmshMesh& mesh);
 template <class Scanner>
 void read_elements_41(Scanner& scanner, GmshMesh& mesh);
 

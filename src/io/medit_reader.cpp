@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fmt/format.h>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -8,6 +10,7 @@
 #include "io/file_bytes.hpp"
 #include "io/mesh_formats.hpp"
 #include "io/text_scanner.hpp"
+#include "io/volume_cells.hpp"
 
 namespace palpate::io {
 namespace {
@@ -18,11 +21,12 @@ struct CellSection {
   int corners;
 };
 
-constexpr std::array<CellSection, 11> cell_sections{{{"Edges", "line", 2},
+constexpr std::array<CellSection, 12> cell_sections{{{"Edges", "line", 2},
                                                      {"EdgesP2", "line3", 3},
                                                      {"Triangles", "triangle", 3},
                                                      {"TrianglesP2", "triangle6", 6},
                                                      {"Quadrilaterals", "quad", 4},
+                                                     {"Tetrahedra", "tetrahedron", 4},
                                                      {"TetrahedraP2", "tetrahedron10", 10},
                                                      {"Hexahedra", "hexahedron", 8},
                                                      {"Hexaedra", "hexahedron", 8},
@@ -59,10 +63,8 @@ class MeditReader {
       read_dimension();
     } else if (keyword == "Vertices") {
       read_points();
-    } else if (keyword == "Tetrahedra") {
-      read_tets();
     } else {
-      read_other(keyword);
+      read_cells(keyword);
     }
   }
 
@@ -83,31 +85,33 @@ class MeditReader {
     }
   }
 
-  void read_tets() {
-    if (!has_points_) scanner_.fail("Vertices before Tetrahedra");
-    const Index count = scanner_.count("the number of tetrahedra", least_bytes(5));
-    file_.mesh.tets.reserve(file_.mesh.tets.size() + static_cast<std::size_t>(count));
+  /// Takes cells with a volume and counts others; of all else (normals, corners, what later versions may
+  /// add) skips the numbers.
+  void read_cells(std::string_view keyword) {
+    const auto section = std::ranges::find(cell_sections, keyword, &CellSection::keyword);
+    if (section == cell_sections.end()) return skip_numbers();
+    const std::size_t wanted = volume_corners(section->kind);
+    if (wanted > 0 && !has_points_) scanner_.fail(fmt::format("Vertices before {}", keyword));
+    const Index count = scanner_.count("the number of cells", least_bytes(section->corners + 1));
+    if (wanted == 0) return skip_cells(*section, count);
+    const auto n_points = static_cast<Index>(file_.mesh.points.size());
+    std::array<Index, 8> corners{};
     for (Index i = 0; i < count; ++i) {
-      file_.mesh.tets.push_back({});
-      for (Index& corner : file_.mesh.tets.back()) {
-        corner = scanner_.point_index(1, static_cast<Index>(file_.mesh.points.size()));
+      for (std::size_t corner = 0; corner < static_cast<std::size_t>(section->corners); ++corner) {
+        const Index point = scanner_.point_index(1, n_points);
+        if (corner < wanted) corners[corner] = point;
       }
-      scanner_.number("the reference of a tetrahedron");
+      scanner_.number("the reference of a cell");
+      take_volume_cell(file_, section->kind, std::span(corners).first(wanted));
     }
   }
 
-  /// Counts cells that are not tets; of all else (normals, corners, what later versions may add) skips the
-  /// numbers.
-  void read_other(std::string_view keyword) {
-    const auto section = std::find_if(cell_sections.begin(), cell_sections.end(),
-                                      [&](const CellSection& known) { return known.keyword == keyword; });
-    if (section == cell_sections.end()) return skip_numbers();
-    const Index count = scanner_.count("the number of cells", least_bytes(section->corners + 1));
+  void skip_cells(const CellSection& section, Index count) {
     for (Index i = 0; i < count; ++i) {
-      for (int number = 0; number <= section->corners; ++number)
+      for (int number = 0; number <= section.corners; ++number)
         scanner_.number("a corner or reference of a cell");
     }
-    count_dropped(file_, section->kind, count);
+    count_dropped(file_, section.kind, count);
   }
 
   void skip_numbers() {

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include <palpate/io/mesh_reader.hpp>
 
 /// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
 namespace palpate::io {
 
-/// Gmsh MSH file format 1, 2 to 2.2 and 4.1 (Gmsh reference manual, "MSH file format"); 4.0 and 3 are
-/// refused.
+/// Gmsh MSH file format 1, 2 to 2.2, 4.0 and 4.1 (Gmsh reference manual, "MSH file format"); 3 is refused.
 MeshFile read_gmsh(const std::filesystem::path& path);
 
 /// Medit ASCII (INRIA RT-0253, "MEDIT: an interactive mesh visualization software", appendix). The closing
@@ -20,13 +21,15 @@ MeshFile read_medit(const std::filesystem::path& path);
 MeshFile read_tetgen(const std::filesystem::path& path);
 
 /// VTK legacy unstructured grid, ASCII or binary, file versions up to 5.1 (VTK file formats, "Simple legacy
-/// formats"). What follows the cells (point and cell data) is not looked at. An ASCII file must end with a
-/// line end: the format has no end mark.
+/// formats"), or XML as read_vtu() takes it. What follows the cells (point and cell data) is not looked at.
+/// An ASCII file must end with a line end: the format has no end mark.
 MeshFile read_vtk_legacy(const std::filesystem::path& path);
 
 /// VTK XML unstructured grid (VTK file formats, "XML file formats"): ASCII, binary, appended raw or base64;
 /// plain, zlib, LZ4 or LZMA; both byte orders and header types. Pieces are joined; points that they share are
 /// not merged.
 MeshFile read_vtu(const std::filesystem::path& path);
+/// The same of the text of a file; `source` is its name for messages.
+MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
 }  // namespace palpate::io

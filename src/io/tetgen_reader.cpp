@@ -1,4 +1,6 @@
+#include <array>
 #include <fmt/format.h>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -8,6 +10,7 @@
 #include "io/file_bytes.hpp"
 #include "io/mesh_formats.hpp"
 #include "io/text_scanner.hpp"
+#include "io/volume_cells.hpp"
 
 namespace palpate::io {
 namespace {
@@ -70,16 +73,13 @@ void read_elements(TextScanner& scanner, Index first_point, MeshFile& file) {
     if (i > 0 && scanner.integer("a tet number") != first_tet + i) {
       scanner.fail(fmt::format("tet number {}", first_tet + i));
     }
-    Tet tet{};
-    for (std::int64_t corner = 0; corner < corners; ++corner) {
-      tet[static_cast<std::size_t>(corner % 4)] =
-          scanner.point_index(first_point, static_cast<Index>(file.mesh.points.size()));
-    }
+    std::array<Index, 10> points{};
+    for (std::size_t corner = 0; corner < static_cast<std::size_t>(corners); ++corner)
+      points[corner] = scanner.point_index(first_point, static_cast<Index>(file.mesh.points.size()));
     skip_numbers(scanner, attributes, "a region attribute of a tet");
     end_record(scanner, "the end of the tet's line");
-    if (corners == 4) file.mesh.tets.push_back(tet);
+    take_volume_cell(file, corners == 4 ? "tetrahedron" : "tetrahedron10", std::span(points).first<4>());
   }
-  if (corners == 10) count_dropped(file, "tetrahedron10", count);
   if (!scanner.at_end()) end_record(scanner, "the end of the file behind the last tet");
 }
 

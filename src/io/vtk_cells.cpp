@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <utility>
 
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
 #include "io/cell_counts.hpp"
+#include "io/volume_cells.hpp"
 
 namespace palpate::io {
 namespace {
@@ -18,17 +20,42 @@ struct CellType {
   int corners;            ///< 0 where the type leaves it open
 };
 
-constexpr std::int64_t tetra = 10;
+constexpr std::int64_t voxel = 11;
 constexpr std::int64_t last_type = 81;  // VTK_BEZIER_PYRAMID, the last that vtkCellType.h of VTK 9 names
 
-// vtkCellType.h: the linear cells, and the quadratic ones that mesh generators write.
-constexpr std::array<CellType, 23> cell_types{
-    {{0, "empty cell", 0},  {1, "vertex", 1},      {2, "poly-vertex", 0},     {3, "line", 2},
-     {4, "polyline", 0},    {5, "triangle", 3},    {6, "triangle strip", 0},  {7, "polygon", 0},
-     {8, "pixel", 4},       {9, "quad", 4},        {tetra, "tetrahedron", 4}, {11, "voxel", 8},
-     {12, "hexahedron", 8}, {13, "wedge", 6},      {14, "pyramid", 5},        {21, "line3", 3},
-     {22, "triangle6", 6},  {23, "quad8", 8},      {24, "tetrahedron10", 10}, {25, "hexahedron20", 20},
-     {26, "wedge15", 15},   {27, "pyramid13", 13}, {42, "polyhedron", 0}}};
+// vtkCellType.h: the linear cells, the quadratic ones that mesh generators write, and those of any order.
+constexpr std::array<CellType, 32> cell_types{{{0, "empty cell", 0},
+                                               {1, "vertex", 1},
+                                               {2, "poly-vertex", 0},
+                                               {3, "line", 2},
+                                               {4, "polyline", 0},
+                                               {5, "triangle", 3},
+                                               {6, "triangle strip", 0},
+                                               {7, "polygon", 0},
+                                               {8, "pixel", 4},
+                                               {9, "quad", 4},
+                                               {10, "tetrahedron", 4},
+                                               {voxel, "hexahedron", 8},
+                                               {12, "hexahedron", 8},
+                                               {13, "wedge", 6},
+                                               {14, "pyramid", 5},
+                                               {21, "line3", 3},
+                                               {22, "triangle6", 6},
+                                               {23, "quad8", 8},
+                                               {24, "tetrahedron10", 10},
+                                               {25, "hexahedron20", 20},
+                                               {26, "wedge15", 15},
+                                               {27, "pyramid13", 13},
+                                               {29, "hexahedron27", 27},
+                                               {31, "wedge12", 12},
+                                               {32, "wedge18", 18},
+                                               {33, "hexahedron24", 24},
+                                               {37, "pyramid19", 19},
+                                               {42, "polyhedron", 0},
+                                               {71, "Lagrange tetrahedron", 0},
+                                               {72, "Lagrange hexahedron", 0},
+                                               {73, "Lagrange wedge", 0},
+                                               {74, "Lagrange pyramid", 0}}};
 
 class CellAppender {
  public:
@@ -46,7 +73,7 @@ class CellAppender {
       const std::span<const std::int64_t> corners = corners_of(cell, begin);
       begin = cells_.ends[cell];
       check_corners(cell, corners, n_points);
-      append_cell(cells_.types[cell], corners, first_point, file);
+      append_cell(cell, corners, first_point, file);
     }
     const auto length = static_cast<std::int64_t>(cells_.connectivity.size());
     if (begin != length) {
@@ -96,17 +123,24 @@ class CellAppender {
     return found == cell_types.end() ? nullptr : &*found;
   }
 
-  static void append_cell(std::int64_t type, std::span<const std::int64_t> corners, Index first_point,
-                          MeshFile& file) {
-    if (type == tetra) {
-      Tet& tet = file.mesh.tets.emplace_back();
-      std::transform(corners.begin(), corners.end(), tet.begin(),
-                     [&](std::int64_t corner) { return first_point + static_cast<Index>(corner); });
-    } else if (const CellType* known = find(type); known != nullptr) {
-      count_dropped(file, known->kind);
-    } else {
-      count_dropped(file, fmt::format("cell of VTK type {}", type));
+  void append_cell(std::size_t cell, std::span<const std::int64_t> corners, Index first_point,
+                   MeshFile& file) const {
+    const std::int64_t type = cells_.types[cell];
+    const CellType* known = find(type);
+    if (known == nullptr) return count_dropped(file, fmt::format("cell of VTK type {}", type));
+    const std::size_t wanted = volume_corners(known->kind);
+    if (wanted == 0) return count_dropped(file, known->kind);
+    if (corners.size() < wanted) {
+      fail(cell, fmt::format("{} corners", corners.size()),
+           fmt::format("at least {} for a {} (cell type {})", wanted, known->kind, type));
     }
+    std::array<Index, 8> points{};
+    for (std::size_t i = 0; i < wanted; ++i) points[i] = first_point + static_cast<Index>(corners[i]);
+    if (type == voxel) {  // its corners are in the order of a lattice
+      std::swap(points[2], points[3]);
+      std::swap(points[6], points[7]);
+    }
+    take_volume_cell(file, known->kind, std::span(points).first(wanted));
   }
 
   const VtkCells& cells_;

@@ -15,7 +15,8 @@ struct VtkCells {
   std::vector<std::int64_t> types;         ///< (n_cells): VTK's numbers
 };
 
-/// Appends the tets among the cells to the mesh and counts the rest. Point numbers get `first_point` added.
+/// Appends the tets among the cells to the mesh, and those of other cells with a volume; counts the rest.
+/// Point numbers get `first_point` added.
 ///
 /// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) for ends
 /// that do not ascend to the length of the connectivity, unknown types, a number of corners that the type

@@ -1,241 +1,33 @@
-#include <bit>
-#include <cctype>
-#include <cmath>
 #include <fmt/format.h>
 #include <string>
-#include <string_view>
 
 #include <palpate/error.hpp>
 
 #include "io/cell_counts.hpp"
 #include "io/file_bytes.hpp"
 #include "io/mesh_formats.hpp"
-#include "io/text_scanner.hpp"
 #include "io/vtk_cells.hpp"
-#include "io/vtk_scalars.hpp"
+#include "io/vtk_legacy_file.hpp"
+#include "io/xml_scanner.hpp"
 
 namespace palpate::io {
-namespace {
-
-constexpr bool binary_is_swapped = std::endian::native == std::endian::little;  // legacy files are big-endian
-
-std::string upper_case(std::string_view word) {
-  std::string result(word);
-  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return result;
-}
-
-class VtkLegacyReader {
- public:
-  explicit VtkLegacyReader(TextScanner& scanner) : scanner_(scanner) {}
-
-  MeshFile read() {
-    read_head();
-    while (!scanner_.at_end() && read_section()) continue;
-    if (!has_points_) scanner_.fail_end("the section POINTS");
-    if (!has_cells_) scanner_.fail_end("the section CELLS");
-    if (!has_types_) scanner_.fail_end("the section CELL_TYPES");
-    if (!binary_) require_line_end(scanner_.source(), scanner_.text());
-    const auto n_points = static_cast<Index>(file_.mesh.points.size());
-    append_vtk_cells(cells_, 0, n_points, 0, scanner_.source(), file_);
-    require_tets(file_, scanner_.source());
-    return std::move(file_);
-  }
-
- private:
-  void read_head() {
-    for (const std::string_view word : {"#", "vtk", "DataFile", "Version"}) scanner_.keyword(word);
-    const double version = scanner_.number("the version of the VTK format");
-    if (version < 1.0 || version >= 6.0) scanner_.fail("a version from 1.0 to 5.1");
-    has_offsets_ = version >= 5.0;
-    scanner_.skip_line();
-    scanner_.skip_line();  // the title, any text
-    const std::string encoding = upper_case(scanner_.word("ASCII or BINARY"));
-    if (encoding != "ASCII" && encoding != "BINARY") scanner_.fail("ASCII or BINARY");
-    binary_ = encoding == "BINARY";
-    file_.format = binary_ ? "VTK legacy binary" : "VTK legacy ASCII";
-  }
-
-  /// False at the first section that no mesh data follows.
-  bool read_section() {
-    const std::string name = upper_case(scanner_.word(""));
-    if (name == "POINT_DATA" || name == "CELL_DATA") return false;
-    if (name == "DATASET") {
-      if (upper_case(scanner_.word("a kind of dataset")) != "UNSTRUCTURED_GRID")
-        scanner_.fail("UNSTRUCTURED_GRID");
-    } else if (name == "POINTS") {
-      claim_once(has_points_);
-      read_points();
-    } else if (name == "CELLS") {
-      claim_once(has_cells_);
-      has_offsets_ ? read_cells_with_offsets() : read_cells_with_counts();
-    } else if (name == "CELL_TYPES") {
-      claim_once(has_types_);
-      const Index count = scanner_.count("the number of cell types", least_bytes(4));
-      cells_.types = read_integers(count, *scalar_type("int"));
-    } else if (name == "FIELD") {
-      skip_field();
-    } else if (name == "METADATA") {
-      skip_metadata();
-    } else {
-      scanner_.fail("a section such as POINTS or CELLS");
-    }
-    return true;
-  }
-
-  void claim_once(bool& seen) {
-    if (seen) scanner_.fail("this section only once");
-    seen = true;
-  }
-
-  /// The least that a number of so many bytes in binary files takes in this file.
-  [[nodiscard]] std::size_t least_bytes(std::size_t binary_bytes) const { return binary_ ? binary_bytes : 2; }
-
-  const ScalarType& read_type() {
-    std::string name(scanner_.word("a type of numbers"));
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    // Files of version 5 say vtktypeint64 where they mean 64 bits; vtkIdType itself is always written as int.
-    const ScalarType* type = scalar_type(name == "vtkidtype" ? "int" : name);
-    if (type == nullptr) scanner_.fail("a type of numbers such as float or int");
-    return *type;
-  }
-
-  void read_points() {
-    const Index count = scanner_.count("the number of points", 3 * least_bytes(1));
-    const ScalarType& type = read_type();
-    file_.mesh.points.reserve(static_cast<std::size_t>(count));
-    if (!binary_) {
-      for (Index i = 0; i < count; ++i) file_.mesh.points.push_back(scanner_.point());
-      return;
-    }
-    const std::string_view bytes = take_bytes(3 * static_cast<std::size_t>(count), type.bytes);
-    const std::vector<double> values = decode_reals(bytes, type, binary_is_swapped);
-    for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
-      const Vec3 point{values[i], values[i + 1], values[i + 2]};
-      if (!std::isfinite(point.x + point.y + point.z)) check_finite(point, bytes, i * type.bytes);
-      file_.mesh.points.push_back(point);
-    }
-  }
-
-  void check_finite(const Vec3& point, std::string_view bytes, std::size_t offset) {
-    if (std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z)) return;
-    const auto byte = static_cast<std::size_t>(bytes.data() - scanner_.text().data()) + offset;
-    throw Error(scanner_.source(), fmt::format("byte {}", byte),
-                fmt::format("the point ({}, {}, {})", point.x, point.y, point.z), "finite coordinates");
-  }
-
-  /// Before version 5: each cell is its number of corners and those.
-  void read_cells_with_counts() {
-    const Index count = scanner_.count("the number of cells", least_bytes(4));
-    const Index size = scanner_.count("the size of the cell list", least_bytes(4));
-    const std::vector<std::int64_t> list = read_integers(size, *scalar_type("int"));
-    cells_.ends.reserve(static_cast<std::size_t>(count));
-    cells_.connectivity.reserve(list.size());
-    std::size_t next = 0;
-    for (Index cell = 0; cell < count; ++cell) {
-      const std::int64_t corners = next < list.size() ? list[next++] : -1;
-      if (corners < 0 || static_cast<std::uint64_t>(corners) > list.size() - next) {
-        throw Error(scanner_.source(), fmt::format("cell {}", cell), "a cell beyond the end of the cell list",
-                    fmt::format("cells that fill the {} numbers that CELLS announces", size));
-      }
-      const auto begin = list.begin() + static_cast<std::ptrdiff_t>(next);
-      cells_.connectivity.insert(cells_.connectivity.end(), begin, begin + corners);
-      cells_.ends.push_back(static_cast<std::int64_t>(cells_.connectivity.size()));
-      next += static_cast<std::size_t>(corners);
-    }
-    if (next != list.size()) {
-      throw Error(scanner_.source(), "CELLS",
-                  fmt::format("{} numbers behind the last cell", list.size() - next), "none");
-    }
-  }
-
-  /// From version 5 on: where each cell begins, and the end of the last; then all corners.
-  void read_cells_with_offsets() {
-    const Index offsets = scanner_.count("the number of cell offsets", least_bytes(4));
-    const Index size = scanner_.count("the size of the connectivity", least_bytes(4));
-    scanner_.keyword("OFFSETS");
-    cells_.ends = read_integers(offsets, read_type());
-    if (!cells_.ends.empty()) {
-      if (cells_.ends.front() != 0) {
-        throw Error(scanner_.source(), "OFFSETS", fmt::format("{} first", cells_.ends.front()), "0 first");
-      }
-      cells_.ends.erase(cells_.ends.begin());
-    }
-    scanner_.keyword("CONNECTIVITY");
-    cells_.connectivity = read_integers(size, read_type());
-  }
-
-  std::vector<std::int64_t> read_integers(Index count, const ScalarType& type) {
-    if (type.kind == ScalarType::Kind::real) scanner_.fail("a type of whole numbers");
-    if (binary_) {
-      return decode_integers(take_bytes(static_cast<std::size_t>(count), type.bytes), type,
-                             binary_is_swapped);
-    }
-    std::vector<std::int64_t> values(static_cast<std::size_t>(count));
-    for (std::int64_t& value : values) value = scanner_.integer("a number of a cell");
-    return values;
-  }
-
-  /// The bytes of a binary array, from behind this line.
-  std::string_view take_bytes(std::size_t count, std::size_t bytes_each) {
-    if (!scanner_.at_line_end()) {
-      scanner_.word("");
-      scanner_.fail("the end of the line");
-    }
-    scanner_.skip_line();
-    if (count > scanner_.bytes_left() / bytes_each) {
-      throw Error(scanner_.source(), fmt::format("byte {}", scanner_.position()),
-                  fmt::format("{} bytes and the end of the file", scanner_.bytes_left()),
-                  fmt::format("{} numbers of {} bytes", count, bytes_each));
-    }
-    const std::string_view bytes = scanner_.text().substr(scanner_.position(), count * bytes_each);
-    scanner_.set_position(scanner_.position() + bytes.size());
-    return bytes;
-  }
-
-  /// A field before the mesh, as VTK writes the time step.
-  void skip_field() {
-    scanner_.word("the name of a field");
-    const Index arrays = scanner_.count("the number of arrays", 8);
-    for (Index array = 0; array < arrays; ++array) {
-      scanner_.word("the name of an array");
-      const auto components = static_cast<std::size_t>(scanner_.count("the number of components", 1));
-      const auto tuples = static_cast<std::size_t>(scanner_.count("the number of tuples", 1));
-      const ScalarType& type = read_type();
-      if (binary_) {
-        take_bytes(components * tuples, type.bytes);
-      } else {
-        for (std::size_t i = 0; i < components * tuples; ++i) scanner_.number("a number of a field");
-      }
-      if (upper_case(scanner_.peek()) == "METADATA") {
-        scanner_.word("");
-        skip_metadata();
-      }
-    }
-  }
-
-  /// Free lines up to an empty one.
-  void skip_metadata() {
-    scanner_.skip_line();
-    while (scanner_.bytes_left() > 0 && !scanner_.at_line_end()) scanner_.skip_line();
-  }
-
-  TextScanner& scanner_;
-  MeshFile file_;
-  VtkCells cells_;
-  bool binary_ = false;
-  bool has_offsets_ = false;
-  bool has_points_ = false;
-  bool has_cells_ = false;
-  bool has_types_ = false;
-};
-
-}  // namespace
 
 MeshFile read_vtk_legacy(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, "a VTK legacy unstructured grid");
-  TextScanner scanner(path.string(), bytes);
-  return VtkLegacyReader(scanner).read();
+  const std::string source = path.string();
+  if (is_xml(bytes)) return read_vtu_text(source, bytes);
+  VtkLegacyFile vtk = read_vtk_legacy_file(source, bytes);
+  if (vtk.dataset == VtkLegacyFile::Dataset::poly_data) {
+    throw Error(
+        source, "", "PolyData, a surface",
+        fmt::format("an unstructured grid with tets; 'palpate mesh {}' makes tets of a surface", source));
+  }
+  MeshFile file;
+  file.format = vtk.binary ? "VTK legacy binary" : "VTK legacy ASCII";
+  file.mesh.points = std::move(vtk.points);
+  append_vtk_cells(vtk.cells, 0, static_cast<Index>(file.mesh.points.size()), 0, source, file);
+  require_tets(file, source);
+  return file;
 }
 
 }  // namespace palpate::io

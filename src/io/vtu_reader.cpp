@@ -30,9 +30,9 @@ class VtuReader {
   void append(const VtuPiece& piece, std::size_t number) {
     const auto first_point = static_cast<std::int64_t>(file_.mesh.points.size());
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
-    if (piece.points > most - first_point || piece.cells > most - n_cells_) {
+    if (piece.points > most - first_point || piece.cells.count > most - n_cells_) {
       throw Error(source_, fmt::format("piece {}", number),
-                  fmt::format("{} points and {} cells", piece.points, piece.cells),
+                  fmt::format("{} points and {} cells", piece.points, piece.cells.count),
                   fmt::format("at most {} of each in all pieces", most));
     }
     append_points(piece, number);
@@ -59,17 +59,17 @@ class VtuReader {
   }
 
   void append_cells(const VtuPiece& piece, std::size_t number, Index first_point) {
-    if (piece.cells == 0) return;
+    if (piece.cells.count == 0) return;
     VtkCells cells;
-    cells.types = arrays_.integers(require(piece.types, "types", number), piece.cells);
-    cells.ends = arrays_.integers(require(piece.offsets, "offsets", number), piece.cells);
+    cells.types = arrays_.integers(require(piece.cells.types, "types", number), piece.cells.count);
+    cells.ends = arrays_.integers(require(piece.cells.offsets, "offsets", number), piece.cells.count);
     if (cells.ends.back() < 0) {
       throw Error(source_, "array offsets", fmt::format("{} last", cells.ends.back()), "0 or more");
     }
     cells.connectivity =
-        arrays_.integers(require(piece.connectivity, "connectivity", number), cells.ends.back());
+        arrays_.integers(require(piece.cells.connectivity, "connectivity", number), cells.ends.back());
     append_vtk_cells(cells, first_point, static_cast<Index>(piece.points), n_cells_, source_, file_);
-    n_cells_ += piece.cells;
+    n_cells_ += piece.cells.count;
   }
 
   const std::string& source_;
@@ -82,8 +82,10 @@ class VtuReader {
 }  // namespace
 
 MeshFile read_vtu(const std::filesystem::path& path) {
-  const std::string text = read_file(path, "a VTK XML unstructured grid");
-  const std::string source = path.string();
+  return read_vtu_text(path.string(), read_file(path, "a VTK XML unstructured grid"));
+}
+
+MeshFile read_vtu_text(const std::string& source, std::string_view text) {
   return VtuReader(source, text).read();
 }
 

@@ -36,18 +36,25 @@ class StructureReader {
     } else if (is_at({"VTKFile", grid_.type, "Piece"})) {
       VtuPiece& piece = result_.pieces.emplace_back();
       piece.points = integer("NumberOfPoints");
-      piece.cells = integer(grid_.count);
+      piece.cells.count = integer(grid_.count);
+      if (!grid_.strips.empty() && !attribute(grid_.strips_count).empty())
+        piece.strips.count = integer(grid_.strips_count);
     } else if (is_at({"VTKFile", grid_.type, "Piece", "Points", "DataArray"})) {
       open_array(result_.pieces.back().coordinates, "Points");
     } else if (is_at({"VTKFile", grid_.type, "Piece", grid_.cells, "DataArray"})) {
-      const std::string_view name = attribute("Name");
-      VtuPiece& piece = result_.pieces.back();
-      if (name == "connectivity") open_array(piece.connectivity, name);
-      if (name == "offsets") open_array(piece.offsets, name);
-      if (name == "types") open_array(piece.types, name);
+      open_array_of(result_.pieces.back().cells);
+    } else if (!grid_.strips.empty() && is_at({"VTKFile", grid_.type, "Piece", grid_.strips, "DataArray"})) {
+      open_array_of(result_.pieces.back().strips);
     } else if (is_at({"VTKFile", "AppendedData"})) {
       read_appended();
     }
+  }
+
+  void open_array_of(VtuCells& cells) {
+    const std::string_view name = attribute("Name");
+    if (name == "connectivity") open_array(cells.connectivity, name);
+    if (name == "offsets") open_array(cells.offsets, name);
+    if (name == "types") open_array(cells.types, name);
   }
 
   /// The numbers of an array end at the next tag: its end tag, or the information keys that VTK adds behind

@@ -13,11 +13,13 @@ namespace palpate::io {
 
 /// A kind of VTK XML file, by the names in it.
 struct VtkXmlGrid {
-  std::string_view type;   ///< "UnstructuredGrid"
-  std::string_view count;  ///< the number of cells of a piece: "NumberOfCells"
-  std::string_view cells;  ///< what holds their arrays: "Cells"
+  std::string_view type;          ///< "UnstructuredGrid"
+  std::string_view count;         ///< the number of cells of a piece: "NumberOfCells"
+  std::string_view cells;         ///< what holds their arrays: "Cells"
+  std::string_view strips_count;  ///< the same of triangle strips; empty where there are none
+  std::string_view strips;
 };
-inline constexpr VtkXmlGrid unstructured_grid{"UnstructuredGrid", "NumberOfCells", "Cells"};
+inline constexpr VtkXmlGrid unstructured_grid{"UnstructuredGrid", "NumberOfCells", "Cells", "", ""};
 
 /// Where a DataArray of a .vtu file says that its numbers are.
 struct VtuArray {
@@ -31,14 +33,20 @@ struct VtuArray {
   std::size_t end = 0;
 };
 
+/// The arrays of the cells of a piece.
+struct VtuCells {
+  std::int64_t count = 0;
+  std::optional<VtuArray> connectivity;
+  std::optional<VtuArray> offsets;
+  std::optional<VtuArray> types;  ///< none for polygons and strips
+};
+
 /// One Piece: the arrays that a mesh needs.
 struct VtuPiece {
   std::int64_t points = 0;
-  std::int64_t cells = 0;
   std::optional<VtuArray> coordinates;
-  std::optional<VtuArray> connectivity;
-  std::optional<VtuArray> offsets;
-  std::optional<VtuArray> types;
+  VtuCells cells;
+  VtuCells strips;
 };
 
 /// The outline of a .vtu file, before any number of an array is read.

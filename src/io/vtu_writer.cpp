@@ -130,6 +130,25 @@ void write_vtu(const std::filesystem::path& path, const VtuData& data) {
   file.commit();
 }
 
+namespace {
+
+/// Positions for a frame: those of points in no tet, which nothing moves, are that of a point of their body
+/// that is in one, so that they are in nobody's way and the bounds are those of the bodies.
+std::vector<Vec3> positions_of_tets(const Bodies& bodies, std::span<const Vec3> positions) {
+  std::vector<Vec3> result(positions.begin(), positions.end());
+  for (std::size_t b = 0; b < bodies.bodies().size(); ++b) {
+    if (bodies.notes()[b].unreferenced_points == 0) continue;
+    const Body& body = bodies.bodies()[b];
+    const Vec3& home = at(positions, at(bodies.tets(), body.tets.begin)[0]);
+    for (Index p = body.points.begin; p < body.points.end; ++p) {
+      if (bodies.point_tets()[p].empty()) at(result, p) = home;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 void write_frame(const std::filesystem::path& path, const Bodies& bodies, const FrameState& state) {
   const std::span<const Vec3> rest = bodies.points_rest();
   if (state.positions.size() != rest.size()) {
@@ -138,6 +157,7 @@ void write_frame(const std::filesystem::path& path, const Bodies& bodies, const 
   }
   std::vector<Vec3> displacements(rest.size());
   for (std::size_t i = 0; i < rest.size(); ++i) displacements[i] = state.positions[i] - rest[i];
+  const std::vector<Vec3> positions = positions_of_tets(bodies, state.positions);
   std::vector<Index> body_of_tet;
   body_of_tet.reserve(bodies.tets().size());
   for (const Tet& tet : bodies.tets()) body_of_tet.push_back(bodies.body_of(tet));
@@ -151,7 +171,7 @@ void write_frame(const std::filesystem::path& path, const Bodies& bodies, const 
   std::vector<NamedArray> tet_arrays{{"body", std::span<const Index>(body_of_tet)}};
   point_arrays.insert(point_arrays.end(), state.point_fields.begin(), state.point_fields.end());
   tet_arrays.insert(tet_arrays.end(), state.tet_fields.begin(), state.tet_fields.end());
-  write_vtu(path, {.points = state.positions,
+  write_vtu(path, {.points = positions,
                    .tets = bodies.tets(),
                    .point_arrays = point_arrays,
                    .tet_arrays = tet_arrays,

@@ -19,6 +19,13 @@ bool is_name_character(char c) {
 
 }  // namespace
 
+bool is_xml(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(blanks);
+  return first != std::string_view::npos && text[first] == '<';
+}
+
 void XmlScanner::fail(std::size_t position, const std::string& found, const std::string& expected) const {
   const auto begin = text_.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(std::min(position, text_.size()));

@@ -19,6 +19,9 @@ struct XmlTag {
   std::size_t end = 0;    ///< offset behind '>'
 };
 
+/// Whether the first letter of a text, blanks and a byte order mark aside, is that of an XML file.
+bool is_xml(std::string_view text);
+
 /// Walks the tags of an XML file in order and checks that they nest; leaves entities in values as they stand.
 ///
 /// What lies between tags is the caller's: from the `end` of one to the `begin` of the next. Declarations,

@@ -64,6 +64,59 @@ TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {
   EXPECT_NE(output_of({"info", "inverted.mesh"}).find("1 inverted tet re-oriented: 0"), std::string::npos);
 }
 
+TEST_F(Info, TellsPiecesAndWhereTheSurfaceIsNoManifold) {
+  // Two tets that share an edge, and one of an eighth of their volume apart.
+  write("three.mesh",
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n0 0 0 0\n0 0 1 0\n1 0 0 0\n0 1 0 0\n-1 0 0 0\n0 "
+        "-1 0 0\n"
+        "5 0 0 0\n5.5 0 0 0\n5 0.5 0 0\n5 0 0.5 0\nTetrahedra\n3\n1 3 4 2 0\n1 5 6 2 0\n7 8 9 10 0\nEnd\n");
+  const Json info = json_of({"info", "three.mesh", "--json"});
+  EXPECT_EQ(info["pieces"], 3);
+  EXPECT_EQ(info["nonmanifold_edges"], 1);
+  EXPECT_EQ(info["nonmanifold_points"], 0) << "at the ends of the edge the rings hang together by it";
+  EXPECT_NE(output_of({"info", "three.mesh"})
+                .find("pieces          3, the largest with 47.1 % of the volume; 1 edge and 0 points"),
+            std::string::npos);
+  // Two tets that share a point.
+  write("two.mesh",
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n7\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n-1 0 0 0\n0 "
+        "-1 0 0\n"
+        "0 0 -1 0\nTetrahedra\n2\n1 2 3 4 0\n1 5 7 6 0\nEnd\n");
+  const Json touching = json_of({"info", "two.mesh", "--json"});
+  EXPECT_EQ(touching["pieces"], 2);
+  EXPECT_EQ(touching["nonmanifold_edges"], 0);
+  EXPECT_EQ(touching["nonmanifold_points"], 1);
+}
+
+TEST_F(Info, TellsCellsThatWereCut) {
+  write("cube.mesh",
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n8\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 0\n0 0 1 0\n1 0 "
+        "1 0\n"
+        "1 1 1 0\n0 1 1 0\nHexahedra\n1\n1 2 3 4 5 6 7 8 0\nEnd\n");
+  const Json info = json_of({"info", "cube.mesh", "--json"});
+  EXPECT_EQ(info["converted"], Json::parse(R"({"hexahedron": {"cells": 1, "tets": 6}})"));
+  EXPECT_NEAR(info["volume"].get<double>(), 1.0, 1e-15);
+  EXPECT_NE(output_of({"info", "cube.mesh"}).find("1 hexahedron cells cut into 6 tets"), std::string::npos);
+}
+
+TEST_F(Info, TakesAUnitAndGuessesOne) {
+  const auto scaled = [&](const std::string& size) {
+    return one_tet({"0 0 0", size + " 0 0", "0 " + size + " 0", "0 0 " + size});
+  };
+  write("large.mesh", scaled("190"));
+  EXPECT_NE(output_of({"info", "large.mesh"}).find("likely unit     mm: 0.19 m long"), std::string::npos);
+  EXPECT_EQ(json_of({"info", "large.mesh", "--json"})["likely_unit"], "mm");
+  const std::string in_mm = output_of({"info", "large.mesh", "--unit", "mm"});
+  EXPECT_NE(in_mm.find("max 268.7 mm"), std::string::npos) << in_mm;
+  EXPECT_NE(in_mm.find("size            0.19 m long"), std::string::npos) << in_mm;
+  const Finished wrong = palpate({"info", "large.mesh", "--unit", "m"});
+  EXPECT_EQ(wrong.exit_code, 0);
+  EXPECT_NE(wrong.err.find("'large.mesh' is 190 m long in m: is that its unit? In mm it is 0.19 m"),
+            std::string::npos)
+      << wrong.err;
+  expect_error(2, {"info", "large.mesh", "--unit", "inch"}, {"--unit", "'inch'"});
+}
+
 TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
   write("tet.mesh", one_tet(inverted_corner));
   write("scene.json", R"({"units": {"length": "mm"}, "time_step": 0.02, "duration": 3, "gravity": [0, 0, 0],

@@ -31,8 +31,8 @@ std::string size_bytes(std::uint64_t value) {
 }
 
 TEST(GmshReader, RefusesOtherVersionsAndFiles) {
-  EXPECT_EQ(error_with(gmsh_2, "2.2 0", "4 0"),
-            "a.msh: line 2: found Gmsh format \"4\", expected format 1, 2, 2.1, 2.2 or 4.1");
+  EXPECT_EQ(error_with(gmsh_2, "2.2 0", "3 0"),
+            "a.msh: line 2: found Gmsh format \"3\", expected format 1, 2, 2.1, 2.2, 4.0 or 4.1");
   EXPECT_EQ(error_with(gmsh_2, "2.2 0", "2.2 2"),
             "a.msh: line 2: found \"2\", expected the file type: 0 for ASCII, 1 for binary from 0 to 1");
   EXPECT_EQ(error_with(gmsh_2, "$MeshFormat", "solid"),
@@ -150,15 +150,25 @@ TEST(GmshReader, RefusesMeshesWithoutTets) {
             "a.msh: found no points, expected at least four points");
 }
 
-TEST(GmshReader, CountsHighOrderTetsAsAnotherKind) {
-  const std::string element = "4 11 0 10 3 7 42 8 10 3 7 42 8\n";
+TEST(GmshReader, PassesOverCommentsWhereverTheyStand) {
   const Folder folder;
-  std::string text = replaced(gmsh_2, "$Elements\n3", "$Elements\n4");
-  const MeshFile file =
-      read_mesh(folder.write("a.msh", replaced(text, "$EndElements", element + "$EndElements")));
-  EXPECT_EQ(file.mesh.tets, sample_mesh().tets);
-  const std::vector<std::pair<std::string, Index>> dropped{{"triangle", 1}, {"tetrahedron10", 1}};
-  EXPECT_EQ(file.dropped, dropped);
+  const std::string comments = "$Comments\nmade by hand\n$EndComments\n";
+  expect_sample(read_mesh(folder.write("a.msh", comments + gmsh_2)), "Gmsh 2.2 ASCII");
+  expect_sample(read_mesh(folder.write("a.msh", comments + gmsh_1)), "Gmsh 1");
+  expect_sample(read_mesh(folder.write("a.msh", replaced(gmsh_1, "$ELM", comments + "$ELM"))), "Gmsh 1");
+  expect_sample(read_mesh(folder.write("a.msh", "$COMMENTS\nold\n$ENDCOMMENTS\n" + std::string(gmsh_1))),
+                "Gmsh 1");
+  EXPECT_EQ(error_of(folder.write("a.msh", "$Comments\n" + std::string(gmsh_2))),
+            "a.msh: line 23: found the end of the file, expected $ENDComments");
+}
+
+TEST(GmshReader, RefusesWrongCountsOfFormat40) {
+  EXPECT_EQ(error_with(gmsh_40, "$Nodes\n2 5", "$Nodes\n2 4"),
+            "a.msh: found 5 nodes in the blocks, expected 4, as the section's first line says");
+  EXPECT_EQ(error_with(gmsh_40, "$Elements\n2 3", "$Elements\n2 4"),
+            "a.msh: found 3 elements in the blocks, expected 4, as the section's first line says");
+  EXPECT_EQ(error_with(gmsh_40, "3 3 7 42 8", "3 3 7 42 9"),
+            "a.msh: line 27: found node number 9, expected the number of a node that the file defines");
 }
 
 }  // namespace

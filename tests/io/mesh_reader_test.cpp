@@ -110,6 +110,17 @@ TEST_P(EveryExtension, RefusesAnEmptyFile) {
   EXPECT_TRUE(message.starts_with(": found an empty file, expected ")) << message;
 }
 
+TEST_P(EveryExtension, CallsALfsPointerOne) {
+  const Folder folder;
+  const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2146\nsize 12345\n";
+  const auto other = folder.write("far.node", pointer);
+  const auto message = without_name(error_of(folder.write(std::string("far") + GetParam(), pointer)));
+  EXPECT_TRUE(
+      message.starts_with(": found a pointer of git-LFS, which stands for a file that was not fetched"))
+      << message;
+  EXPECT_NE(message.find("'git lfs pull'"), std::string::npos) << message;
+}
+
 TEST_P(EveryExtension, RefusesAFileThatMayNotBeRead) {
   const Folder folder;
   const auto path = folder.write(std::string("secret") + GetParam(), "x");

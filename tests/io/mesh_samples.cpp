@@ -86,6 +86,38 @@ std::string gmsh_2_binary(bool swapped) {
   return out.bytes;
 }
 
+std::string gmsh_40_binary(bool swapped) {
+  ByteWriter out{swapped, {}};
+  out.text("$MeshFormat\n4 1 8\n");
+  out.ints({1});
+  out.text("\n$EndMeshFormat\n$Nodes\n");
+  out.sizes({2, 5});
+  out.ints({1, 2, 1});
+  out.sizes({2});
+  out.ints({10});
+  out.doubles({0, 0, 0, 0.5, 0.5});
+  out.ints({3});
+  out.doubles({1, 0, 0, 0.25, 0.5});
+  out.ints({1, 3, 0});
+  out.sizes({3});
+  out.ints({7});
+  out.doubles({0, 1, 0});
+  out.ints({42});
+  out.doubles({0, 0, 1});
+  out.ints({8});
+  out.doubles({1.5, 0.1, -2.5e-4});
+  out.text("\n$EndNodes\n$Elements\n");
+  out.sizes({2, 3});
+  out.ints({1, 2, 2});
+  out.sizes({1});
+  out.ints({1, 10, 3, 7});
+  out.ints({1, 3, 4});
+  out.sizes({2});
+  out.ints({2, 10, 3, 7, 42, 3, 3, 7, 42, 8});
+  out.text("\n$EndElements\n");
+  return out.bytes;
+}
+
 std::string gmsh_41_binary(bool swapped) {
   ByteWriter out{swapped, {}};
   out.text("$MeshFormat\n4.1 1 8\n");
@@ -171,7 +203,9 @@ std::vector<Sample> vtu_by_vtk() {
 std::vector<Sample> all_samples() {
   std::vector<Sample> samples{{"Gmsh 1", ".msh", "Gmsh 1", gmsh_1},
                               {"Gmsh 2.2", ".msh", "Gmsh 2.2 ASCII", gmsh_2},
+                              {"Gmsh 4.0", ".msh", "Gmsh 4.0 ASCII", gmsh_40},
                               {"Gmsh 4.1", ".msh", "Gmsh 4.1 ASCII", gmsh_41},
+                              {"XML in a .vtk", ".vtk", "VTK XML", vtu_ascii},
                               {"Medit", ".mesh", "Medit ASCII", medit},
                               {"VTK legacy 3", ".vtk", "VTK legacy ASCII", vtk_4},
                               {"VTK legacy 5.1", ".vtk", "VTK legacy ASCII", vtk_5},
@@ -179,6 +213,7 @@ std::vector<Sample> all_samples() {
   for (const bool swapped : {false, true}) {
     const std::string order = swapped ? ", other byte order" : "";
     samples.push_back({"Gmsh 2.2 binary" + order, ".msh", "Gmsh 2.2 binary", gmsh_2_binary(swapped)});
+    samples.push_back({"Gmsh 4.0 binary" + order, ".msh", "Gmsh 4 binary", gmsh_40_binary(swapped)});
     samples.push_back({"Gmsh 4.1 binary" + order, ".msh", "Gmsh 4.1 binary", gmsh_41_binary(swapped)});
   }
   for (auto& sample : vtk_legacy_by_vtk()) samples.push_back(std::move(sample));

@@ -15,6 +15,13 @@ inline constexpr const char* gmsh_2 =
     "$Nodes\n5\n10 0 0 0\n3 1 0 0\n7 0 1 0\n42 0 0 1\n8 1.5 0.1 -2.5e-4\n$EndNodes\n"
     "$Elements\n3\n1 4 2 1 1 10 3 7 42\n2 2 2 1 1 10 3 7\n3 4 0 3 7 42 8\n$EndElements\n";
 
+inline constexpr const char* gmsh_40 =
+    "$Comments\nby hand\n$EndComments\n$MeshFormat\n4.0 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 "
+    "1 0 0\n"
+    "$EndEntities\n$Nodes\n2 5\n1 2 1 2\n10 0 0 0 0.5 0.5\n3 1 0 0 0.25 0.5\n1 3 0 3\n7 0 1 0\n42 0 0 1\n"
+    "8 1.5 0.1 -2.5e-4\n$EndNodes\n"
+    "$Elements\n2 3\n1 2 2 1\n1 10 3 7\n1 3 4 2\n2 10 3 7 42\n3 3 7 42 8\n$EndElements\n";
+
 inline constexpr const char* gmsh_41 =
     "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
     "$Nodes\n2 5 3 42\n2 1 1 2\n10\n3\n0 0 0 0.5 0.5\n1 0 0 0.25 0.5\n3 1 0 3\n7\n42\n8\n0 1 0\n0 0 1\n"
@@ -53,8 +60,9 @@ inline constexpr const char* vtu_ascii =
     "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">\n10 5 10\n</DataArray>\n"
     "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 
-/// Version 2.2 and 4.1 binary, in this machine's byte order or the other.
+/// Version 2.2, 4.0 and 4.1 binary, in this machine's byte order or the other.
 std::string gmsh_2_binary(bool swapped);
+std::string gmsh_40_binary(bool swapped);
 std::string gmsh_41_binary(bool swapped);
 
 /// A file's extension with the dot, and its bytes.

@@ -18,8 +18,16 @@ TEST(VtkLegacyReader, RefusesOtherHeads) {
   EXPECT_EQ(error_with(vtk_5, "5.1", "7.0"),
             "a.vtk: line 1: found \"7.0\", expected a version from 1.0 to 5.1");
   EXPECT_EQ(error_with(vtk_5, "ASCII", "XML"), "a.vtk: line 3: found \"XML\", expected ASCII or BINARY");
-  EXPECT_EQ(error_with(vtk_5, "UNSTRUCTURED_GRID", "POLYDATA"),
-            "a.vtk: line 4: found \"POLYDATA\", expected UNSTRUCTURED_GRID");
+  EXPECT_EQ(error_with(vtk_5, "UNSTRUCTURED_GRID", "STRUCTURED_GRID"),
+            "a.vtk: line 4: found \"STRUCTURED_GRID\", expected UNSTRUCTURED_GRID or POLYDATA");
+  const Folder folder;
+  const auto surface = folder.write(
+      "a.vtk",
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
+      "POLYGONS 1 4\n3 0 1 2\n");
+  EXPECT_EQ(error_of(surface),
+            "a.vtk: found PolyData, a surface, expected an unstructured grid with tets; 'palpate mesh " +
+                surface.string() + "' makes tets of a surface");
 }
 
 TEST(VtkLegacyReader, RefusesPointNumbersOutOfRange) {
@@ -33,9 +41,9 @@ TEST(VtkLegacyReader, RefusesCellsThatDoNotFitTheirLists) {
   EXPECT_EQ(error_with(vtk_4, "3 0 1 2\n", "9 0 1 2\n"),
             "a.vtk: cell 1: found a cell beyond the end of the cell list, expected cells that fill the 14 "
             "numbers that "
-            "CELLS announces");
+            "the section announces");
   EXPECT_EQ(error_with(vtk_4, "CELLS 3 14", "CELLS 2 14"),
-            "a.vtk: CELLS: found 5 numbers behind the last cell, expected none");
+            "a.vtk: cells: found 5 numbers behind the last cell, expected none");
   EXPECT_EQ(error_with(vtk_5, "0 4 7 11", "0 4 3 11"),
             "a.vtk: cell 1: found offset 3, expected an offset from 4 to 11");
   EXPECT_EQ(error_with(vtk_5, "0 4 7 11", "1 4 7 11"), "a.vtk: OFFSETS: found 1 first, expected 0 first");

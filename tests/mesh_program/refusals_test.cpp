@@ -80,6 +80,8 @@ TEST_F(MeshRefusals, Flags) {
   refuse({"map.nrrd", "--tets", "skull=10"}, {"--tets", "'skull'", "'label 4'"});
   refuse({"map.nrrd", "--gap", "50"}, {"--gap", "20 voxels"});
   refuse({"map.nrrd", "map.nrrd"}, {"2 inputs"});
+  refuse({"map.nrrd", "--unit", "m"}, {"--unit", "a label map"});
+  refuse({"map.nrrd", "--close-holes", "1"}, {"--close-holes", "a label map"});
   refuse({"map.nrrd", "--space", "world"}, {"--space", "'world'"});
   write("table.txt", "1 bone 1 2 3\n2 fat 300\n");
   refuse({"map.nrrd", "--labels", "table.txt"}, {"table.txt", "line 2", "'2 fat 300'"});
@@ -91,7 +93,7 @@ TEST_F(MeshRefusals, Flags) {
 
 TEST_F(MeshRefusals, Surfaces) {
   write("open.stl", box_stl({0, 0, 0}, {1, 1, 1}, true));
-  refuse({"open.stl"}, {"open.stl", "3 edges", "closed surface"});
+  refuse({"open.stl"}, {"open.stl", "a hole of 3 edges", "a closed surface"});
   write("empty.obj", "# nothing\n");
   refuse({"empty.obj"}, {"empty.obj", "no triangles"});
   write("text.vtp", "no XML");
@@ -120,6 +122,41 @@ TEST_F(MeshRefusals, Surfaces) {
 <Polys><DataArray type="Int32" Name="connectivity">0 0 0</DataArray>
 <DataArray type="Int32" Name="offsets">3 2</DataArray></Polys></Piece></PolyData></VTKFile>)");
   refuse({"offsets.vtp"}, {"offsets.vtp: offsets, number 1: found 2", "3 or more"});
+}
+
+TEST_F(MeshRefusals, DamagedOffAndVtk) {
+  const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  const auto bad = [&](const std::string& name, const std::string& text,
+                       const std::vector<std::string>& parts) {
+    write(name, text);
+    refuse({name}, parts);
+  };
+  bad("cut.off", off.substr(0, 20), {"cut.off: line"});
+  bad("points.off", "OFF\n999999999 1 0\n0 0 0\n",
+      {"points.off: line 2: found \"999999999\"", "the number of points"});
+  bad("corner.off", off.substr(0, off.size() - 2) + "3\n",
+      {"corner.off: line 6: found point number 3", "0 to 2"});
+  bad("corners.off", "OFF\n1 1 0\n0 0 0\n99999 0\n", {"corners.off: line 4: found \"99999\""});
+  bad("four.off", "4OFF\n3 1 0\n", {"four.off: line 1", "three coordinates"});
+  bad("binary.off", "OFF BINARY\n3 1 0\n", {"binary.off: line 1", "in text"});
+  bad("nan.off", "OFF\n3 1 0\n0 nan 0\n1 0 0\n0 1 0\n3 0 1 2\n", {"nan.off: line 3", "finite"});
+  const std::string vtk =
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n";
+  bad("index.vtk", vtk + "POLYGONS 1 4\n3 0 1 7\n", {"index.vtk: polygon 0: found point 7", "3 points"});
+  bad("count.vtk", vtk + "POLYGONS 2 4\n3 0 1 2\n", {"count.vtk: cell 1", "the cell list"});
+  bad("strip.vtk", vtk + "TRIANGLE_STRIPS 1 4\n3 0 1 -2\n", {"strip.vtk: strip 0: found point -2"});
+  bad("cut.vtk", vtk + "POLYGONS 1 4\n3 0 1",
+      {"cut.vtk: line 7", "as many as the rest of the file can hold"});
+  bad("none.vtk", vtk, {"none.vtk", "no triangles"});
+  bad("tets.vtk",
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 "
+      "0 1\n"
+      "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n",
+      {"tets.vtk", "a mesh of tets", "palpate new tets.vtk"});
+  bad("pointer.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n",
+      {"pointer.stl", "git-LFS", "git lfs pull"});
+  bad("pointer.nii.gz", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n",
+      {"pointer.nii.gz", "git-LFS"});
 }
 
 TEST_F(MeshRefusals, PipesAndDevices) {

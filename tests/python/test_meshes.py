@@ -23,6 +23,52 @@ def test_meshes_written_by_meshio_come_back(tmp_path, extension):
     np.testing.assert_allclose(in_order(again, corners), in_order(points, tets), rtol=1e-9, atol=1e-12)
 
 
+def hexahedra_of(cells):
+    """A lattice of unit cubes: points and hexahedra in the order of VTK."""
+    sides = np.array(cells) + 1
+    points = np.stack(np.meshgrid(*map(np.arange, sides), indexing="ij"), -1).reshape(-1, 3).astype(float)
+    def number(i, j, k):
+        return (i * sides[1] + j) * sides[2] + k
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    return points, np.array([[number(i + a, j + b, k + c) for a, b, c in corners]
+                             for i in range(cells[0]) for j in range(cells[1]) for k in range(cells[2])])
+
+
+def volume_of(points, tets):
+    a, b, c, d = (points[tets[:, corner]] for corner in range(4))
+    return np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a)).sum() / 6
+
+
+@pytest.mark.parametrize("extension", ["inp", "xdmf", "vtu", "vtk", "msh"])
+def test_hexahedra_of_meshio_are_cut(tmp_path, extension):
+    points, hexahedra = hexahedra_of((3, 2, 2))
+    file = tmp_path / f"cubes.{extension}"
+    if extension == "xdmf":  # by hand: meshio's writer needs h5py
+        def item(values):
+            return f'<DataItem DataType="{"Int" if values.dtype.kind == "i" else "Float"}" Dimensions="{len(values)} ' \
+                   f'{values.shape[1]}" Format="XML">{" ".join(map(str, values.ravel()))}</DataItem>'
+        file.write_text(f'<Xdmf Version="3.0"><Domain><Grid Name="Grid"><Geometry GeometryType="XYZ">{item(points)}'
+                        f'</Geometry><Topology TopologyType="Hexahedron" NumberOfElements="12">{item(hexahedra)}'
+                        '</Topology></Grid></Domain></Xdmf>')
+    else:
+        meshio.write(file, meshio.Mesh(points, [("hexahedron", hexahedra)]),
+                     file_format="gmsh" if extension == "msh" else None)
+    again, tets = palpate.read_mesh(file)
+    assert len(tets) == 6 * 12
+    assert volume_of(again, tets) == pytest.approx(12.0)
+    faces = np.sort(np.concatenate([tets[:, list(f)] for f in [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]]), axis=1)
+    counts = np.unique(faces, axis=0, return_counts=True)[1]
+    assert (counts == 1).sum() == 64  # two triangles on each unit square of the surface: faces match inside
+
+
+def test_quadratic_tets_of_meshio_are_taken_as_linear(tmp_path):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+    middles = np.array([corners[a] + corners[b] for a, b in [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]]) / 2
+    meshio.write(tmp_path / "ten.inp", meshio.Mesh(np.vstack([corners, middles]), [("tetra10", [list(range(10))])]))
+    points, tets = palpate.read_mesh(tmp_path / "ten.inp")
+    assert tets.tolist() == [[0, 1, 2, 3]] and volume_of(points, tets) == pytest.approx(1 / 6)
+
+
 @pytest.mark.parametrize("compression", ["none", "zlib", "lz4", "lzma"])
 def test_compressed_files_of_vtk(tmp_path, compression):
     """VTK writes with each of its compressors; zlib is ours, LZ4 and LZMA are told apart from damage."""

@@ -11,14 +11,23 @@
 
 namespace palpate::io {
 
+/// Cells of a kind that read_mesh() made four-point tets of.
+struct ConvertedCells {
+  std::string kind;  ///< "hexahedron", "wedge", "tetrahedron10" …
+  Index cells = 0;   ///< how many of them the file has
+  Index tets = 0;    ///< how many tets they became
+};
+
 /// What read_mesh() took from a file.
 struct MeshFile {
-  TetMesh
-      mesh;  ///< all points of the file in its order, and its four-point tets; not yet through check_mesh()
+  TetMesh mesh;        ///< all points of the file in its order, and its tets; not yet through check_mesh()
   std::string format;  ///< in words, as "Gmsh 4.1 binary"
-  /// Kinds of cells that are not four-point tets ("triangle", "line", "tetrahedron10" …) and how many of each
-  /// there were, in the order in which the file first shows them.
+  /// Kinds of cells that no tets were made of ("triangle", "line", "polyhedron" …) and how many of each there
+  /// were, in the order in which the file first shows them.
   std::vector<std::pair<std::string, Index>> dropped;
+  /// Hexahedra, wedges and pyramids, cut into tets, and cells of high order, taken as linear; in the order in
+  /// which the file first shows each kind.
+  std::vector<ConvertedCells> converted;
 };
 
 /// The extensions that read_mesh() knows, lower case and with the dot.
@@ -29,12 +38,14 @@ std::span<const std::string_view> mesh_extensions();
 /// - `.vtu` VTK XML and `.vtk` VTK legacy unstructured grids, ASCII and binary, all encodings and compressors
 ///   of VTK 9.1. The structure is read by our own code: VTK 9.1's readers crash, hang or allocate without
 ///   bound on damaged files; VTK is used for its compressors, and its writers are the oracle of the tests
-/// - `.msh` Gmsh 1, 2 to 2.2 and 4.1, ASCII and binary of either byte order
+///   by one name or the other: XML in a file named `.vtk` is read as `.vtu`
+/// - `.msh` Gmsh 1, 2 to 2.2, 4.0 and 4.1, ASCII and binary of either byte order
 /// - `.node`, `.ele` TetGen: the two files lie side by side, either path will do
 /// - `.mesh` Medit ASCII
 ///
-/// Cells of other kinds are left out and counted in `dropped`. High-order tets are such another kind: their
-/// extra points would change the shape of the body, so they are never taken as four-point tets.
+/// Hexahedra, wedges and pyramids are cut into tets so that cells with a common face cut it alike; of cells
+/// of high order the corners are taken, so that curved edges become straight and their middle points are in
+/// no tet. Both are counted in `converted`. Cells of other kinds are left out and counted in `dropped`.
 ///
 /// Throws Error, naming the file and the line, index or byte, for a file that is missing, unreadable, cut off
 /// or damaged, for indices out of range, for coordinates that are not finite, and

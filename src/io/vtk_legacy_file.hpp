@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "io/vtk_cells.hpp"
+
+namespace palpate::io {
+
+/// The arrays of a VTK legacy file, before cells are checked.
+struct VtkLegacyFile {
+  enum class Dataset { unstructured_grid, poly_data };
+  Dataset dataset = Dataset::unstructured_grid;
+  bool binary = false;
+  std::vector<Vec3> points;  ///< finite
+  VtkCells cells;            ///< of an unstructured grid, or the polygons of PolyData, which have no types
+  VtkCells strips;           ///< triangle strips of PolyData, without types
+};
+
+/// Reads an unstructured grid or PolyData, ASCII or binary, of file versions up to 5.1 (VTK file formats,
+/// "Simple legacy formats"). What follows the cells (point and cell data) is not looked at, vertices and
+/// lines of PolyData are passed over. An ASCII file must end with a line end: the format has no end mark.
+/// Throws Error naming the line or byte.
+VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);
+
+}  // namespace palpate::io
