@@ -1,5 +1,6 @@
 #include "view/wrenches.hpp"
 
+#include <cstddef>
 #include <vector>
 
 #include "geometry/vector.hpp"
@@ -18,6 +19,7 @@ Json vector_json(const Vec3& v) {
 Json wrenches_json(const Simulation& simulation) {
   const Index count = simulation.bodies().body_count();
   std::vector<Wrench> sums;
+  sums.reserve(static_cast<std::size_t>(count));
   for (Index b = 0; b < count; ++b) {
     sums.push_back({.force = {}, .torque = {}, .about = simulation.center_of_mass(b)});
   }

@@ -98,9 +98,9 @@ class BodyMesh {
     material.needsUpdate = true;
   }
 
-  cut(plane: three.Plane | null, size: number): void {
+  cut(plane: three.Plane | null, within: three.Sphere): void {
     this.front.material.clippingPlanes = this.edges.material.clippingPlanes = plane ? [plane] : [];
-    if (plane) this.face.cut(plane, size);
+    if (plane) this.face.cut(plane, within.center, 2.1 * within.radius);
   }
 
   dispose(): void {
@@ -127,7 +127,6 @@ export class BodySet {
   private plane: three.Plane | null = null;
   private isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
-  private readonly squareSize: number;
 
   constructor(stage: Binary<Stage>) {
     this.rest = stage.arrays["rest"] as Float32Array;
@@ -137,7 +136,6 @@ export class BodySet {
     const triangles = stage.arrays["triangles"] as Int32Array;
     this.meshes = stage.header.bodies.map((info, i) => new BodyMesh(info, i, this.rest, triangles));
     this.opacities = this.meshes.map(() => 1);
-    this.squareSize = 4 * stage.header.diagonal;
     for (const mesh of this.meshes) this.group.add(mesh.front, mesh.edges, ...mesh.face.objects);
     this.cut(null);
     this.colour();
@@ -252,10 +250,22 @@ export class BodySet {
   cut(plane: three.Plane | null, names: readonly string[] = []): void {
     this.plane = plane;
     this.isCut = (body) => plane !== null && (names.length === 0 || names.includes(this.meshes[body]!.info.name));
+    const within = this.sphere(this.isCut);
     this.meshes.forEach((mesh, i) => {
-      mesh.cut(this.isCut(i) ? plane : null, this.squareSize);
+      mesh.cut(this.isCut(i) ? plane : null, within);
       mesh.setOpacity(this.opacities[i]!, this.isCut(i));
     });
+  }
+
+  /** About all points of some bodies. */
+  private sphere(wanted: (body: number) => boolean): three.Sphere {
+    const box = new three.Box3();
+    const place = new three.Vector3();
+    for (const [body, mesh] of this.meshes.entries()) {
+      if (!wanted(body)) continue;
+      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) box.expandByPoint(place.fromArray(this.positions, 3 * v));
+    }
+    return box.getBoundingSphere(new three.Sphere());
   }
 
   vertex(index: number): three.Vector3 {

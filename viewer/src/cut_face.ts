@@ -1,29 +1,25 @@
-// The face where a plane cuts a body: its inside is where a ray from the eye has left the body as often as it entered,
-// counted in the stencil of the picture; there a square in the plane is drawn.
+// The face where a plane cuts a body: a ray from the eye that has crossed the surface an odd number of times is inside of
+// it there. Crossings turn a bit of the picture's stencil over; where it is set a square in the plane is drawn.
 import * as three from "three";
 
 /** One square for all faces, placed alike, so that where bodies overlap the faces have the same depth to the bit. */
 const square = new three.PlaneGeometry(1, 1);
 
-function counting(side: three.Side, count: three.StencilOp): three.MeshBasicMaterial {
-  return new three.MeshBasicMaterial({
-    side,
+export class CutFace {
+  readonly objects: three.Mesh[];
+  private readonly crossings = new three.MeshBasicMaterial({
+    side: three.DoubleSide,
     depthTest: false,
     depthWrite: false,
     colorWrite: false,
     transparent: true,  // with the faces in one sorted list, body by body
     stencilWrite: true,
+    stencilWriteMask: 1,
     stencilFunc: three.AlwaysStencilFunc,
-    stencilFail: count,
-    stencilZFail: count,
-    stencilZPass: count,
+    stencilFail: three.InvertStencilOp,
+    stencilZFail: three.InvertStencilOp,
+    stencilZPass: three.InvertStencilOp,
   });
-}
-
-export class CutFace {
-  readonly objects: three.Mesh[];
-  private readonly enters = counting(three.FrontSide, three.DecrementWrapStencilOp);
-  private readonly leaves = counting(three.BackSide, three.IncrementWrapStencilOp);
   private readonly face: three.Mesh<three.PlaneGeometry, three.MeshBasicMaterial>;
 
   /** @param order  of the body: faces are drawn one after the other */
@@ -42,11 +38,11 @@ export class CutFace {
         stencilZPass: three.ReplaceStencilOp,
       }),
     );
-    this.objects = [new three.Mesh(geometry, this.leaves), new three.Mesh(geometry, this.enters), this.face];
+    this.objects = [new three.Mesh(geometry, this.crossings), this.face];
     this.objects.forEach((object, i) => {
       object.frustumCulled = false;
       object.visible = false;
-      object.renderOrder = 10 + 3 * order + i;
+      object.renderOrder = 10 + 2 * order + i;
     });
   }
 
@@ -58,15 +54,16 @@ export class CutFace {
     this.face.material.opacity = opacity;
   }
 
-  /** @param size  of the square: more than any body's */
-  cut(plane: three.Plane, size: number): void {
-    for (const material of [this.enters, this.leaves]) material.clippingPlanes = [plane];
-    this.face.position.copy(plane.coplanarPoint(new three.Vector3()));
+  /** The square has to hold all that is cut. */
+  cut(plane: three.Plane, middle: three.Vector3, size: number): void {
+    this.crossings.clippingPlanes = [plane];
+    plane.projectPoint(middle, this.face.position);
     this.face.quaternion.setFromUnitVectors(new three.Vector3(0, 0, 1), plane.normal);
     this.face.scale.setScalar(size);
   }
 
   dispose(): void {
-    for (const material of [this.enters, this.leaves, this.face.material]) material.dispose();
+    this.crossings.dispose();
+    this.face.material.dispose();
   }
 }

@@ -40,7 +40,8 @@ export function showTag(frame: Frame, stage: Stage, bodies: BodySet, view: Scene
   tag.textContent = forceText(held.force, stage.units) + (limited ? " – the most this tissue can take" : "");
   tag.classList.toggle("limited", limited);
   const { x, y } = view.place(held.place);
-  tag.style.transform = `translate(${x + 14}px, ${y - 30}px)`;
+  const left = x > 0.6 * view.canvas.clientWidth ? x - 14 - tag.offsetWidth : x + 14;
+  tag.style.transform = `translate(${left}px, ${y - 30}px)`;
 }
 
 /** What there is to say of a picked vertex. */

@@ -1,6 +1,7 @@
 // Camera, lights and drawing: a picture is drawn when something changed, and only then.
 import * as three from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Resolution } from "./resolution";
 
 /** Share of the frame that is filled. */
 const fill = 0.86;
@@ -38,6 +39,7 @@ export class SceneView {
   readonly controls: OrbitControls;
   readonly renderer: three.WebGLRenderer;
   private stale = true;
+  private readonly resolution = new Resolution(() => this.resize());
   private readonly lamp = new three.DirectionalLight(0xfff6ea, 2.3);
   private readonly sky = new three.HemisphereLight(0xf4f8ff, 0x9a8f86, 1.35);
   /** Called before and after each picture is drawn. */
@@ -61,7 +63,9 @@ export class SceneView {
 
   private loop(): void {
     requestAnimationFrame(() => this.loop());
+    this.resolution.ready();
     if (!this.stale) return;
+    this.resolution.draws();
     this.draw();
     this.drawn();
   }
@@ -75,7 +79,7 @@ export class SceneView {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.resolution.share * Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
