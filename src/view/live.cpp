@@ -54,7 +54,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
       // A fifth of an edge in a step: what tissue in contact can follow.
       rails_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
-      limits_(simulation_.bodies(), simulation_.contact_materials()),
+      limits_(simulation_.bodies(), simulation_.contact_materials(), model_.obstacles),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
 
 Index LiveSource::body_of_motion(Index motion) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -7,15 +8,20 @@
 
 namespace palpate::view {
 
-/// How hard a point of tissue may be pulled: what stretches the tissue around it by about its own size. A
-/// point carries a third of the surface triangles around it; their area at rest times Young's modulus times
-/// largest_strain is the limit. A hand that pulls harder turns tets inside out.
+/// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out. The lesser of
+/// - what stretches the tissue around the point by about its own size: Young's modulus times largest_strain
+/// times a
+///   third of the area at rest of the surface triangles there,
+/// - what presses the whole body into the softest that lies against it (its box meets the body's) by
+/// largest_squeeze:
+///   Young's modulus of that, times a quarter of the body's surface, which is a ball's cross-section.
 class PullLimits {
  public:
   static constexpr double largest_strain = 0.5;
+  static constexpr double largest_squeeze = 0.3;
 
-  /// \param materials  (n_bodies) with Young's modulus. O(points + triangles).
-  PullLimits(const Bodies& bodies, std::span<const Material> materials);
+  /// \param rigid  (n_bodies) 1: a body that does not deform; empty: none. O(points + triangles + bodies^2).
+  PullLimits(const Bodies& bodies, std::span<const Material> materials, std::span<const std::uint8_t> rigid);
 
   /// The largest force of a pull, in the unit of the scene; 0 at a point inside.
   [[nodiscard]] double force(Index point) const { return forces_[static_cast<std::size_t>(point)]; }

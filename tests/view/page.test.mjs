@@ -7,7 +7,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync }
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch, webgl } from "../browser.mjs";
+import { launch, root, webgl } from "../browser.mjs";
 
 const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
 const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
@@ -474,5 +474,23 @@ test("a cut has faces in the colour of the body, and edges show", async () => {
   await shot(page, "cut-face");
   noComplaints(page);
   await page.close();
+  await server.end();
+});
+
+test("has no violations of accessibility that axe finds, wide and narrow, light and dark", async () => {
+  const axe = readFileSync(join(root, "viewer/node_modules/axe-core/axe.min.js"), "utf8");
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  for (const size of [{ width: 1440, height: 900 }, { width: 390, height: 844 }]) {
+    for (const colorScheme of ["light", "dark"]) {
+      const page = await open(server.address, { viewport: size, colorScheme, bypassCSP: true });
+      if (!(await page.isVisible("#panel"))) await page.click("#panel-toggle");
+      await page.evaluate(() => document.querySelectorAll("details").forEach((section) => (section.open = true)));
+      await page.selectOption("#colouring", "von_mises");
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => window.axe.run());
+      assert.deepEqual(violations.map((v) => [v.id, v.nodes[0].html]), []);
+      await page.close();
+    }
+  }
   await server.end();
 });

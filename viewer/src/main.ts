@@ -6,6 +6,7 @@ import { bindKeys, showKeys } from "./keyboard";
 import { Layers } from "./layers";
 import { Hover, showScaleBar, Triad } from "./overlay";
 import { Panel } from "./panel";
+import { Notice } from "./notice";
 import { byId } from "./parts";
 import { Connection, type Arrays, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
 import { pickedLines, Rate, showLegend, showTag } from "./readouts";
@@ -31,7 +32,7 @@ class Page {
   private arrays?: Arrays;
   private drawn = 0;
   private picked: number | null = null;
-  private noticeTimer = 0;
+  private readonly notices = new Notice();
   private readonly rate = new Rate();
   private readonly triad = new Triad();
   private readonly shadows = new Shadows(this.view);
@@ -84,7 +85,7 @@ class Page {
       look: () => this.look(),
       viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
       reshade: () => this.reshade(),
-      lookFrom: (position, target) => this.fit(position && target ? new three.Vector3(...position).sub(new three.Vector3(...target)) : undefined),
+      lookFrom: (position, target) => this.fit(position && target ? new three.Vector3(...position).sub(new three.Vector3(...target)) : this.view.corner()),
       moveRails: (motion, time) => this.send("move_rails", { motion, time }),
     });
     this.picked = null;
@@ -95,8 +96,8 @@ class Page {
     this.reshade();
   }
 
-  /** Fills the frame with what is shown, seen from a direction; from a corner without one. */
-  private fit(from = this.view.corner()): void {
+  /** Fills the frame with what is shown, seen from a direction; without one as it is. */
+  private fit(from = this.view.back()): void {
     if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
   }
 
@@ -202,33 +203,24 @@ class Page {
     if (![...speed.options].some((o) => o.value === value)) speed.add(new Option(`× ${short(Number(value))}`, value));
     speed.value = value;
     this.panel?.state(state);
-    if (state.error) this.notice(`The simulation has stopped: ${state.error}. Reset begins again.`, true);
-    else if (byId("notice").dataset["kind"] === "error") byId("notice").hidden = true;
+    if (state.error) this.notices.show(`The simulation has stopped: ${state.error}. Reset begins again.`, true);
+    else this.notices.hideError();
   }
 
   private takeRefusal(refusal: Refusal): void {
-    this.notice(refusal.why);
+    this.notices.show(refusal.why);
   }
 
   private setConnected(open: boolean): void {
     document.body.dataset["connected"] = String(open);
     if (open) {
-      byId("notice").hidden = true;
+      this.notices.hide();
       this.look();
     } else {
       this.drawn = 0;
       this.frame = undefined;
-      this.notice("No connection to the server; trying again.", true);
+      this.notices.show("No connection to the server; trying again.", true);
     }
-  }
-
-  private notice(text: string, stays = false): void {
-    const element = byId("notice");
-    element.textContent = text;
-    element.dataset["kind"] = stays ? "error" : "note";
-    element.hidden = false;
-    clearTimeout(this.noticeTimer);
-    if (!stays) this.noticeTimer = window.setTimeout(() => (element.hidden = true), 5000);
   }
 
   private bindButtons(): void {
@@ -286,7 +278,7 @@ class Page {
       else this.recorder.start(this.stage?.name ?? "palpate");
       this.view.redraw();  // a canvas at rest sends no picture
     } catch (error) {
-      this.notice(String(error));
+      this.notices.show(String(error));
     }
     button.setAttribute("aria-pressed", String(this.recorder.running));
     button.textContent = this.recorder.running ? "Stop" : "Video";
@@ -312,7 +304,7 @@ class Page {
     if (this.touch.holds) this.touch.letGo();
     else {
       const { x, y } = this.view.middle();
-      if (!this.touch.take(x, y)) this.notice("There is nothing to pull at the middle of the view.");
+      if (!this.touch.take(x, y)) this.notices.show("There is nothing to pull at the middle of the view.");
     }
     crosshair.hidden = !this.touch.holds;
   }

@@ -98,6 +98,11 @@ export class SceneView {
     this.sky.position.copy(up);
   }
 
+  /** From what is looked at to the eye. */
+  back(): three.Vector3 {
+    return this.camera.position.clone().sub(this.controls.target);
+  }
+
   /** From a corner, a little from above. */
   corner(): three.Vector3 {
     const up = this.camera.up;
