@@ -18,7 +18,7 @@ namespace palpate::view {
 class PullLimits {
  public:
   static constexpr double largest_strain = 0.5;
-  static constexpr double largest_squeeze = 0.3;
+  static constexpr double largest_squeeze = 0.1;
 
   /// \param rigid  (n_bodies) 1: a body that does not deform; empty: none. O(points + triangles + bodies^2).
   PullLimits(const Bodies& bodies, std::span<const Material> materials, std::span<const std::uint8_t> rigid);
