@@ -9,15 +9,13 @@
 namespace palpate::view {
 
 /// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out. The lesser of
-/// - what stretches the tissue around the point by about its own size: Young's modulus times largest_strain
-/// times a
-///   third of the area at rest of the surface triangles there,
-/// - what presses the whole body into the softest that lies against it (its box meets the body's) by
-/// largest_squeeze:
-///   Young's modulus of that, times a quarter of the body's surface, which is a ball's cross-section.
+/// - what stretches the tissue around the point by about a third of its own size: largest_strain times
+///   Young's modulus times a third of the area at rest of the surface triangles there,
+/// - what presses the whole body into the softest that lies against it (their boxes meet): largest_squeeze
+///   times Young's modulus of that times a quarter of the body's surface, a ball's cross-section.
 class PullLimits {
  public:
-  static constexpr double largest_strain = 0.5;
+  static constexpr double largest_strain = 0.3;
   static constexpr double largest_squeeze = 0.1;
 
   /// \param rigid  (n_bodies) 1: a body that does not deform; empty: none. O(points + triangles + bodies^2).
