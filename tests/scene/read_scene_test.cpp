@@ -386,7 +386,8 @@ TEST(ReadScene, TellsDetectionWhichBodiesTouchThemselves) {
 TEST(ReadScene, TakesTheSidesOfAPatientOneOfEachPair) {
   const auto scene_with = [](const std::string& axes) {
     const std::string body = R"({"ball": {"radius": 1, "resolution": 1}, "obstacle": true})";
-    return read_scene_text(R"({"axes": ")" + axes + R"(", "bodies": [)" + body + "]}", "text");
+    return read_scene_text(R"({"name": "patient", "axes": ")" + axes + R"(", "bodies": [)" + body + "]}",
+                           "text");
   };
   EXPECT_EQ(scene_with("LPS").axes, "LPS");
   EXPECT_EQ(read_scene_text(write_scene(scene_with("RAI")), "again").axes, "RAI");
