@@ -36,56 +36,82 @@ async function playTo(page, end) {
   await page.click("#play");
 }
 
-/** The orbit, cut open: a plate is pushed up along its floor and lifts the bulb. */
+/** Draws the mouse's arrow where it is: pictures leave it out. */
+async function showMouse(page) {
+  await page.evaluate(() => {
+    const arrow = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    arrow.setAttribute("viewBox", "0 0 16 24");
+    arrow.style.cssText = "position: fixed; width: 20px; height: 30px; pointer-events: none; z-index: 9; left: -99px";
+    arrow.innerHTML = '<path d="M1 1v18l4.5-4 3 7 3-1.3-3-6.7H15z" fill="#fff" stroke="#000" stroke-width="1.4"/>';
+    document.body.append(arrow);
+    addEventListener("pointermove", (event) => { arrow.style.left = `${event.clientX}px`; arrow.style.top = `${event.clientY}px`; }, { capture: true });
+  });
+}
+
+/** The orbit, cut open: a plate lifts the bulb; a hand pulls at the bulb, and lets go. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
-  const page = await open(address, { width: 760, height: 500 });
+  const page = await open(address, { width: 800, height: 560 });
   await page.selectOption("#scene-view", "tissues");
   await page.click("#panel-toggle");
-  await page.focus("#canvas");
-  for (let i = 0; i < 5; ++i) await page.keyboard.press("+");
+  await page.click("#fit");
+  await showMouse(page);
   const place = mkdtempSync(join(tmpdir(), "palpate-pictures-"));
   const files = [];
+  const box = await page.locator("#canvas").boundingBox();
+  const at = (x, y) => page.mouse.move(box.x + x * box.width, box.y + y * box.height);
+  const from = [0.36, 0.57];
   await page.click("#play");
-  for (let t = 0; t <= 1.5; t += 0.05) {
+  for (let step = 0; step < 34; ++step) {
+    const t = 0.04 * step;
     await waitFor(page, async () => (await time(page)) >= t - 1e-9);
+    const pull = Math.min(1, (step - 12) / 8);
+    if (step === 11) await at(...from);
+    if (step === 12) await page.mouse.down();
+    if (step > 12 && step < 29) await at(from[0] - 0.22 * pull, from[1] - 0.2 * pull);
+    if (step === 29) await page.mouse.up();
     const file = join(place, `${String(files.length).padStart(3, "0")}.png`);
     await page.locator("#view").screenshot({ path: file });
     files.push(file);
   }
-  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "75", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1200", files.at(-1), "-o", join(folder, "viewer.webp")]);
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "70", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
+  if (process.env.KEEP) spawnSync("cp", [...files, process.env.KEEP]);
   rmSync(place, { recursive: true });
   await page.close();
   child.kill();
 }
 
-/** One picture of the whole page. */
-async function picture(name, scene, prepare, size = { width: 1200, height: 720 }, end = 0.3) {
-  const { child, address } = await serve(scene, "--paused", "--speed", "max");
-  const page = await open(address, size);
-  if (end > 0) await playTo(page, end);
-  await prepare(page);
-  await page.waitForTimeout(800);
-  await page.screenshot({ path: join(folder, `viewer-${name}.png`) });
-  await page.close();
-  child.kill();
+/** The page at the size of a desk and of a phone, in both themes, with the panel where there is room. */
+async function looks() {
+  for (const [scene, end, prepare] of [
+    ["eye", 0.6, async () => {}],
+    ["skull", 0.8, async () => {}],
+    ["stacking", 0.3, async (page) => {
+      await page.selectOption("#colouring", "depth");
+      await page.check("#cut");
+    }],
+  ]) {
+    const { child, address } = await serve(`scenes/${scene}.json`, "--paused", "--speed", "max");
+    for (const [name, size] of [["desk", { width: 1440, height: 900 }], ["phone", { width: 390, height: 844 }]]) {
+      const page = await open(address, size);
+      if ((await time(page)) < end) await playTo(page, end);
+      if (name === "phone") await page.click("#panel-toggle");
+      await prepare(page);
+      if (name === "phone") await page.click("#panel-toggle");
+      await page.click("#fit");
+      for (const theme of ["light", "dark"]) {
+        await page.waitForTimeout(1500);
+        await page.screenshot({ path: join(folder, `viewer-${scene}-${name}-${theme}.png`) });
+        await page.click("#theme");
+      }
+      await page.close();
+    }
+    child.kill();
+  }
 }
 
 const wanted = process.argv.slice(4);
-const pictures = {
-  animation,
-  stacking: () => picture("stacking", "scenes/stacking.json", async (page) => {
-    await page.selectOption("#colouring", "depth");
-    await page.check("#cut");
-  }),
-  eye: () => picture("eye", "scenes/eye.json", (page) => page.selectOption("#scene-view", "organs"), undefined, 1),
-  skull: () => picture("skull", "scenes/skull.json", (page) => page.selectOption("#scene-view", "displacement"), undefined, 1),
-  contacts: () => picture("contacts", "examples/scenes/press.json", async (page) => {
-    for (const id of ["show-arrows", "show-borders"]) await page.check(`#${id}`);
-    await page.selectOption("#colouring", "displacement");
-    await page.click("#theme");
-  }, undefined, 0.6),
-};
+const pictures = { animation, looks };
 for (const [name, make] of Object.entries(pictures)) if (wanted.length === 0 || wanted.includes(name)) await make();
 await browser.close();

@@ -51,7 +51,7 @@ def main():
     for shift, color in [(0.0, "tan"), (np.array([0.0, 0.02, 0.08]), "lightblue")]:
         made.add_mesh(palpate.to_pyvista(shown["points"] + shift, shown["tets"]), color=color, opacity=0.35)
     show_contacts(made, shown["both"], shown["contacts"])
-    save(made, "detect", [(0.3, -0.05, 0.09), (0, 0.01, 0.04), (0, 0, 1)])
+    save(made, "detect", [(0.42, -0.07, 0.11), (0, 0.01, 0.04), (0, 0, 1)])
 
     shown = example("world")
     made = plotter()

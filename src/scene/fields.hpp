@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
@@ -259,12 +260,23 @@ void describe(Visitor& v, RelaxSettings& relax) {
   v.field("max_steps", relax.max_steps, at_least(1));
 }
 
+/// Whether a text has one letter of each of the pairs left/right, anterior/posterior, superior/inferior.
+inline bool names_three_sides(std::string_view axes) {
+  const auto counted = [&](std::string_view pair) {
+    return std::ranges::count_if(axes, [&](char c) { return pair.find(c) != std::string_view::npos; });
+  };
+  return axes.size() == 3 && counted("LR") == 1 && counted("AP") == 1 && counted("SI") == 1;
+}
+
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
   v.ignored("$schema");  // editors check and complete by it
   v.field("name", scene.name);
   v.object("units", scene.units);
   v.set_units(scene.units);
+  v.optional("axes", scene.axes);
+  v.rule(!scene.axes || names_three_sides(*scene.axes), "axes", scene.axes.value_or(""),
+         "three letters, one of each pair L or R, A or P, S or I, as \"LPS\"");
   v.field("time_step", scene.settings.time_step, above(0).in(dimension::time));
   v.field("duration", scene.duration, above(0).in(dimension::time));
   v.field("gravity", scene.settings.gravity, any.in(dimension::acceleration));

@@ -217,6 +217,9 @@ inline bool is_rigid(const SceneBody& body) {
 struct Scene {
   std::string name;
   Units units;
+  /// Towards which side of the patient x, y and z point: "LPS" is left, posterior, superior. None: no
+  /// patient.
+  std::optional<std::string> axes{};
   SimulationSettings settings;
   double duration = 1.0;               ///< simulated time, > 0
   std::optional<RelaxSettings> relax;  ///< overlaps at the start are removed before a run; none: they stay

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -17,6 +19,7 @@ using scene_format::Limits;
 using namespace nlohmann::literals;
 
 const std::string source = "message from the page";
+constexpr std::size_t most_fields = 4;
 
 /// What of a simulation can change while it runs.
 struct LiveSettings {
@@ -75,6 +78,12 @@ void describe(Visitor& v, Look& look) {
   v.field("contacts", look.contacts);
   v.field("borders", look.borders);
   v.field("cells", look.cells);
+  v.field("forces", look.forces);
+  FieldNames names{look.fields};
+  v.field("fields", names);
+  v.rule(names.names.size() <= most_fields, "fields", std::to_string(names.names.size()),
+         "at most " + std::to_string(most_fields));
+  look.fields = std::move(names.names);
 }
 template <class Visitor>
 void describe(Visitor& v, Shown& shown) {

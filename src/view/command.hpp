@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
@@ -56,6 +57,8 @@ struct Look {
   bool contacts = false;
   bool borders = false;
   bool cells = false;
+  bool forces = false;                ///< of contacts, on each body
+  std::vector<std::string> fields{};  ///< by name, a number for each vertex; of a vector its length
   friend bool operator==(const Look&, const Look&) = default;
 };
 /// The page has drawn a frame: it can take another.

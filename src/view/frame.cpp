@@ -38,7 +38,7 @@ void add_positions(Message& message, const char* name, const Surface& surface,
   for (const Index point : surface.points()) writer.add_position(at(positions, point));
 }
 
-/// Of each contact: position, direction, depth; vertex (-1 for a point inside) and penetrated body.
+/// Of each contact: position, direction, depth; vertex (-1 for a point inside), its body, penetrated body.
 void add_contacts(Message& message, const Source& source, const Surface& surface) {
   const Contacts& contacts = source.detector().contacts();
   {
@@ -49,10 +49,11 @@ void add_contacts(Message& message, const Source& source, const Surface& surface
       writer.add(contacts.depth[c]);
     }
   }
-  const std::span<std::int32_t> where = message.add_integers("contact_places", 2 * contacts.size());
+  const std::span<std::int32_t> where = message.add_integers("contact_places", 3 * contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    where[2 * c] = surface.vertex_of(contacts.point[c]);
-    where[2 * c + 1] = contacts.body[c];
+    where[3 * c] = surface.vertex_of(contacts.point[c]);
+    where[3 * c + 1] = at(source.bodies().body_of_point(), contacts.point[c]);
+    where[3 * c + 2] = contacts.body[c];
   }
 }
 
@@ -74,6 +75,17 @@ void add_borders(Message& message, const Source& source) {
   for (const Crossing& crossing : detector.crossings()) {
     const auto [in, out] = ends(crossing.border_edge);
     crossings.add_position(in + crossing.parameter * (out - in));
+  }
+}
+
+/// A number for each vertex, of each field that this source has; NaN where it has no value.
+void add_fields(Message& message, const Source& source, const Surface& surface,
+                std::span<const std::string> names) {
+  for (const std::string& name : names) {
+    const std::vector<double> values = source.field(name);
+    if (values.empty()) continue;
+    Writer writer(message.add_floats(name, surface.points().size()), source.stage().origin);
+    for (const Index point : surface.points()) writer.add(at(values, point));
   }
 }
 
@@ -127,10 +139,12 @@ std::string frame_message(const Source& source, const Surface& surface, const Lo
   header["kind"] = "frame";
   header["time"] = source.time();
   header["counts"] = source.counts();
+  if (look.forces) header["forces"] = source.forces();
   add_positions(message, "positions", surface, source.positions(), source.stage().origin);
   if (look.contacts) add_contacts(message, source, surface);
   if (look.borders) add_borders(message, source);
   if (look.cells) add_cells(message, source, header);
+  add_fields(message, source, surface, look.fields);
   return message.finish(std::move(header));
 }
 

@@ -33,6 +33,17 @@ Json vector_json(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
+/// The fields that a page can colour by: numbers and vectors that every step knows.
+Json fields_json() {
+  Json list = Json::array();
+  for (const FieldInfo& field : field_infos()) {
+    if (field.components > 3 || field.name == "reaction") continue;
+    const Dimension& d = field.dimension;
+    list.push_back({{"name", field.name}, {"title", field.title}, {"dimension", {d.mass, d.length, d.time}}});
+  }
+  return list;
+}
+
 }  // namespace
 
 LiveSource::LiveSource(const Scene& scene, Model model, int threads)
@@ -43,6 +54,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
       // A fifth of an edge in a step: what tissue in contact can follow.
       rails_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
+      limits_(simulation_.bodies(), simulation_.contact_materials(), model_.obstacles),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
 
 Index LiveSource::body_of_motion(Index motion) const {
@@ -70,6 +82,7 @@ Json LiveSource::about(const Scene& scene) const {
       about_json(scene, bodies_json(bodies(), surface_, scene), extent_of(bodies().points_rest()).diagonal);
   json["mode"] = "live";
   json["motions"] = motions_json();
+  json["fields"] = fields_json();
   json["typical_stiffness"] = typical_contact_stiffness();
   json["choices"] = {{"structure", names_json(structure_names)},
                      {"order", names_json(order_names)},
@@ -81,10 +94,14 @@ Json LiveSource::about(const Scene& scene) const {
 void LiveSource::advance() {
   Stopwatch watch;
   rails_.lead(simulation_, time(), simulation_.settings().time_step);
+  lead_pulls();
+  simulation_.record_reactions(rails_.holds());
+  knows_reactions_ = false;
   const StepMetrics& m = simulation_.step();
   const DetectionTimes& t = m.detection_seconds;
   seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
               t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
+  knows_reactions_ = rails_.holds();
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
 }
@@ -93,6 +110,7 @@ void LiveSource::reset() {
   simulation_ = Simulation(Model(model_), simulation_.settings(), threads_);
   rails_.reset();
   pulls_.clear();
+  knows_reactions_ = false;
   seconds_ = {};
   steps_not_converged_ = 0;
   most_inverted_tets_ = 0;
@@ -111,7 +129,7 @@ Json LiveSource::counts() const {
   json["inverted_tets"] = {{"now", m.inverted_tets}, {"most", most_inverted_tets_}};
   json["at_rest"] = simulation_.at_rest();
   json["pulls"] = pulls_json();
-  json["rails"] = rails_.json(m.time);
+  json["rails"] = rails_json();
   return json;
 }
 
@@ -121,9 +139,35 @@ Json LiveSource::pulls_json() const {
     list.push_back({{"client", client},
                     {"vertex", held.vertex},
                     {"target", vector_json(held.target - stage_.origin)},
-                    {"force", vector_json(simulation_.grab_force(held.grab))}});
+                    {"force", vector_json(simulation_.grab_force(held.grab))},
+                    {"most", held.most}});
   }
   return list;
+}
+
+/// With what the motor of each that is led by hand must give.
+Json LiveSource::rails_json() const {
+  Json list = rails_.json(time());
+  if (!knows_reactions_) return list;
+  for (std::size_t m = 0; m < list.size(); ++m) {
+    if (!list[m]["held"]) continue;
+    list[m]["force"] = vector_json(simulation_.reaction_of_motion(static_cast<Index>(m), {}).force);
+  }
+  return list;
+}
+
+Index LiveSource::spring(const Held& held) {
+  const Index point = at(surface_.points(), held.vertex);
+  const double stiffness = limited_stiffness(at(positions(), point), held.target, held.stiffness, held.most);
+  return simulation_.grab({point, held.target, stiffness});
+}
+
+/// A hand far away pulls no harder than the tissue can take.
+void LiveSource::lead_pulls() {
+  for (auto& [client, held] : pulls_) {
+    simulation_.release(held.grab);
+    held.grab = spring(held);
+  }
 }
 
 /// N/m: what one layer of tets of the body resists about as much as.
@@ -166,16 +210,17 @@ void LiveSource::apply(Client client, const Pull& pull) {
   }
   const Vec3 target = stage_.origin + pull.target;
   const double stiffness = pull.strength * usual_stiffness(at(bodies().body_of_point(), point));
-  const Index grab = simulation_.grab({point, target, stiffness});
+  Held held{.vertex = pull.vertex, .target = target, .stiffness = stiffness, .most = limits_.force(point)};
+  held.grab = spring(held);
   forget(client);
-  pulls_[client] = {grab, pull.vertex, target};
+  pulls_[client] = held;
 }
 
 void LiveSource::apply(Client client, const MovePull& pull) {
   const auto held = pulls_.find(client);
   if (held == pulls_.end()) return;  // a reset has taken it
   const Vec3 target = stage_.origin + pull.target;
-  simulation_.move_grab(held->second.grab, target);
+  simulation_.move_grab(held->second.grab, target);  // refuses what is no place
   held->second.target = target;
 }
 

@@ -5,9 +5,12 @@
 
 #include <palpate/simulation.hpp>
 
+#include "scene/field_values.hpp"
 #include "scene/scene.hpp"
+#include "view/pull_limits.hpp"
 #include "view/rails_control.hpp"
 #include "view/source.hpp"
+#include "view/wrenches.hpp"
 
 namespace palpate::view {
 
@@ -29,6 +32,10 @@ class LiveSource : public Source {
   void reset() override;
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
   [[nodiscard]] nlohmann::ordered_json counts() const override;
+  [[nodiscard]] nlohmann::ordered_json forces() const override { return wrenches_json(simulation_); }
+  [[nodiscard]] std::vector<double> field(const std::string& name) const override {
+    return point_scalars(simulation_, name);
+  }
   [[nodiscard]] nlohmann::ordered_json settings() const override {
     return settings_json(simulation_.settings());
   }
@@ -47,11 +54,17 @@ class LiveSource : public Source {
   struct Held {
     Index grab = -1;
     Index vertex = -1;
-    Vec3 target{};
+    Vec3 target{};           ///< where the hand is
+    double stiffness = 0.0;  ///< of the spring that pulls with less than `most`
+    double most = 0.0;       ///< force, see PullLimits
   };
   [[nodiscard]] nlohmann::ordered_json about(const Scene& scene) const;
   [[nodiscard]] nlohmann::ordered_json motions_json() const;
   [[nodiscard]] nlohmann::ordered_json pulls_json() const;
+  [[nodiscard]] nlohmann::ordered_json rails_json() const;
+  void lead_pulls();
+  /// A grab with the spring that is right for now.
+  [[nodiscard]] Index spring(const Held& held);
   [[nodiscard]] Index body_of_motion(Index motion) const;
   [[nodiscard]] double usual_stiffness(Index body) const;
   [[nodiscard]] double typical_contact_stiffness() const;
@@ -63,10 +76,12 @@ class LiveSource : public Source {
   Surface surface_;
   std::vector<double> edge_lengths_;  ///< (n_bodies) mean, at rest
   RailsControl rails_;
+  PullLimits limits_;
   Stage stage_;
   PhaseSeconds seconds_{};
   std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
   std::int64_t most_inverted_tets_ = 0;   ///< the same
+  bool knows_reactions_ = false;          ///< the last step noted what holds what is on rails
   std::map<Client, Held> pulls_;
 };
 

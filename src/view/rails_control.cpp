@@ -72,6 +72,10 @@ void RailsControl::reset() {
   for (Rail& rail : rails_) rail = {std::move(rail.path)};
 }
 
+bool RailsControl::holds() const {
+  return std::ranges::any_of(rails_, &Rail::held);
+}
+
 nlohmann::ordered_json RailsControl::json(double now) const {
   auto list = nlohmann::ordered_json::array();
   for (const Rail& rail : rails_) {

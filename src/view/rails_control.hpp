@@ -25,6 +25,8 @@ class RailsControl {
   void lead(Simulation& simulation, double now, double time_step);
   void reset();
 
+  /// Whether a hand holds any.
+  [[nodiscard]] bool holds() const;
   /// For each of the rails: its body's time on the path, its offset, whether it is held.
   [[nodiscard]] nlohmann::ordered_json json(double now) const;
 

@@ -123,6 +123,10 @@ void Hub::look() {
     all.contacts = all.contacts || page->look().contacts;
     all.borders = all.borders || page->look().borders;
     all.cells = all.cells || page->look().cells;
+    all.forces = all.forces || page->look().forces;
+    for (const std::string& name : page->look().fields) {
+      if (std::ranges::find(all.fields, name) == all.fields.end()) all.fields.push_back(name);
+    }
   }
   player->look(all);
 }

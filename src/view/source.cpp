@@ -34,14 +34,17 @@ Json views_json(const Scene& scene) {
 }  // namespace
 
 Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
-  return {{"name", scene.name},
-          {"units", {{"length", scene.units.length}, {"mass", scene.units.mass}, {"time", scene.units.time}}},
-          {"diagonal", diagonal},
-          {"duration", scene.duration},
-          {"time_step", scene.settings.time_step},
-          {"settings", settings_json(scene.settings)},
-          {"views", views_json(scene)},
-          {"bodies", bodies}};
+  Json json{
+      {"name", scene.name},
+      {"units", {{"length", scene.units.length}, {"mass", scene.units.mass}, {"time", scene.units.time}}},
+      {"diagonal", diagonal},
+      {"duration", scene.duration},
+      {"time_step", scene.settings.time_step},
+      {"settings", settings_json(scene.settings)},
+      {"views", views_json(scene)},
+      {"bodies", bodies}};
+  if (scene.axes) json["axes"] = *scene.axes;
+  return json;
 }
 
 Json detection_json(const DetectionCounts& counts) {

@@ -56,6 +56,10 @@ class Source {
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   /// Counts of the state, for the page.
   [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
+  /// Per body what contacts do to it (wrenches_json()); empty where that is not known.
+  [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
+  /// (n_points) numbers of a field; empty where this source has none of that name.
+  [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }
   /// What can be set, as it is.
   [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
 

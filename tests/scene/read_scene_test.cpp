@@ -383,5 +383,18 @@ TEST(ReadScene, TellsDetectionWhichBodiesTouchThemselves) {
   EXPECT_TRUE(again.bodies[1].self_collision);
 }
 
+TEST(ReadScene, TakesTheSidesOfAPatientOneOfEachPair) {
+  const auto scene_with = [](const std::string& axes) {
+    const std::string body = R"({"ball": {"radius": 1, "resolution": 1}, "obstacle": true})";
+    return read_scene_text(R"({"name": "patient", "axes": ")" + axes + R"(", "bodies": [)" + body + "]}",
+                           "text");
+  };
+  EXPECT_EQ(scene_with("LPS").axes, "LPS");
+  EXPECT_EQ(read_scene_text(write_scene(scene_with("RAI")), "again").axes, "RAI");
+  for (const char* wrong : {"LRS", "LP", "LPSI", "xyz", ""}) {
+    EXPECT_THROW(scene_with(wrong), Error) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -69,7 +69,10 @@ TEST(LiveSource, SendsTheSurfaceAsItIs) {
   ASSERT_EQ(frame.floats.at("contacts").size(), 7 * contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     EXPECT_EQ(frame.floats.at("contacts")[7 * c + 6], static_cast<float>(contacts.depth[c]));
-    EXPECT_EQ(frame.integers.at("contact_places")[2 * c], surface.vertex_of(contacts.point[c]));
+    EXPECT_EQ(frame.integers.at("contact_places")[3 * c], surface.vertex_of(contacts.point[c]));
+    EXPECT_EQ(frame.integers.at("contact_places")[3 * c + 1],
+              source->bodies().body_of_point()[static_cast<std::size_t>(contacts.point[c])]);
+    EXPECT_EQ(frame.integers.at("contact_places")[3 * c + 2], contacts.body[c]);
   }
   EXPECT_EQ(frame.floats.at("border_edges").size(), 6 * source->detector().border_edges().size());
   EXPECT_EQ(frame.floats.at("crossings").size(), 3 * source->detector().crossings().size());

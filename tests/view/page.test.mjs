@@ -7,7 +7,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync }
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch, webgl } from "../browser.mjs";
+import { launch, root, webgl } from "../browser.mjs";
 
 const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
 const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
@@ -31,6 +31,22 @@ const glued = {
 };
 writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
 writeFileSync(join(folder, "glued.json"), JSON.stringify(glued));
+// A patient's: axes with sides, millimetres and grams, two named views.
+const patient = {
+  ...scene, name: "patient", axes: "LPS", units: { length: "mm", mass: "g", time: "s" }, gravity: [0, 0, -9810],
+  bodies: scene.bodies.map((body) => ({
+    ...body,
+    box: { ...body.box, size: body.box.size.map((x) => 1000 * x) },
+    translate: body.translate.map((x) => 1000 * x),
+    ...(body.material ? { material: { ...body.material, density: 0.001 } } : {}),
+    ...(body.motion ? { motion: { keyframes: [{ time: 0 }, { time: 1, translate: [0, 0, -50] }] } } : {}),
+  })),
+  output: { views: [
+    { name: "moved", displacement: { most: 4 } },
+    { name: "lower-half", camera: { position: [300, -400, 200], target: [0, 0, 40] }, bodies: ["plate", "lower"], cut: { point: [0, 0, 0], normal: [0, -1, 0] } },
+  ] },
+};
+writeFileSync(join(folder, "patient.json"), JSON.stringify(patient));
 // One corner of a tet in a box: three border edges, each through its top.
 const pricked = {
   name: "pricked box",
@@ -86,6 +102,9 @@ async function open(address, options = {}, first = () => {}) {
 const time = (page) => page.evaluate(() => Number(/t = ([\d.]+)/.exec(document.getElementById("clock").textContent)[1]));
 const text = (page, id) => page.textContent(`#${id}`);
 const shot = (page, name) => page.screenshot({ path: join(pictures, `viewer-${name}.png`) });
+
+/** Opens a closed section of the panel. */
+const openSection = (page, id) => page.click(`#${id} > summary`);
 
 /** Lets SwiftShader's own remarks about speed pass; nothing else. */
 function noComplaints(page) {
@@ -152,7 +171,7 @@ test("a drag moves tissue, says with what force, and lets it go", async () => {
   await page.mouse.down();
   await page.mouse.move(x + 60, y - 60, { steps: 4 });
   await until("a force is told", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
-  assert.match(await text(page, "tag"), / N$/);
+  assert.match(await text(page, "tag"), / m?N/);
   const displacement = async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]);
   await page.waitForTimeout(300);
   const pulled = await displacement();
@@ -177,6 +196,8 @@ test("settings act, on every page, and layers show", async () => {
   const page = await open(server.address);
   const other = await open(server.address);
   await until("it has settled", async () => (await time(page)) > 0.4);
+  assert.equal(await page.isVisible("#structure"), false, "what developers look at is closed");
+  for (const id of ["settings", "developer"]) await openSection(page, id);
   await page.selectOption("#structure", "hash");
   await until("the other page follows", async () => (await other.inputValue("#structure")) === "hash");
   await page.fill("#gravity", "0");
@@ -218,6 +239,7 @@ test("an odd number of crossings is drawn", async () => {
   await until("three crossings", counted("crossings", 3));
   // Nothing is drawn until they have come: a busy machine's order of things.
   await page.evaluate(() => (window.held = true));
+  await openSection(page, "developer");
   await page.check("#show-borders");
   await page.waitForTimeout(500);
   await page.evaluate(() => (window.held = false));
@@ -309,5 +331,166 @@ test("fits a small window and works by keys", async () => {
   assert.deepEqual(nameless, []);
   noComplaints(page);
   await page.close();
+  await server.end();
+});
+
+test("begins with a named view, names bodies under the mouse, shows sides and a scale", async () => {
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  assert.equal(await page.inputValue("#scene-view"), "lower-half", "the first that shows bodies as they are");
+  assert.equal(await page.isChecked("#cut"), true);
+  assert.equal(await page.isChecked("text=upper >> xpath=.. >> input[type=checkbox]"), false);
+  const sections = await page.locator("#panel summary").allTextContents();
+  assert.deepEqual(sections.map((name) => name.replace(/ \(.*/, "")), ["Bodies", "Cut", "Colours", "Touch", "Bodies on rails", "Forces", "Settings", "Developer"]);
+  assert.equal(await page.getAttribute("#triad", "aria-label"), "Orientation of the axes: x left, y posterior, z superior");
+  assert.match(await text(page, "scale-bar"), /^(1|2|5)0* mm$/);
+  const { x, y } = await middle(page);
+  await page.mouse.move(x, y);
+  await until("a name by the mouse", async () => (await page.isVisible("#hover")) && (await text(page, "hover")) === "lower");
+  await page.mouse.move(4, 200);
+  await page.mouse.move(6, 210);
+  await until("no name beside the bodies", async () => !(await page.isVisible("#hover")));
+  await shot(page, "named-view");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** Whether any pixel of the view is nearly of a colour. */
+async function hasColour(page, rgb) {
+  await page.waitForTimeout(300);
+  const url = `data:image/png;base64,${(await page.locator("#canvas").screenshot()).toString("base64")}`;
+  return page.evaluate(async ([address, wanted]) => {
+    const picture = new Image();
+    picture.src = address;
+    await picture.decode();
+    const canvas = document.createElement("canvas");
+    canvas.width = picture.width, canvas.height = picture.height;
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    const { data } = context.getImageData(0, 0, picture.width, picture.height);
+    for (let i = 0; i < data.length; i += 4) if (wanted.every((c, k) => Math.abs(data[i + k] - c) < 12)) return true;
+    return false;
+  }, [url, rgb]);
+}
+
+test("marks the picked point, and shows arrows of contacts of seen bodies alone", async () => {
+  const server = await serve("scene.json");
+  const page = await open(server.address);
+  await until("it has settled", async () => (await time(page)) > 0.5);
+  await page.click("#play");
+  const marker = [213, 94, 0];
+  const deepest = [253, 231, 37];  // the arrow of the deepest contact is of the bright end of the map
+  for (const body of ["lower", "upper"]) {
+    await page.locator(`.body:has-text("${body}") input[type=range]`).fill("0.3");
+  }
+  assert.equal(await hasColour(page, deepest), false);
+  await page.check("#show-arrows");
+  await until("an arrow", () => hasColour(page, deepest));
+  for (const body of ["lower", "upper"]) await page.uncheck(`.body:has-text("${body}") input[type=checkbox]`);
+  await until("no arrow floats where no body is seen", async () => !(await hasColour(page, deepest)));
+  await page.check(`.body:has-text("lower") input[type=checkbox]`);
+  await page.uncheck("#show-arrows");
+  assert.equal(await hasColour(page, marker), false);
+  const { x, y } = await middle(page);
+  await page.mouse.click(x, y + 20);
+  await until("a marker", () => hasColour(page, marker));
+  await shot(page, "marker");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("the scale of colours is automatic, fixed or begun anew; a view fixes it; fields have units", async () => {
+  const server = await serve("patient.json");
+  const page = await open(server.address);
+  await page.selectOption("#scene-view", "moved");
+  assert.equal(await page.inputValue("#scale-kind"), "fixed");
+  assert.equal(await page.inputValue("#scale-most"), "4");
+  await until("the legend ends there", async () => (await text(page, "legend-ticks")) === "024");
+  await page.fill("#scale-most", "10");
+  await page.keyboard.press("Tab");
+  assert.equal(await text(page, "legend-ticks"), "0510");
+  await page.click("#scale-reset");
+  assert.equal(await page.inputValue("#scale-kind"), "automatic");
+  await until("it has moved", async () => (await time(page)) > 0.5);
+  await page.selectOption("#colouring", "von_mises");
+  await until("stress in a unit people read", async () => /^Von Mises stress \((m|k|M)?Pa\)$/.test(await text(page, "legend-title")));
+  await until("its scale has an end", async () => parseFloat((await page.locator("#legend-ticks span").last().textContent()) ?? "0") > 0);
+  await shot(page, "stress");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("tells the force of contacts and of what leads a body on rails, in newtons, also in a chart", async () => {
+  const server = await serve("patient.json");
+  const page = await open(server.address);
+  await page.selectOption("#scene-view", "everything");
+  await until("it has settled", async () => (await time(page)) > 0.6);
+  await openSection(page, "forces");
+  await page.locator("#force-chart").scrollIntoViewIfNeeded();
+  const { x, y } = await middle(page);
+  await page.mouse.move(x, y);
+  await until("the wrench under the mouse", async () => /contacts: .* [mµn]?N, .* [mµn]?N m$/.test(await text(page, "hover")));
+  await page.waitForTimeout(500);
+  await page.locator("#rails-0").fill("100");
+  await until("what the motor gives", async () => (await page.isVisible("#tag")) && /N$/.test(await text(page, "tag")));
+  await shot(page, "forces");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a pull is no harder than the tissue can take, and the page says so", async () => {
+  const server = await serve("glued.json");
+  const page = await open(server.address);
+  await until("it has settled", async () => (await time(page)) > 0.3);
+  const { x, y } = await middle(page);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 300, y - 250, { steps: 3 });
+  await until("it says so", async () => (await text(page, "tag")).includes("the most this tissue can take"));
+  await shot(page, "limited");
+  await page.mouse.up();
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a cut has faces in the colour of the body, and edges show", async () => {
+  const coloured = { ...glued, name: "coloured", gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: [0.2, 0.4, 0.8] }] };
+  writeFileSync(join(folder, "coloured.json"), JSON.stringify(coloured));
+  const server = await serve("coloured.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  // The colour of the face: that of the body, times 0.72 in linear light, as sRGB.
+  const srgb = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
+  const face = [0.2, 0.4, 0.8].map((c) => srgb(0.72 * ((c + 0.055) / 1.055) ** 2.4));
+  await page.selectOption("#cut-axis", "y");
+  await page.check("#cut-flip");
+  await page.check("#cut");
+  await until("a face", () => hasColour(page, face));
+  await page.check("#show-edges");
+  await shot(page, "cut-face");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("has no violations of accessibility that axe finds, wide and narrow, light and dark", async () => {
+  const axe = readFileSync(join(root, "viewer/node_modules/axe-core/axe.min.js"), "utf8");
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  for (const size of [{ width: 1440, height: 900 }, { width: 390, height: 844 }]) {
+    for (const colorScheme of ["light", "dark"]) {
+      const page = await open(server.address, { viewport: size, colorScheme, bypassCSP: true });
+      if (!(await page.isVisible("#panel"))) await page.click("#panel-toggle");
+      await page.evaluate(() => document.querySelectorAll("details").forEach((section) => (section.open = true)));
+      await page.selectOption("#colouring", "von_mises");
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => window.axe.run());
+      assert.deepEqual(violations.map((v) => [v.id, v.nodes[0].html]), []);
+      await page.close();
+    }
+  }
   await server.end();
 });

@@ -1,19 +1,34 @@
 // The bodies as three.js meshes: one mesh a body, positions changed in place.
 import * as three from "three";
 import { amountColour, bodyColour, niceAbove, type Colour } from "./colours";
+import { CutFace } from "./cut_face";
+import { Occlusion } from "./occlusion";
 import type { Arrays, Binary, BodyInfo, Stage } from "./protocol";
+import { edgesOf, isRound, sumNormals } from "./surface_normals";
 
-export type Colouring = "body" | "depth" | "displacement";
+/** "body", "depth", "displacement", or the name of a field. */
+export type Colouring = string;
+
+/** Ends of the scale of colours; automatic: they grow with what is shown. */
+export interface Scale {
+  automatic: boolean;
+  least: number;
+  most: number;
+}
 
 const untouched: Colour = [0.92, 0.92, 0.93];
+/** The inside of tissue is darker than its skin. */
+const cutShade = 0.72;
 
 class BodyMesh {
   readonly front: three.Mesh<three.BufferGeometry, three.MeshLambertMaterial>;
-  readonly back: three.Mesh<three.BufferGeometry, three.MeshBasicMaterial>;
+  readonly edges: three.LineSegments<three.BufferGeometry, three.LineBasicMaterial>;
+  readonly face: CutFace;
   readonly begin: number;
   readonly colour: Colour;
-  private readonly corners: Uint32Array;
+  readonly corners: Uint32Array;
   private readonly smooth: boolean;
+  private edgesWanted = false;
 
   constructor(readonly info: BodyInfo, index: number, rest: Float32Array, triangles: Int32Array) {
     const [begin, end] = info.vertices;
@@ -30,84 +45,71 @@ class BodyMesh {
     dynamic("normal", new Float32Array(3 * (end - begin)));
     dynamic("color", new Float32Array(3 * (end - begin)));
     geometry.setIndex(new three.BufferAttribute(this.corners, 1));
-    this.smooth = isRound(this.corners, this.positions(geometry));
+    this.smooth = isRound(this.corners, geometry.getAttribute("position").array as Float32Array);
     this.front = new three.Mesh(
       geometry,
-      new three.MeshLambertMaterial({ vertexColors: true, flatShading: !this.smooth, side: three.FrontSide }),
+      new three.MeshLambertMaterial({ vertexColors: true, flatShading: !this.smooth, side: three.FrontSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
     );
-    // Seen only through a cut: the inside of the skin in one flat colour looks like the cut through the body.
-    this.back = new three.Mesh(
-      geometry,
-      new three.MeshBasicMaterial({ color: new three.Color().setRGB(...this.colour, three.SRGBColorSpace).multiplyScalar(0.6), side: three.BackSide }),
-    );
-    this.front.frustumCulled = this.back.frustumCulled = false;
+    const lines = new three.BufferGeometry();
+    lines.setAttribute("position", geometry.getAttribute("position"));
+    this.edges = new three.LineSegments(lines, new three.LineBasicMaterial({ color: "#20262c", transparent: true, opacity: 0.35 }));
+    const inside = new three.Color().setRGB(...this.colour, three.SRGBColorSpace).multiplyScalar(cutShade);
+    this.face = new CutFace(geometry, inside, index);
+    this.front.frustumCulled = this.edges.frustumCulled = this.edges.visible = false;
     this.front.userData["body"] = index;
-    this.update(this.positions(geometry).slice());
+    this.update(this.positions().slice());
   }
 
-  private positions(geometry: three.BufferGeometry): Float32Array {
-    return geometry.getAttribute("position").array as Float32Array;
+  private positions(): Float32Array {
+    return this.front.geometry.getAttribute("position").array as Float32Array;
+  }
+
+  /** Weighted by area: of a smooth body those it is drawn with, else made for the asking. */
+  normals(): Float32Array {
+    const normals = this.front.geometry.getAttribute("normal").array as Float32Array;
+    if (!this.smooth) sumNormals(this.corners, this.positions(), normals);
+    return normals;
   }
 
   update(values: Float32Array): void {
     const geometry = this.front.geometry;
-    this.positions(geometry).set(values);
+    this.positions().set(values);
     geometry.getAttribute("position").needsUpdate = true;
     if (!this.smooth) return;
     sumNormals(this.corners, values, geometry.getAttribute("normal").array as Float32Array);
     geometry.getAttribute("normal").needsUpdate = true;
   }
 
+  showEdges(on: boolean): void {
+    this.edgesWanted = on;
+    if (on && !this.edges.geometry.index) this.edges.geometry.setIndex(new three.BufferAttribute(edgesOf(this.corners), 1));
+    this.edges.visible = on && this.front.visible;
+  }
+
   setOpacity(opacity: number, cut: boolean): void {
     this.front.visible = opacity > 0;
-    this.back.visible = opacity > 0 && cut;
-    for (const material of [this.front.material, this.back.material]) {
-      material.transparent = opacity < 1;
-      material.opacity = opacity;
-      material.depthWrite = opacity >= 1;
-      material.needsUpdate = true;
-    }
+    this.face.visible = opacity > 0 && cut;
+    this.face.opacity = opacity;
+    this.showEdges(this.edgesWanted);
+    const material = this.front.material;
+    material.transparent = opacity < 1;
+    material.opacity = opacity;
+    material.depthWrite = opacity >= 1;
+    material.needsUpdate = true;
   }
-}
 
-/** Normals of vertices, weighted by area; the shader brings them to unit length. */
-function sumNormals(corners: Uint32Array, p: Float32Array, normals: Float32Array): void {
-  normals.fill(0);
-  for (let t = 0; t < corners.length; t += 3) {
-    const a = 3 * corners[t]!;
-    const b = 3 * corners[t + 1]!;
-    const c = 3 * corners[t + 2]!;
-    const ux = p[b]! - p[a]!, uy = p[b + 1]! - p[a + 1]!, uz = p[b + 2]! - p[a + 2]!;
-    const vx = p[c]! - p[a]!, vy = p[c + 1]! - p[a + 1]!, vz = p[c + 2]! - p[a + 2]!;
-    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    for (const i of [a, b, c]) {
-      normals[i] = normals[i]! + nx;
-      normals[i + 1] = normals[i + 1]! + ny;
-      normals[i + 2] = normals[i + 2]! + nz;
-    }
+  cut(plane: three.Plane | null, within: three.Sphere): void {
+    this.front.material.clippingPlanes = this.edges.material.clippingPlanes = plane ? [plane] : [];
+    if (plane) this.face.cut(plane, within.center, 2.1 * within.radius);
   }
-}
 
-/** Whether a body is meant to be smooth: none of it is quite flat, as boxes are, and its triangles turn little. */
-function isRound(corners: Uint32Array, p: Float32Array): boolean {
-  const flatAngle = 0.01;
-  const flatShare = 0.05;
-  const roundAngle = 0.6;
-  const normals = new Float32Array(p.length);
-  sumNormals(corners, p, normals);
-  const at = (values: Float32Array, i: number) => new three.Vector3().fromArray(values, 3 * i);
-  let sum = 0;
-  let flat = 0;
-  for (let t = 0; t < corners.length; t += 3) {
-    const [a, b, c] = [corners[t]!, corners[t + 1]!, corners[t + 2]!];
-    const face = at(p, b).sub(at(p, a)).cross(at(p, c).sub(at(p, a)));
-    for (const corner of [a, b, c]) {
-      const angle = face.angleTo(at(normals, corner));
-      sum += angle;
-      if (angle < flatAngle) ++flat;
-    }
+  dispose(): void {
+    this.front.geometry.dispose();
+    this.edges.geometry.dispose();
+    this.front.material.dispose();
+    this.edges.material.dispose();
+    this.face.dispose();
   }
-  return flat < flatShare * corners.length && sum < roundAngle * corners.length;
 }
 
 export class BodySet {
@@ -117,8 +119,11 @@ export class BodySet {
   readonly positions: Float32Array;
   readonly depths: Float32Array;
   colouring: Colouring = "body";
-  /** End of the scale of colours, in length units. */
-  scale = 0;
+  /** In the unit of the scene. */
+  readonly scale: Scale = { automatic: true, least: 0, most: 0 };
+  private field: Float32Array | null = null;
+  private readonly light: Float32Array;
+  private readonly occlusion = new Occlusion();
   private plane: three.Plane | null = null;
   private isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
@@ -127,10 +132,11 @@ export class BodySet {
     this.rest = stage.arrays["rest"] as Float32Array;
     this.positions = this.rest.slice();
     this.depths = new Float32Array(this.rest.length / 3);
+    this.light = new Float32Array(this.rest.length / 3).fill(1);
     const triangles = stage.arrays["triangles"] as Int32Array;
     this.meshes = stage.header.bodies.map((info, i) => new BodyMesh(info, i, this.rest, triangles));
     this.opacities = this.meshes.map(() => 1);
-    for (const mesh of this.meshes) this.group.add(mesh.front, mesh.back);
+    for (const mesh of this.meshes) this.group.add(mesh.front, mesh.edges, ...mesh.face.objects);
     this.cut(null);
     this.colour();
   }
@@ -142,6 +148,7 @@ export class BodySet {
       mesh.update(this.positions.subarray(3 * begin, 3 * end));
     }
     this.takeDepths(arrays);
+    this.field = (arrays[this.colouring] as Float32Array | undefined) ?? null;
     if (this.colouring !== "body") this.colour();
   }
 
@@ -150,8 +157,8 @@ export class BodySet {
     const places = arrays["contact_places"];
     if (!contacts || !places) return;
     this.depths.fill(0);
-    for (let c = 0; c < places.length / 2; ++c) {
-      const vertex = places[2 * c]!;
+    for (let c = 0; c < places.length / 3; ++c) {
+      const vertex = places[3 * c]!;
       if (vertex >= 0) this.depths[vertex] = Math.max(this.depths[vertex]!, contacts[7 * c + 6]!);
     }
   }
@@ -163,45 +170,71 @@ export class BodySet {
     return Math.hypot(p[i]! - q[i]!, p[i + 1]! - q[i + 1]!, p[i + 2]! - q[i + 2]!);
   }
 
-  /** Amount that is shown at a vertex; 0 with bodies in their own colours. */
+  /** Amount that is shown at a vertex; NaN where there is none. */
   private amount(vertex: number): number {
-    if (this.colouring === "depth") return this.depths[vertex]!;
-    return this.colouring === "displacement" ? this.displacement(vertex) : 0;
+    if (this.colouring === "depth") return this.depths[vertex] || NaN;
+    if (this.colouring === "displacement") return this.displacement(vertex);
+    return this.field?.[vertex] ?? NaN;
   }
 
-  /** The scale only grows, so that a movie keeps its colours; this starts it anew. */
-  setColouring(colouring: Colouring): void {
+  /** An automatic scale only grows, so that a movie keeps its colours; this starts it anew. */
+  setColouring(colouring: Colouring, scale?: { least: number; most: number }): void {
+    if (colouring !== this.colouring) this.field = null;
     this.colouring = colouring;
-    this.scale = 0;
+    Object.assign(this.scale, scale ? { automatic: false, ...scale } : { automatic: true, least: 0, most: 0 });
     this.colour();
+  }
+
+  private growScale(): void {
+    let least = 0;
+    let most = 0;
+    for (const mesh of this.meshes) {
+      if (!mesh.front.visible) continue;
+      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) {
+        const amount = this.amount(v);
+        if (amount > most) most = amount;
+        if (amount < least) least = amount;
+      }
+    }
+    this.scale.most = Math.max(this.scale.most, niceAbove(most));
+    this.scale.least = Math.min(this.scale.least, -niceAbove(-least));
   }
 
   colour(): void {
     const linear = new three.Color();
-    if (this.colouring !== "body") {
-      let most = 0;
-      for (let v = 0; v < this.depths.length; ++v) most = Math.max(most, this.amount(v));
-      this.scale = Math.max(this.scale, niceAbove(most));
-    }
+    const shown = this.colouring !== "body";
+    if (shown && this.scale.automatic) this.growScale();
+    const { least, most } = this.scale;
     for (const mesh of this.meshes) {
       const attribute = mesh.front.geometry.getAttribute("color");
       const colours = attribute.array as Float32Array;
       for (let i = 0, vertex = mesh.begin; i < colours.length; i += 3, ++vertex) {
-        const amount = this.amount(vertex);
-        if (this.colouring === "body") {
+        const amount = shown ? this.amount(vertex) : 0;
+        if (!shown) {
           colours.set(mesh.colour, i);
-        } else if (this.colouring === "depth" && amount === 0) {
+        } else if (Number.isNaN(amount)) {
           colours.set(untouched, i);
         } else {
-          amountColour(amount / (this.scale || 1), colours, i);
+          amountColour((amount - least) / (most - least || 1), colours, i);
         }
         linear.setRGB(colours[i]!, colours[i + 1]!, colours[i + 2]!, three.SRGBColorSpace);
-        colours[i] = linear.r;
-        colours[i + 1] = linear.g;
-        colours[i + 2] = linear.b;
+        const light = this.light[vertex]!;
+        colours[i] = light * linear.r;
+        colours[i + 1] = light * linear.g;
+        colours[i + 2] = light * linear.b;
       }
       attribute.needsUpdate = true;
     }
+  }
+
+  /** Darkens what other bodies keep the light from. */
+  shade(): void {
+    this.occlusion.update(this, this.light);
+    this.colour();
+  }
+
+  showEdges(on: boolean): void {
+    for (const mesh of this.meshes) mesh.showEdges(on);
   }
 
   setOpacity(body: number, opacity: number): void {
@@ -217,23 +250,60 @@ export class BodySet {
   cut(plane: three.Plane | null, names: readonly string[] = []): void {
     this.plane = plane;
     this.isCut = (body) => plane !== null && (names.length === 0 || names.includes(this.meshes[body]!.info.name));
+    const within = this.sphere(this.isCut);
     this.meshes.forEach((mesh, i) => {
-      mesh.front.material.clippingPlanes = mesh.back.material.clippingPlanes = this.isCut(i) ? [plane!] : [];
+      mesh.cut(this.isCut(i) ? plane : null, within);
       mesh.setOpacity(this.opacities[i]!, this.isCut(i));
     });
+  }
+
+  /** About all points of some bodies. */
+  private sphere(wanted: (body: number) => boolean): three.Sphere {
+    const box = new three.Box3();
+    const place = new three.Vector3();
+    for (const [body, mesh] of this.meshes.entries()) {
+      if (!wanted(body)) continue;
+      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) box.expandByPoint(place.fromArray(this.positions, 3 * v));
+    }
+    return box.getBoundingSphere(new three.Sphere());
   }
 
   vertex(index: number): three.Vector3 {
     return new three.Vector3().fromArray(this.positions, 3 * index);
   }
 
+  bodyOf(vertex: number): number {
+    return this.meshes.findIndex((mesh) => mesh.info.vertices[0] <= vertex && vertex < mesh.info.vertices[1]);
+  }
+
+  /** Whether a place of a body is seen: the body is shown, and the cut leaves the place. */
+  shows(body: number, place: three.Vector3): boolean {
+    return this.meshes[body]!.front.visible && !(this.isCut(body) && this.plane!.distanceToPoint(place) < 0);
+  }
+
+  /** The vertices of what is shown. */
+  *shownVertices(): Generator<number> {
+    const place = new three.Vector3();
+    for (const [body, mesh] of this.meshes.entries()) {
+      if (!mesh.front.visible) continue;
+      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) {
+        if (!this.isCut(body) || this.plane!.distanceToPoint(place.fromArray(this.positions, 3 * v)) >= 0) yield v;
+      }
+    }
+  }
+
+  /** Their positions, 3 numbers each. */
+  shownPositions(): Float32Array {
+    const values: number[] = [];
+    for (const v of this.shownVertices()) values.push(this.positions[3 * v]!, this.positions[3 * v + 1]!, this.positions[3 * v + 2]!);
+    return Float32Array.from(values);
+  }
+
   /** The vertex under a ray that is nearest to where it meets the skin that is not cut away. */
   hit(ray: three.Raycaster): { vertex: number; body: number; point: three.Vector3 } | null {
     const seen = this.meshes.filter((m) => m.front.visible).map((m) => m.front);
     for (const mesh of seen) mesh.geometry.computeBoundingSphere();
-    const cutAway = (hit: three.Intersection) =>
-      this.isCut(hit.object.userData["body"] as number) && this.plane!.distanceToPoint(hit.point) < 0;
-    const found = ray.intersectObjects(seen, false).find((hit) => !cutAway(hit));
+    const found = ray.intersectObjects(seen, false).find((hit) => this.shows(hit.object.userData["body"] as number, hit.point));
     if (!found?.face) return null;
     const body = found.object.userData["body"] as number;
     const begin = this.meshes[body]!.begin;
@@ -244,10 +314,6 @@ export class BodySet {
   }
 
   dispose(): void {
-    for (const mesh of this.meshes) {
-      mesh.front.geometry.dispose();
-      mesh.front.material.dispose();
-      mesh.back.material.dispose();
-    }
+    for (const mesh of this.meshes) mesh.dispose();
   }
 }

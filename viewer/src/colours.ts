@@ -14,9 +14,9 @@ export function bodyColour(index: number): Colour {
   return things[index % things.length]!;
 }
 
-/** For amounts: cividis (Nunez, Anderton & Renslow 2018), dark to light. */
+/** For amounts: viridis (van der Walt & Smith 2015), dark to light, as in the pictures of `palpate run`. */
 const amounts = [
-  "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+  "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21908d", "#22a884", "#42be71", "#7ad151", "#bddf26", "#fde725",
 ].map(parse);
 
 /** Writes the colour of a share in [0, 1] at `place` of `colours`. */
@@ -49,6 +49,13 @@ export function niceAbove(x: number): number {
     if (factor * power >= x * (1 - 1e-9)) return factor * power;
   }
   return 10 * power;
+}
+
+/** The largest of 1, 2, 5 times a power of ten that is not above x > 0: for the length of a bar. */
+export function niceBelow(x: number): number {
+  const power = 10 ** Math.floor(Math.log10(x));
+  const factor = [5, 2, 1].find((f) => f * power <= x * (1 + 1e-9)) ?? 1;
+  return factor * power;
 }
 
 /** Three or four digits, as people write numbers. */

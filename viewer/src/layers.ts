@@ -1,5 +1,6 @@
 // What is drawn over the bodies: contacts, border edges with their crossings, cells, the pull.
 import * as three from "three";
+import type { BodySet } from "./bodies";
 import { amountColour } from "./colours";
 import type { Arrays, Frame } from "./protocol";
 
@@ -25,6 +26,21 @@ class Growing<T extends three.Line | three.LineSegments | three.Points> {
     attribute.needsUpdate = true;
     geometry.setDrawRange(0, values.length / 3);
   }
+}
+
+/** A ring with a dark rim, drawn once. */
+function ring(): three.Texture {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 32;
+  const context = canvas.getContext("2d")!;
+  for (const [width, colour] of [[8, "#000000"], [5, "#ffffff"]] as const) {
+    context.lineWidth = width;
+    context.strokeStyle = colour;
+    context.beginPath();
+    context.arc(16, 16, 10, 0, 2 * Math.PI);
+    context.stroke();
+  }
+  return new three.CanvasTexture(canvas);
 }
 
 /** A unit arrow along +y: shaft and head. */
@@ -93,13 +109,23 @@ export class Layers {
       new three.PointsMaterial({ color: "#d55e00", size: 8, sizeAttenuation: false, ...onTop }),
     ),
   );
+  private readonly marker = new Growing(
+    new three.Points(
+      new three.BufferGeometry(),
+      new three.PointsMaterial({ color: "#d55e00", size: 11, sizeAttenuation: false, map: ring(), ...onTop }),
+    ),
+  );
   private readonly arrowShape = arrowGeometry();
   private readonly arrowMaterial = new three.MeshBasicMaterial({ ...onTop });
   showArrows = false;
+  arrowCount = 0;
 
-  constructor(private readonly diagonal: number) {
-    this.group.add(this.edges.object, this.crossings.object, this.cells.object, this.pull.object, this.ends.object);
-    this.group.renderOrder = 1;
+  constructor(
+    private readonly diagonal: number,
+    private readonly bodies: BodySet,
+  ) {
+    this.group.add(this.edges.object, this.crossings.object, this.cells.object, this.pull.object, this.ends.object, this.marker.object);
+    this.group.renderOrder = 1;  // after the bodies and their cut faces
   }
 
   set showBorders(on: boolean) {
@@ -111,7 +137,7 @@ export class Layers {
 
   update(frame: Frame, arrays: Arrays): void {
     const floats = (name: string) => arrays[name] as Float32Array | undefined;
-    this.updateArrows(floats("contacts") ?? new Float32Array());
+    this.updateArrows(floats("contacts") ?? new Float32Array(), (arrays["contact_places"] as Int32Array | undefined) ?? new Int32Array());
     const edges = floats("border_edges");
     if (edges) this.edges.set(edges);
     const crossings = floats("crossings");
@@ -120,9 +146,22 @@ export class Layers {
     if (cells) this.cells.offsets(cells, frame.counts.cell_size);
   }
 
+  /** The contacts where both bodies are seen. */
+  private seen(contacts: Float32Array, places: Int32Array): number[] {
+    const place = new three.Vector3();
+    const list: number[] = [];
+    for (let c = 0; c < contacts.length / 7; ++c) {
+      place.fromArray(contacts, 7 * c);
+      if (this.bodies.shows(places[3 * c + 1]!, place) && this.bodies.shows(places[3 * c + 2]!, place)) list.push(c);
+    }
+    return list;
+  }
+
   /** Of each contact an arrow that leads out; its length and colour tell the depth. */
-  private updateArrows(contacts: Float32Array): void {
-    const count = this.showArrows ? contacts.length / 7 : 0;
+  private updateArrows(contacts: Float32Array, places: Int32Array): void {
+    const list = this.showArrows ? this.seen(contacts, places) : [];
+    const count = list.length;
+    this.arrowCount = count;
     if (!this.arrows || this.arrows.instanceMatrix.count < count) {
       if (this.arrows) {
         this.group.remove(this.arrows);
@@ -132,8 +171,9 @@ export class Layers {
       this.arrows.frustumCulled = false;
       this.group.add(this.arrows);
     }
+    const arrows = this.arrows;
     let deepest = 0;
-    for (let c = 0; c < count; ++c) deepest = Math.max(deepest, contacts[7 * c + 6]!);
+    for (const c of list) deepest = Math.max(deepest, contacts[7 * c + 6]!);
     const up = new three.Vector3(0, 1, 0);
     const direction = new three.Vector3();
     const position = new three.Vector3();
@@ -141,18 +181,24 @@ export class Layers {
     const matrix = new three.Matrix4();
     const rgb = new Float32Array(3);
     const colour = new three.Color();
-    for (let c = 0; c < count; ++c) {
+    list.forEach((c, i) => {
       const share = deepest > 0 ? contacts[7 * c + 6]! / deepest : 0;
       turn.setFromUnitVectors(up, direction.fromArray(contacts, 7 * c + 3));
       const size = this.diagonal * (0.01 + 0.03 * share);
       matrix.compose(position.fromArray(contacts, 7 * c), turn, new three.Vector3(size, size, size));
-      this.arrows.setMatrixAt(c, matrix);
+      arrows.setMatrixAt(i, matrix);
       amountColour(share, rgb, 0);
-      this.arrows.setColorAt(c, colour.setRGB(rgb[0]!, rgb[1]!, rgb[2]!, three.SRGBColorSpace));
-    }
-    this.arrows.count = count;
-    this.arrows.instanceMatrix.needsUpdate = true;
-    if (this.arrows.instanceColor) this.arrows.instanceColor.needsUpdate = true;
+      arrows.setColorAt(i, colour.setRGB(rgb[0]!, rgb[1]!, rgb[2]!, three.SRGBColorSpace));
+    });
+    arrows.count = count;
+    arrows.instanceMatrix.needsUpdate = true;
+    if (arrows.instanceColor) arrows.instanceColor.needsUpdate = true;
+  }
+
+  /** The picked point; null: none. */
+  setMarker(place: three.Vector3 | null): void {
+    this.marker.object.visible = place !== null;
+    if (place) this.marker.set(Float32Array.from(place.toArray()));
   }
 
   /** From each point that is pulled to where it is pulled; ends[i] are (point, target). */

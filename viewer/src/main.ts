@@ -4,12 +4,15 @@ import { BodySet } from "./bodies";
 import { short } from "./colours";
 import { bindKeys, showKeys } from "./keyboard";
 import { Layers } from "./layers";
+import { Hover, showScaleBar, Triad } from "./overlay";
 import { Panel } from "./panel";
+import { Notice } from "./notice";
 import { byId } from "./parts";
-import { Connection, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
+import { Connection, type Arrays, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
 import { pickedLines, Rate, showLegend, showTag } from "./readouts";
 import { Recorder, savePicture } from "./record";
 import { SceneView } from "./scene_view";
+import { Shadows } from "./shadows";
 import "./style.css";
 import { Touch } from "./touch";
 
@@ -26,10 +29,14 @@ class Page {
   private panel?: Panel;
   private state?: State;
   private frame?: Frame;
+  private arrays?: Arrays;
   private drawn = 0;
   private picked: number | null = null;
-  private noticeTimer = 0;
+  private readonly notices = new Notice();
   private readonly rate = new Rate();
+  private readonly triad = new Triad();
+  private readonly shadows = new Shadows(this.view);
+  private readonly hover = new Hover(() => this.look());
 
   constructor() {
     this.touch = new Touch(this.view, {
@@ -38,9 +45,10 @@ class Page {
       send: (name, values) => this.send(name, values),
       picked: (vertex) => this.pick(vertex),
       strength: () => this.panel?.strength ?? 1,
+      hover: (body, x, y) => this.showHover(body, x, y),
       offset: (motion) => this.frame?.counts.rails?.[motion]?.offset ?? [0, 0, 0],
     });
-    this.view.drawn = () => this.tellShown();
+    this.view.drawn = () => this.afterDrawing();
     this.bindButtons();
     this.bindKeys();
     this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
@@ -64,7 +72,7 @@ class Page {
     this.view.scene.remove(...[this.bodies?.group, this.layers?.group].filter((g) => g !== undefined));
     this.bodies?.dispose();
     this.bodies = new BodySet(message);
-    this.layers = new Layers(stage.diagonal);
+    this.layers = new Layers(stage.diagonal, this.bodies);
     this.view.scene.add(this.bodies.group, this.layers.group);
     document.title = `${stage.name} – Palpate`;
     byId("title").textContent = stage.name;
@@ -76,30 +84,45 @@ class Page {
       redraw: () => this.view.redraw(),
       look: () => this.look(),
       viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
-      lookFrom: (position, target) => this.view.lookFrom(position, target),
+      reshade: () => this.reshade(),
+      lookFrom: (position, target) => this.fit(position && target ? new three.Vector3(...position).sub(new three.Vector3(...target)) : this.view.corner()),
       moveRails: (motion, time) => this.send("move_rails", { motion, time }),
     });
     this.picked = null;
+    this.view.setUp(new three.Vector3(...(stage.settings.gravity ?? [0, 0, 0])));
+    this.shadows.begin(this.bodies);
+    if (first) this.panel.showFirstView();
     this.look();
-    if (first) this.fit();
+    this.reshade();
+  }
+
+  /** Fills the frame with what is shown, seen from a direction; without one as it is. */
+  private fit(from = this.view.back()): void {
+    if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
+  }
+
+  private reshade(): void {
+    this.shadows.stale = true;
+    this.updateLayers();
     this.view.redraw();
   }
 
-  private fit(): void {
-    if (!this.stage) return;
-    const gravity = new three.Vector3(...(this.stage.settings.gravity ?? [0, 0, -1]));
-    this.view.fit(0.52 * this.stage.diagonal, gravity);
+  /** Contacts of the last frame, where other bodies are seen now. */
+  private updateLayers(): void {
+    if (this.frame && this.arrays) this.layers?.update(this.frame, this.arrays);
   }
 
   private takeFrame(message: Binary<Frame>): void {
     if (!this.bodies || !this.layers || !this.panel || !this.stage) return;
     const frame = (this.frame = message.header);
+    this.arrays = message.arrays;
     this.bodies.update(message.arrays);
     this.layers.update(frame, message.arrays);
+    if (frame.steps > 0) this.shadows.moved();
     this.layers.setPulls(this.pullEnds(frame));
     this.panel.update(frame);
-    showTag(frame, this.stage, this.view);
     this.showPick();
+    this.hover.show(this.stage, frame, this.bodies);
     showLegend(this.stage, this.bodies);
     this.rate.show(frame, this.stage, this.connection);
     if (frame.counts.frame !== undefined) {
@@ -108,6 +131,22 @@ class Page {
       byId("frame-number").textContent = `${frame.counts.frame + 1} of ${this.stage.frames}`;
     }
     this.view.redraw();
+  }
+
+  /** What stands beside places of the view follows it. */
+  private afterDrawing(): void {
+    if (this.stage && this.bodies) {
+      const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
+      this.triad.draw(this.view, this.stage.axes, ink);
+      showScaleBar(this.view, this.stage.units.length);
+      if (this.frame) showTag(this.frame, this.stage, this.bodies, this.view);
+    }
+    this.tellShown();
+  }
+
+  private showHover(body: number | null, x: number, y: number): void {
+    this.hover.move(body, x, y);
+    if (this.stage && this.bodies) this.hover.show(this.stage, this.frame, this.bodies);
   }
 
   /** Only a frame that has been drawn makes room for the next: nothing can queue up. */
@@ -137,18 +176,22 @@ class Page {
   private look(): void {
     const panel = this.panel;
     if (!panel || !this.layers) return;
-    const { arrows, borders, cells, colouring } = panel.shown;
+    const { arrows, borders, cells, colouring, forces } = panel.shown;
     this.layers.showArrows = arrows;
     this.layers.showBorders = borders;
     this.layers.showCells = cells;
     const contacts = arrows || colouring === "depth" || this.picked !== null;
-    this.send("look", { contacts, borders, cells });
+    const fields = (this.stage!.fields ?? []).some((field) => field.name === colouring) ? [colouring] : [];
+    this.send("look", { contacts, borders, cells, forces: forces || this.hover.on, fields });
+    this.updateLayers();
     showLegend(this.stage!, this.bodies!);
     this.view.redraw();
   }
 
   private showPick(): void {
-    if (this.stage && this.bodies) this.panel?.showPick(pickedLines(this.picked, this.frame, this.stage, this.bodies));
+    if (!this.stage || !this.bodies) return;
+    this.layers?.setMarker(this.picked === null ? null : this.bodies.vertex(this.picked));
+    this.panel?.showPick(pickedLines(this.picked, this.frame, this.stage, this.bodies));
   }
 
   private takeState(state: State): void {
@@ -160,33 +203,24 @@ class Page {
     if (![...speed.options].some((o) => o.value === value)) speed.add(new Option(`× ${short(Number(value))}`, value));
     speed.value = value;
     this.panel?.state(state);
-    if (state.error) this.notice(`The simulation has stopped: ${state.error}. Reset begins again.`, true);
-    else if (byId("notice").dataset["kind"] === "error") byId("notice").hidden = true;
+    if (state.error) this.notices.show(`The simulation has stopped: ${state.error}. Reset begins again.`, true);
+    else this.notices.hideError();
   }
 
   private takeRefusal(refusal: Refusal): void {
-    this.notice(refusal.why);
+    this.notices.show(refusal.why);
   }
 
   private setConnected(open: boolean): void {
     document.body.dataset["connected"] = String(open);
     if (open) {
-      byId("notice").hidden = true;
+      this.notices.hide();
       this.look();
     } else {
       this.drawn = 0;
       this.frame = undefined;
-      this.notice("No connection to the server; trying again.", true);
+      this.notices.show("No connection to the server; trying again.", true);
     }
-  }
-
-  private notice(text: string, stays = false): void {
-    const element = byId("notice");
-    element.textContent = text;
-    element.dataset["kind"] = stays ? "error" : "note";
-    element.hidden = false;
-    clearTimeout(this.noticeTimer);
-    if (!stays) this.noticeTimer = window.setTimeout(() => (element.hidden = true), 5000);
   }
 
   private bindButtons(): void {
@@ -244,7 +278,7 @@ class Page {
       else this.recorder.start(this.stage?.name ?? "palpate");
       this.view.redraw();  // a canvas at rest sends no picture
     } catch (error) {
-      this.notice(String(error));
+      this.notices.show(String(error));
     }
     button.setAttribute("aria-pressed", String(this.recorder.running));
     button.textContent = this.recorder.running ? "Stop" : "Video";
@@ -270,7 +304,7 @@ class Page {
     if (this.touch.holds) this.touch.letGo();
     else {
       const { x, y } = this.view.middle();
-      if (!this.touch.take(x, y)) this.notice("There is nothing to pull at the middle of the view.");
+      if (!this.touch.take(x, y)) this.notices.show("There is nothing to pull at the middle of the view.");
     }
     crosshair.hidden = !this.touch.holds;
   }

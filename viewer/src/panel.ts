@@ -1,20 +1,24 @@
-// The panel beside the view: what is shown, what is set, what it costs.
+// The panel beside the view: what is shown and cut first, then what is touched and set, last what it costs.
 import * as three from "three";
 import type { BodySet, Colouring } from "./bodies";
-import { Chart } from "./chart";
-import { css, phaseColours, short } from "./colours";
+import { css, short } from "./colours";
+import { DeveloperPanel } from "./developer_panel";
+import { ForceChart } from "./force_chart";
 import { check, choose, make, row, section, slider } from "./parts";
 import type { Frame, Stage, State, Vector, ViewInfo } from "./protocol";
+import { ScaleControl } from "./scale_control";
 import { SettingsPanel } from "./settings_panel";
 
 export interface PanelActions {
   send(name: string, values?: object): void;
   redraw(): void;
+  /** Other bodies or parts of them are seen. */
+  reshade(): void;
   look(): void;
   viewDirection(): three.Vector3;
   moveRails(motion: number, time: number): void;
-  /** Looks from a place of the scene at another. */
-  lookFrom(position: Vector, target: Vector): void;
+  /** Fills the frame, seen along the way from a place of the scene to another; from a corner without them. */
+  lookFrom(position?: Vector, target?: Vector): void;
 }
 
 /** What the layers of the view show. */
@@ -22,20 +26,21 @@ export interface Shown {
   arrows: boolean;
   borders: boolean;
   cells: boolean;
+  forces: boolean;
   colouring: Colouring;
 }
 
 export class Panel {
-  readonly shown: Shown = { arrows: false, borders: false, cells: false, colouring: "body" };
+  readonly shown: Shown = { arrows: false, borders: false, cells: false, forces: false, colouring: "body" };
   strength = 1;
   private readonly settings?: SettingsPanel;
-  private readonly chart: Chart;
-  private readonly table = make("table", { id: "times" });
-  private readonly counts = make("table", { id: "counts" });
+  private readonly developer: DeveloperPanel;
+  private readonly forces?: ForceChart;
+  private readonly scale: ScaleControl;
+  private readonly warnings = make("table", { id: "warnings" });
   private readonly pick = make("div", { class: "pick", id: "pick" });
   private readonly rails: ((frame: Frame) => void)[] = [];
   private fades: ((opacity: number) => void)[] = [];
-  private lastTable = 0;
 
   constructor(
     place: HTMLElement,
@@ -43,48 +48,63 @@ export class Panel {
     private readonly bodies: BodySet,
     private readonly actions: PanelActions,
   ) {
-    const canvas = make("canvas", { class: "chart", "aria-label": "Milliseconds of each phase, contacts and movers over the last frames", role: "img" });
-    this.chart = new Chart(canvas);
-    this.chart.budget = 1e3 * stage.time_step * (stage.units.time === "ms" ? 1e-3 : 1);
-    place.replaceChildren(this.contacts(), this.time(canvas));
-    if (stage.mode === "live") {
+    const live = stage.mode === "live";
+    this.scale = new ScaleControl(stage, bodies, () => actions.look());
+    place.replaceChildren(this.warnings, this.bodyList(), this.cut(), this.colours(), this.point());
+    if (live && stage.motions.length > 0) place.append(this.motions());
+    if (live) {
+      const canvas = make("canvas", { class: "chart", id: "force-chart", "aria-label": "Forces over the last frames", role: "img" });
+      this.forces = new ForceChart(canvas, stage, bodies);
+      const forces = section("Forces", false, canvas, make("small", {}, "Of contacts on each body, and of the hand."));
+      forces.id = "forces";
+      forces.addEventListener("toggle", () => {
+        this.shown.forces = forces.open;
+        actions.look();
+      });
       this.settings = new SettingsPanel(stage, (settings) => actions.send("change", { ...settings }));
-      place.append(this.settings.element);
-      if (stage.motions.length > 0) place.append(this.motions());
+      place.append(forces, this.settings.element);
     }
-    place.append(this.point(), this.bodyList(), this.cut());
+    const layers = [this.layer("Border edges and crossings", "borders"), this.layer("Grid cells that hold a point", "cells")];
+    this.developer = new DeveloperPanel(stage, this.settings ? [...layers, this.settings.developer] : layers);
+    place.append(this.developer.element);
     this.showPick([]);
   }
 
-  private contacts(): HTMLElement {
-    const shown = this.shown;
-    const colouring = choose(["body", "depth", "displacement"], "body", (value) => this.setColouring(value as Colouring), "colouring");
-    const layer = (label: string, key: "arrows" | "borders" | "cells") =>
-      check(label, false, (on) => {
-        shown[key] = on;
-        this.actions.look();
-      }, `show-${key}`);
-    return section("Contacts and colours", true,
-      row("Colours show", colouring),
-      layer("Direction and depth of each contact", "arrows"),
-      layer("Border edges and crossings", "borders"),
-      layer("Grid cells that hold a point", "cells"),
-      this.counts);
+  /** The first view of the scene that shows its bodies as they are; without one, everything. */
+  showFirstView(): void {
+    const { views } = this.stage;
+    const first = views.findIndex((view) => !view.displacement && !view.field && (view.when ?? "end") === "end");
+    const choice = document.getElementById("scene-view") as HTMLSelectElement | null;
+    if (choice) choice.selectedIndex = first + 1;
+    this.applyView(views[first]);
   }
 
-  setColouring(colouring: Colouring): void {
+  private layer(label: string, key: "arrows" | "borders" | "cells"): HTMLElement {
+    return check(label, false, (on) => {
+      this.shown[key] = on;
+      this.actions.look();
+    }, `show-${key}`);
+  }
+
+  private colours(): HTMLElement {
+    const fields = this.stage.fields ?? [];
+    const names = ["body", "depth", "displacement", ...fields.map((field) => field.name)];
+    const labels = ["body", "depth", "displacement", ...fields.map((field) => field.title)];
+    const colouring = choose(names, "body", (value) => this.setColouring(value), "colouring", labels);
+    const edges = check("Edges of the mesh", false, (on) => {
+      this.bodies.showEdges(on);
+      this.actions.redraw();
+    }, "show-edges");
+    return section("Colours", true, row("Colours show", colouring), this.scale.element,
+      this.layer("Contacts: direction and depth", "arrows"), edges);
+  }
+
+  setColouring(colouring: Colouring, scale?: { least: number; most: number }): void {
     this.shown.colouring = colouring;
     (document.getElementById("colouring") as HTMLSelectElement).value = colouring;
-    this.bodies.setColouring(colouring);
+    this.bodies.setColouring(colouring, scale);
+    this.scale.show();
     this.actions.look();
-  }
-
-  private time(canvas: HTMLElement): HTMLElement {
-    const budget = make("input", { type: "number", min: 0, step: "any", id: "budget-line", "aria-label": "Budget of a step in ms", oninput: () => {
-      this.chart.budget = Math.max(0, budget.valueAsNumber || 0);
-    } });
-    budget.value = String(Number(this.chart.budget.toPrecision(4)));
-    return section("Time of a step", true, canvas, row("Budget line (ms)", budget), this.table);
   }
 
   private motions(): HTMLElement {
@@ -115,8 +135,9 @@ export class Panel {
 
   private point(): HTMLElement {
     const strength = slider({ id: "strength", label: "Strength of the pull", low: 0.05, high: 20, value: 1, logarithmic: true, show: (s) => `× ${short(s)}`, change: (s) => (this.strength = s) });
-    const children: Node[] = this.stage.mode === "live" ? [row("Pull strength", strength.element)] : [];
-    return section("Picked point", true, this.pick, ...children);
+    const children: Node[] = this.stage.mode === "live"
+      ? [row("Pull strength", strength.element), make("small", {}, "No pull is harder than the tissue at its point can take.")] : [];
+    return section("Touch", true, this.pick, ...children);
   }
 
   showPick(lines: [string, string][]): void {
@@ -132,7 +153,7 @@ export class Panel {
     const info = this.stage.bodies[body]!;
     const set = () => {
       this.bodies.setOpacity(body, box.checked ? fade.valueAsNumber : 0);
-      this.actions.redraw();
+      this.actions.reshade();
     };
     const box = make("input", { type: "checkbox", "aria-label": `Show ${name}`, onchange: set });
     const fade = make("input", { type: "range", min: 0.05, max: 1, step: 0.05, "aria-label": `Opacity of ${name}`, oninput: set });
@@ -151,12 +172,12 @@ export class Panel {
   private bodyList(): HTMLElement {
     const lines = this.stage.bodies.map((body, i) => this.bodyLine(body.name, i));
     const all = slider({ id: "fade-all", label: "Opacity of all bodies", low: 0.05, high: 1, value: 1, show: (o) => `${Math.round(100 * o)} %`, change: (o) => this.fades.forEach((fade) => fade(o)) });
-    const element = section(`Bodies (${lines.length})`, lines.length <= 12);
+    const element = section(`Bodies (${lines.length})`, true);
     const { views } = this.stage;
     if (views.length > 0) {
       const names = ["everything", ...views.map((view) => view.name)];
       const choice: HTMLSelectElement = choose(names, names[0]!, () => this.applyView(views[choice.selectedIndex - 1]), "scene-view");
-      element.append(row("View of the scene", choice));
+      element.append(row("View", choice));
     }
     element.append(row("All", all.element), make("div", { class: "list" }, ...lines));
     return element;
@@ -172,8 +193,12 @@ export class Panel {
     this.bodies.cut(plane, cut?.bodies);
     (document.getElementById("cut") as HTMLInputElement).checked = plane !== null;
     if (camera?.position) this.actions.lookFrom(here(camera.position).toArray(), here(camera.target ?? this.stage.origin).toArray());
-    this.setColouring(view?.displacement ? "displacement" : "body");
-    this.actions.redraw();
+    else this.actions.lookFrom();
+    const field = view?.field;
+    const fixed = view?.displacement ? { least: 0, most: view.displacement.most }
+      : field && field.most !== "auto" ? { least: field.least, most: field.most } : undefined;
+    this.setColouring(view?.displacement ? "displacement" : (field?.name ?? "body"), fixed);
+    this.actions.reshade();
   }
 
   private cut(): HTMLElement {
@@ -187,10 +212,10 @@ export class Panel {
       const directions: Record<string, three.Vector3> = { x: new three.Vector3(1, 0, 0), y: new three.Vector3(0, 1, 0), z: new three.Vector3(0, 0, 1), view: kept };
       const normal = directions[axis]!.clone().multiplyScalar(-flip);
       this.bodies.cut(on ? new three.Plane(normal, flip * share * half) : null);
-      this.actions.redraw();
+      this.actions.reshade();
     };
     const place = slider({ id: "cut-place", label: "Place of the cut", low: -1, high: 1, value: 0, show: (v) => `${short(v * half)} ${this.stage.units.length}`, change: (v) => { share = v; apply(); } });
-    return section("Cut away", true,
+    return section("Cut", true,
       check("Cut the bodies open", false, (value) => { on = value; kept = this.actions.viewDirection().negate(); apply(); }, "cut"),
       row("Across", choose(["x", "y", "z", "view"], "x", (value) => { axis = value; kept = this.actions.viewDirection().negate(); apply(); }, "cut-axis")),
       row("Place", place.element),
@@ -198,45 +223,21 @@ export class Panel {
   }
 
   update(frame: Frame): void {
-    this.chart.add(frame);
+    this.developer.update(frame);
+    this.forces?.add(frame);
     for (const rail of this.rails) rail(frame);
-    const now = performance.now();
-    if (now - this.lastTable < 200) return;  // numbers that nobody could read cost frames
-    this.lastTable = now;
-    this.showTimes(frame);
-    this.showCounts(frame);
+    this.showWarnings(frame);
   }
 
-  private showTimes(frame: Frame): void {
-    const ms = (x: number | undefined) => (x ?? 0).toFixed(x && x >= 100 ? 0 : 3);
-    const rows = Object.keys(frame.ms).map((name, i) => {
-      const swatch = make("span", { class: "swatch" });
-      swatch.style.background = phaseColours[i] ?? "transparent";
-      return make("tr", {}, make("td", {}, swatch, name), make("td", {}, ms(frame.ms[name])), make("td", {}, ms(frame.totals.ms[name])));
-    });
-    this.table.replaceChildren(
-      make("tr", {}, make("th", {}, "ms"), make("th", {}, "now"), make("th", {}, `mean of ${frame.totals.steps}`)), ...rows,
-      make("tr", {}, make("td", {}, "longest step"), make("td", {}, ms(frame.longest)), make("td", {}, ms(frame.totals.longest))));
-  }
-
-  private showCounts(frame: Frame): void {
-    const counts = frame.counts;
-    const unit = this.stage.units.length;
-    const lines: [string, string | number | undefined][] = [
-      ["contacts", counts.contacts], ["border edges", counts.border_edges], ["crossings", counts.crossings],
-      ["movers", counts.movers], ["candidates", counts.candidates],
-      ["deepest", counts.deepest === undefined ? undefined : `${short(counts.deepest)} ${unit}`],
-      ["cell size", `${short(counts.cell_size)} ${unit}`],
-      ["cells in use", frame.occupied_cells],
-      ["cells dropped", counts.dropped_cells > 0 ? counts.dropped_cells : undefined],
-    ];
+  private showWarnings({ counts }: Frame): void {
     const bad = counts.steps_not_converged ?? 0;
     const inverted = counts.inverted_tets ?? { now: 0, most: 0 };
-    const warnings: [string, string][] = [];
-    if (bad > 0) warnings.push(["NOT CONVERGED", `${bad} ${bad === 1 ? "step" : "steps"}: do not trust positions`]);
-    if (inverted.most > 0) warnings.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
-    const warned = warnings.map(([name, value]) => make("tr", { class: "warning" }, make("td", {}, name), make("td", {}, value)));
-    this.counts.replaceChildren(...warned, ...lines.filter(([, v]) => v !== undefined).map(([name, value]) => make("tr", {}, make("td", {}, name), make("td", {}, String(value)))));
+    const lines: [string, string][] = [];
+    if (bad > 0) lines.push(["NOT CONVERGED", `${bad} ${bad === 1 ? "step" : "steps"}: do not trust positions`]);
+    if (inverted.most > 0) lines.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
+    const text = lines.flat().join("");
+    if (this.warnings.textContent === text) return;
+    this.warnings.replaceChildren(...lines.map(([name, value]) => make("tr", { class: "warning" }, make("td", {}, name), make("td", {}, value))));
   }
 
   state(state: State): void {
@@ -244,6 +245,7 @@ export class Panel {
   }
 
   clearTimes(): void {
-    this.chart.clear();
+    this.developer.clear();
+    this.forces?.clear();
   }
 }

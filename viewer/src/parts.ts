@@ -38,8 +38,9 @@ export function check(label: string, on: boolean, change: (on: boolean) => void,
   return make("label", { class: "check" }, box, label);
 }
 
-export function choose(values: readonly string[], value: string, change: (value: string) => void, id?: string): HTMLSelectElement {
-  const select = make("select", { id, onchange: () => change(select.value) }, ...values.map((v) => make("option", { value: v }, v)));
+/** A choice among values; `labels` say how they read, where not as themselves. */
+export function choose(values: readonly string[], value: string, change: (value: string) => void, id?: string, labels: readonly string[] = values): HTMLSelectElement {
+  const select = make("select", { id, onchange: () => change(select.value) }, ...values.map((v, i) => make("option", { value: v }, labels[i]!)));
   select.value = value;
   return select;
 }

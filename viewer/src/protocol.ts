@@ -19,7 +19,16 @@ export interface ViewInfo {
   camera?: { position?: Vector; target?: Vector };
   bodies?: string[];
   cut?: { point: Vector; normal: Vector; bodies?: string[] };
-  displacement?: object;
+  when?: string;
+  displacement?: { most: number };
+  field?: { name: string; least: number; most: number | "auto" };
+}
+
+/** A field that bodies can be coloured by; its dimension as powers of mass, length and time. */
+export interface FieldInfo {
+  name: string;
+  title: string;
+  dimension: [number, number, number];
 }
 
 export interface MotionInfo {
@@ -45,6 +54,9 @@ export interface Stage {
   bodies: BodyInfo[];
   motions: MotionInfo[];
   views: ViewInfo[];
+  /** Towards which side of the patient x, y and z point: "LPS". */
+  axes?: string;
+  fields?: FieldInfo[];
   frames?: number;
   typical_stiffness?: number;
   settings: Settings;
@@ -56,12 +68,22 @@ export interface Pulled {
   vertex: number;
   target: Vector;
   force: Vector;
+  /** What the tissue there can take. */
+  most: number;
 }
 
 export interface RailState {
   time: number;
   offset: Vector;
   held: boolean;
+  /** What the motor gives while it is held. */
+  force?: Vector;
+}
+
+/** What contacts do to a body. */
+export interface BodyWrench {
+  force: Vector;
+  torque: Vector;
 }
 
 export interface Counts {
@@ -96,6 +118,7 @@ export interface Frame {
   time: number;
   counts: Counts;
   occupied_cells?: number;
+  forces?: BodyWrench[];
 }
 
 export interface State {

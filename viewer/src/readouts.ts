@@ -5,22 +5,43 @@ import { amountGradient, short } from "./colours";
 import { byId, make } from "./parts";
 import type { Connection, Frame, Stage } from "./protocol";
 import type { SceneView } from "./scene_view";
+import { force, forceText, inWords, unitForPeople, type UnitForPeople } from "./units";
 
-function forceText(force: readonly number[], stage: Stage): string {
-  const { length, mass, time } = stage.units;
-  const unit = length === "m" && mass === "kg" && time === "s" ? "N" : `${mass} ${length}/${time}²`;
-  return `${short(Math.hypot(...force))} ${unit}`;
+interface Held {
+  force: readonly number[];
+  place: three.Vector3;
+  /** What the tissue can take, for a pull. */
+  most?: number;
 }
 
-/** The force of the pull, beside its end. */
-export function showTag(frame: Frame, stage: Stage, view: SceneView): void {
+/** What is held: the first pull, or the first body on rails that a hand leads. */
+function heldIn(frame: Frame, stage: Stage, bodies: BodySet): Held | null {
   const pull = frame.counts.pulls?.[0];
+  if (pull) return { force: pull.force, place: bodies.vertex(pull.vertex), most: pull.most };
+  const index = frame.counts.rails?.findIndex((rail) => rail.force) ?? -1;
+  const body = stage.motions[index]?.body ?? -1;
+  if (body < 0) return null;
+  const [begin, end] = bodies.meshes[body]!.info.vertices;
+  const place = new three.Vector3();
+  for (let v = begin; v < end; ++v) place.add(bodies.vertex(v));
+  return { force: frame.counts.rails![index]!.force!, place: place.divideScalar(end - begin) };
+}
+
+/** At the limit the spring gives what the tissue can take, less what its damper keeps. */
+const nearLimit = 0.97;
+
+/** The force on what is held, beside it. */
+export function showTag(frame: Frame, stage: Stage, bodies: BodySet, view: SceneView): void {
+  const held = heldIn(frame, stage, bodies);
   const tag = byId("tag");
-  tag.hidden = !pull;
-  if (!pull) return;
-  tag.textContent = forceText(pull.force, stage);
-  const { x, y } = view.place(new three.Vector3(...pull.target));
-  tag.style.transform = `translate(${x + 14}px, ${y - 30}px)`;
+  tag.hidden = !held;
+  if (!held) return;
+  const limited = held.most !== undefined && Math.hypot(...held.force) >= nearLimit * held.most;
+  tag.textContent = forceText(held.force, stage.units) + (limited ? " – the most this tissue can take" : "");
+  tag.classList.toggle("limited", limited);
+  const { x, y } = view.place(held.place);
+  const left = x > 0.6 * view.canvas.clientWidth ? x - 14 - tag.offsetWidth : x + 14;
+  tag.style.transform = `translate(${left}px, ${y - 30}px)`;
 }
 
 /** What there is to say of a picked vertex. */
@@ -36,31 +57,44 @@ export function pickedLines(vertex: number | null, frame: Frame | undefined, sta
     ["displacement", `${short(bodies.displacement(vertex))} ${unit}`],
     ["depth", `${short(bodies.depths[vertex]!)} ${unit}`],
   ];
-  if (pull) lines.push(["pulled with", forceText(pull.force, stage)]);
+  if (pull) {
+    lines.push(["pulled with", forceText(pull.force, stage.units)]);
+    lines.push(["tissue can take", inWords(pull.most, stage.units, force)]);
+  }
   return lines;
 }
 
-/** The scale of the colours, in the unit of the scene. */
+/** What is shown as colours, and the unit that people read it in. */
+export function shownAmount(stage: Stage, bodies: BodySet): { title: string; unit: UnitForPeople } {
+  const field = stage.fields?.find((f) => f.name === bodies.colouring);
+  const { least, most } = bodies.scale;
+  const unit = unitForPeople(Math.max(Math.abs(least), Math.abs(most)), stage.units, field?.dimension ?? [0, 1, 0]);
+  const title = field?.title ?? bodies.colouring;
+  return { title: title[0]!.toUpperCase() + title.slice(1), unit };
+}
+
+/** The scale of the colours. */
 export function showLegend(stage: Stage, bodies: BodySet): void {
   const legend = byId("legend");
   legend.hidden = bodies.colouring === "body";
   if (legend.hidden) return;
-  byId("legend-title").textContent = `${bodies.colouring === "depth" ? "Depth" : "Displacement"} (${stage.units.length})`;
+  const { title, unit } = shownAmount(stage, bodies);
+  byId("legend-title").textContent = unit.name ? `${title} (${unit.name})` : title;
   const bar = byId<HTMLCanvasElement>("legend-bar");
   const context = bar.getContext("2d")!;
   context.fillStyle = amountGradient(context, bar.width);
   context.fillRect(0, 0, bar.width, bar.height);
-  const ticks = [0, 0.5, 1].map((share) => short(share * bodies.scale));
+  const { least, most } = bodies.scale;
+  const ticks = [0, 0.5, 1].map((share) => short(unit.factor * (least + share * (most - least))));
   const element = byId("legend-ticks");
   if (element.textContent !== ticks.join("")) element.replaceChildren(...ticks.map((tick) => make("span", {}, tick)));
 }
 
-/** Simulated time, and how many frames and bytes come in a second. */
+/** Simulated time; for developers how many frames and bytes come in a second. */
 export class Rate {
   private time = performance.now();
   private bytes = 0;
   private frames = 0;
-  private text = "";
 
   show(frame: Frame, stage: Stage, connection: Connection): void {
     const now = performance.now();
@@ -68,12 +102,12 @@ export class Rate {
       const seconds = (now - this.time) / 1000;
       const frames = (connection.frames - this.frames) / seconds;
       const bytes = (connection.bytes - this.bytes) / seconds;
-      this.text = `, ${frames.toFixed(0)} frames/s, ${(bytes / 1e6).toFixed(1)} MB/s`;
+      byId("rate").textContent = `${frames.toFixed(0)} frames/s, ${(bytes / 1e6).toFixed(1)} MB/s`;
       this.time = now;
       this.frames = connection.frames;
       this.bytes = connection.bytes;
     }
     const step = frame.counts.step === undefined ? "" : `, step ${frame.counts.step}`;
-    byId("clock").textContent = `t = ${frame.time.toFixed(3)} ${stage.units.time}${step}${this.text}`;
+    byId("clock").textContent = `t = ${frame.time.toFixed(3)} ${stage.units.time}${step}`;
   }
 }

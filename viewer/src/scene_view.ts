@@ -1,6 +1,37 @@
 // Camera, lights and drawing: a picture is drawn when something changed, and only then.
 import * as three from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Resolution } from "./resolution";
+
+/** Share of the frame that is filled. */
+const fill = 0.86;
+
+/** Where to look, and from how far, so that points are within slopes across and up. Axes: right, up, back. */
+function framed(points: Float32Array, axes: [three.Vector3, three.Vector3, three.Vector3], across: number, up: number): { middle: three.Vector3; distance: number } {
+  const point = new three.Vector3();
+  const least = [Infinity, Infinity];
+  const most = [-Infinity, -Infinity];
+  let nearest = -Infinity;
+  // Each side of the frame is a plane that leans by its slope: the furthest point along its normal touches it.
+  const slopes = [across, up];
+  for (let i = 0; i < points.length; i += 3) {
+    point.fromArray(points, i);
+    const z = point.dot(axes[2]);
+    nearest = Math.max(nearest, z);
+    for (const c of [0, 1]) {
+      const x = point.dot(axes[c]!) / slopes[c]!;
+      most[c] = Math.max(most[c]!, x + z);
+      least[c] = Math.min(least[c]!, x - z);
+    }
+  }
+  const eye = Math.max((most[0]! - least[0]!) / 2, (most[1]! - least[1]!) / 2, nearest);
+  const place = (c: number) => (slopes[c]! * (most[c]! + least[c]!)) / 2;
+  let sum = 0;
+  for (let i = 0; i < points.length; i += 3) sum += point.fromArray(points, i).dot(axes[2]);
+  const depth = sum / (points.length / 3);
+  const middle = new three.Vector3().addScaledVector(axes[0], place(0)).addScaledVector(axes[1], place(1)).addScaledVector(axes[2], depth);
+  return { middle, distance: eye - depth };
+}
 
 export class SceneView {
   readonly scene = new three.Scene();
@@ -8,14 +39,17 @@ export class SceneView {
   readonly controls: OrbitControls;
   readonly renderer: three.WebGLRenderer;
   private stale = true;
-  private readonly lamp = new three.DirectionalLight(0xffffff, 2.2);
-  /** Called after each drawn picture. */
+  private readonly resolution = new Resolution(() => this.resize());
+  private readonly lamp = new three.DirectionalLight(0xfff6ea, 2.3);
+  private readonly sky = new three.HemisphereLight(0xf4f8ff, 0x9a8f86, 1.35);
+  /** Called before and after each picture is drawn. */
+  beforeDrawing: () => void = () => {};
   drawn: () => void = () => {};
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new three.WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: true, stencil: true });
     this.renderer.localClippingEnabled = true;
-    this.scene.add(new three.HemisphereLight(0xffffff, 0x8d8d99, 1.4), this.camera);
+    this.scene.add(this.sky, this.camera);
     this.camera.add(this.lamp);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.redraw());
@@ -29,20 +63,23 @@ export class SceneView {
 
   private loop(): void {
     requestAnimationFrame(() => this.loop());
+    this.resolution.ready();
     if (!this.stale) return;
+    this.resolution.draws();
     this.draw();
     this.drawn();
   }
 
   draw(): void {
     this.stale = false;
+    this.beforeDrawing();
     this.renderer.render(this.scene, this.camera);
   }
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.resolution.share * Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -54,29 +91,47 @@ export class SceneView {
     this.redraw();
   }
 
-  /** Sees a ball of that size about the origin, from a corner; up is against gravity. */
-  fit(radius: number, gravity: three.Vector3): void {
+  /** Which way is up: against gravity. */
+  setUp(gravity: three.Vector3): void {
     const up = gravity.lengthSq() > 0 ? gravity.clone().negate().normalize() : new three.Vector3(0, 0, 1);
-    const side = Math.abs(up.z) > 0.7 ? new three.Vector3(0.75, -1, 0) : new three.Vector3(0.75, 0, 1);
-    side.addScaledVector(up, -side.dot(up)).normalize();
     this.camera.up.copy(up);
-    const narrow = Math.min(1, this.camera.aspect);
-    const distance = radius / Math.sin((Math.PI / 360) * this.camera.fov) / narrow;
-    this.controls.target.set(0, 0, 0);
-    this.camera.position.copy(side).addScaledVector(up, 0.55).normalize().multiplyScalar(distance);
+    this.sky.position.copy(up);
+  }
+
+  /** From what is looked at to the eye. */
+  back(): three.Vector3 {
+    return this.camera.position.clone().sub(this.controls.target);
+  }
+
+  /** From a corner, a little from above. */
+  corner(): three.Vector3 {
+    const up = this.camera.up;
+    const side = Math.abs(up.z) > 0.7 ? new three.Vector3(0.75, -1, 0) : new three.Vector3(0.75, 0, 1);
+    return side.addScaledVector(up, -side.dot(up)).normalize().addScaledVector(up, 0.55);
+  }
+
+  /** Fills the frame with points (3 numbers each), seen from a direction. */
+  fit(points: Float32Array, from: three.Vector3): void {
+    if (points.length === 0) return;
+    const back = from.clone().normalize();
+    const right = this.camera.up.clone().cross(back).normalize();
+    const up = back.clone().cross(right);
+    const half = Math.tan((Math.PI / 360) * this.camera.fov);
+    const { middle, distance } = framed(points, [right, up, back], (fill * half * this.camera.aspect), fill * half);
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).addScaledVector(back, distance);
     this.camera.near = distance / 200;
     this.camera.far = distance * 20;
     this.camera.updateProjectionMatrix();
-    this.lamp.position.set(-0.4 * distance, 0.6 * distance, 0.4 * distance);
+    this.lamp.position.set(-0.5 * distance, 0.7 * distance, 0.5 * distance);
     this.controls.update();
     this.redraw();
   }
 
-  lookFrom(position: readonly [number, number, number], target: readonly [number, number, number]): void {
-    this.camera.position.set(...position);
-    this.controls.target.set(...target);
-    this.controls.update();
-    this.redraw();
+  /** Pixels of a length at the place that is looked at. */
+  pixelsPer(): number {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    return this.canvas.clientHeight / (2 * distance * Math.tan((Math.PI / 360) * this.camera.fov));
   }
 
   /** Turns the view by angles about the vertical and the horizontal, radians. */

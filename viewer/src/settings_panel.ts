@@ -1,7 +1,7 @@
 // What can change while a simulation runs. The controls follow what the server says is set, so that several
 // pages agree.
 import type { Settings, Stage, Vector } from "./protocol";
-import { choose, row, section, slider, type Slider } from "./parts";
+import { choose, make, row, section, slider, type Slider } from "./parts";
 import { short } from "./colours";
 
 type Change = (settings: Settings) => void;
@@ -17,17 +17,20 @@ interface Field {
   logarithmic: boolean;
   unit?: string;
   whole?: boolean;
+  developer?: boolean;
 }
 
 export class SettingsPanel {
+  /** What users set, and what only developers of the contact query do. */
   readonly element: HTMLDetailsElement;
+  readonly developer: HTMLElement = make("div");
   private readonly updates: ((settings: Settings) => void)[] = [];
 
   constructor(
     private readonly stage: Stage,
     private readonly change: Change,
   ) {
-    this.element = section("Settings", true);
+    this.element = section("Settings", false);
     this.element.id = "settings";
     const contact = stage.settings.contact ?? {};
     this.addGravity();
@@ -36,7 +39,7 @@ export class SettingsPanel {
     const stiffness = stage.typical_stiffness ?? 1000;
     const fields: Field[] = [
       { key: "stiffness", label: "Contact stiffness", word: "auto", low: stiffness / 100, high: stiffness * 100, start: stiffness, logarithmic: true, unit: si ? "N/m" : "" },
-      { key: "cells_per_primitive", label: "Cells per primitive", word: "exact", low: 1, high: 27, start: 8, logarithmic: false, whole: true },
+      { key: "cells_per_primitive", label: "Cells per primitive", word: "exact", low: 1, high: 27, start: 8, logarithmic: false, whole: true, developer: true },
     ];
     this.addNumber("friction", "Friction", 0, 1.5);
     if (stage.choices?.["budget"]) this.addBudget();
@@ -110,7 +113,7 @@ export class SettingsPanel {
       word.value = numeric(settings) ? "number" : field.word;
       if (numeric(settings)) control.set(Number(settings.contact![field.key]));
     });
-    this.element.append(row(field.label, word), line);
+    (field.developer ? this.developer : this.element).append(row(field.label, word), line);
   }
 
   /** How long all detections of a step may take. */
@@ -126,13 +129,13 @@ export class SettingsPanel {
       word.value = ms === undefined ? "none" : "ms";
       if (ms !== undefined) control.set(ms);
     });
-    this.element.append(row("Budget of contacts", word), line);
+    this.developer.append(row("Budget of contacts", word), line);
   }
 
   private addChoice(key: string, names: string[]): void {
     if (names.length === 0) return;
     const control = choose(names, names[0]!, (value) => this.set(key, value), key);
     this.updates.push((settings) => (control.value = String(settings.contact?.[key] ?? names[0])));
-    this.element.append(row(key[0]!.toUpperCase() + key.slice(1), control));
+    this.developer.append(row(key[0]!.toUpperCase() + key.slice(1), control));
   }
 }

@@ -10,6 +10,8 @@ export interface Hand {
   send(name: string, values?: object): void;
   /** A vertex was picked, or nothing. */
   picked(vertex: number | null): void;
+  /** A body is under the mouse, or none; pixels from the corner of the view. */
+  hover(body: number | null, x: number, y: number): void;
   strength(): number;
   offset(motion: number): [number, number, number];
 }
@@ -23,6 +25,7 @@ const array = (v: three.Vector3) => v.toArray();
 export class Touch {
   private grip: Grip | null = null;
   private down = { x: 0, y: 0 };
+  private looked = 0;
 
   constructor(
     private readonly view: SceneView,
@@ -31,7 +34,11 @@ export class Touch {
     const place = view.canvas.parentElement!;
     // Before the orbit controls: who touches tissue does not turn the view.
     place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
-    view.canvas.addEventListener("pointermove", (event) => this.move(event.clientX, event.clientY));
+    view.canvas.addEventListener("pointermove", (event) => {
+      this.move(event.clientX, event.clientY);
+      this.lookUnder(event);
+    });
+    view.canvas.addEventListener("pointerleave", () => this.hand.hover(null, 0, 0));
     view.canvas.addEventListener("pointerup", (event) => this.lift(event));
     view.canvas.addEventListener("pointercancel", () => this.letGo());
     view.canvas.addEventListener("lostpointercapture", () => this.letGo());
@@ -76,6 +83,18 @@ export class Touch {
     if (!this.grip) return;
     const target = this.view.ray(x, y).ray.intersectPlane(this.grip.plane, new three.Vector3());
     if (target) this.lead(target);
+  }
+
+  /** At most once in a while: a look through all triangles costs as much as a frame. */
+  private lookUnder(event: PointerEvent): void {
+    if (event.pointerType === "touch") return;
+    if (event.buttons !== 0) return this.hand.hover(null, 0, 0);
+    const now = performance.now();
+    if (now - this.looked < 60) return;
+    this.looked = now;
+    const hit = this.hand.bodies()?.hit(this.view.ray(event.clientX, event.clientY));
+    const box = this.view.canvas.getBoundingClientRect();
+    this.hand.hover(hit ? hit.body : null, event.clientX - box.left, event.clientY - box.top);
   }
 
   private lead(target: three.Vector3): void {

@@ -1,0 +1,115 @@
+// Hands that hold tissue and jerk it as hard as they can, in the scenes that people open first: no pull turns
+// tets inside out, keeps a step from converging or blows up a run.
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+#include <palpate/io/mesh_reader.hpp>
+#include <palpate/relax.hpp>
+
+#include "geometry/vector.hpp"
+#include "support/random.hpp"
+#include "view/live.hpp"
+#include "view/pull_limits.hpp"
+#include "view/scenes.hpp"
+
+namespace palpate::view {
+namespace {
+
+std::unique_ptr<LiveSource> source_of(const std::string& name) {
+  const Scene scene = read_scene(std::string(PALPATE_SOURCE_DIR "/") + name);
+  Model model = load_model(scene, [](const auto& path) { return io::read_mesh(path).mesh; });
+  if (scene.relax) relax(model, scene.settings, *scene.relax, 1);
+  return std::make_unique<LiveSource>(scene, std::move(model), 1);
+}
+
+/// What a pull did at worst.
+struct Worst {
+  double force = 0.0;  ///< over what the tissue can take
+  std::int64_t inverted = 0;
+  std::int64_t not_converged = 0;
+};
+
+class Hand {
+ public:
+  Hand(LiveSource& source, std::uint64_t seed) : source_(source), surface_(source.bodies()), random_(seed) {}
+
+  /// Takes hold of some tissue, with a hand far away.
+  void take() {
+    while (true) {
+      const auto vertex = Index{random_.integer(0, surface_.vertex_count() - 1)};
+      try {
+        source_.apply(1, Pull{vertex, far(), strength});
+        return;
+      } catch (const Error&) {  // a point of bone
+      }
+    }
+  }
+  /// To somewhere else, within one step.
+  void jerk() { source_.apply(1, MovePull{far()}); }
+  void let_go() { source_.apply(1, LetGo{}); }
+
+ private:
+  static constexpr double strength = 20.0;  ///< the most that the page has
+  Vec3 far() {
+    const auto coordinate = [&] { return random_.uniform(-1.0, 1.0); };
+    const double size = source_.stage().about.at("diagonal");
+    return size * Vec3{coordinate(), coordinate(), coordinate()};
+  }
+  LiveSource& source_;
+  Surface surface_;
+  test::Random random_;
+};
+
+Worst hold_and_jerk(LiveSource& source, double seconds, std::uint64_t seed) {
+  Hand hand(source, seed);
+  Worst worst;
+  const double time_step = source.simulation().settings().time_step;
+  const int steps = static_cast<int>(seconds / time_step);
+  for (int step = 0; step < steps; ++step) {
+    // Takes hold; holds for 20 steps, jerks in each third of the next 24, lets go for 8.
+    const int turn = step % 52;
+    if (turn == 0) hand.take();
+    if (turn >= 20 && turn < 44 && turn % 3 == 0) hand.jerk();
+    if (turn == 44) hand.let_go();
+    source.advance();
+    const auto counts = source.counts();
+    for (const auto& pull : counts["pulls"]) {
+      const Vec3 force{pull["force"][0], pull["force"][1], pull["force"][2]};
+      worst.force = std::max(worst.force, length(force) / pull["most"].get<double>());
+    }
+    worst.inverted = counts["inverted_tets"]["most"];
+    worst.not_converged = counts["steps_not_converged"];
+  }
+  return worst;
+}
+
+void expect_it_takes_pulls(const std::string& scene, double seconds) {
+  const auto source = source_of(scene);
+  const Worst worst = hold_and_jerk(*source, seconds, 5);
+  EXPECT_LE(worst.force, 1.05) << "beside the spring its damper";
+  EXPECT_GT(worst.force, 0.5) << "the hand did pull";
+  EXPECT_EQ(worst.inverted, 0);
+  EXPECT_EQ(worst.not_converged, 0);
+}
+
+class Pulls : public ::testing::TestWithParam<const char*> {};
+TEST_P(Pulls, HeldAndJerkedDoNoHarm) {
+  expect_it_takes_pulls(GetParam(), 0.3);
+}
+/// The same for a minute of simulated time: minutes of the clock.
+TEST_P(Pulls, DISABLED_AMinuteOfThemDoesNoHarm) {
+  expect_it_takes_pulls(GetParam(), 60.0);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Pulls,
+                         ::testing::Values("scenes/eye.json", "scenes/skull.json", "scenes/stacking.json"),
+                         [](const auto& scene) {
+                           const std::string file = scene.param;
+                           return file.substr(7, file.size() - 12);
+                         });
+
+}  // namespace
+}  // namespace palpate::view

@@ -1,0 +1,24 @@
+// A line over the view: what was refused, for a while, or what is wrong, until it is not.
+import { byId } from "./parts";
+
+export class Notice {
+  private timer = 0;
+
+  show(text: string, stays = false): void {
+    const element = byId("notice");
+    element.textContent = text;
+    element.dataset["kind"] = stays ? "error" : "note";
+    element.hidden = false;
+    clearTimeout(this.timer);
+    if (!stays) this.timer = window.setTimeout(() => this.hide(), 5000);
+  }
+
+  hide(): void {
+    byId("notice").hidden = true;
+  }
+
+  /** What was wrong no longer is. */
+  hideError(): void {
+    if (byId("notice").dataset["kind"] === "error") this.hide();
+  }
+}

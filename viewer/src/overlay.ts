@@ -1,0 +1,97 @@
+// Over the view: which way the axes point, how long things are, and what body is under the mouse.
+import * as three from "three";
+import type { BodySet } from "./bodies";
+import { niceBelow, short } from "./colours";
+import { byId } from "./parts";
+import type { Frame, Stage } from "./protocol";
+import type { SceneView } from "./scene_view";
+import { forceText, inWords, torque } from "./units";
+
+const opposite: Record<string, string> = { L: "R", R: "L", A: "P", P: "A", S: "I", I: "S" };
+const sides: Record<string, string> = { L: "left", R: "right", A: "anterior", P: "posterior", S: "superior", I: "inferior" };
+const colours = ["#d1495b", "#2e933c", "#3066be"];
+
+/** The three axes as lines from a middle, those that point away behind; anatomical sides where the scene names them. */
+export class Triad {
+  private readonly context = byId<HTMLCanvasElement>("triad").getContext("2d")!;
+  private last = "";
+
+  draw(view: SceneView, axes: string | undefined, ink: string): void {
+    const state = view.camera.quaternion.toArray().map((x) => x.toFixed(3)).join() + axes + ink + devicePixelRatio;
+    if (state === this.last) return;
+    this.last = state;
+    const canvas = this.context.canvas;
+    const size = canvas.clientWidth;
+    canvas.width = canvas.height = Math.round(size * devicePixelRatio);
+    this.context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, size / 2, size / 2);
+    this.context.font = "600 12px system-ui, sans-serif";
+    this.context.textAlign = "center";
+    this.context.textBaseline = "middle";
+    const turn = view.camera.quaternion.clone().invert();
+    const ends = [0, 1, 2].flatMap((axis) => (axes ? [1, -1] : [1]).map((sign) => {
+      const way = new three.Vector3().setComponent(axis, sign).applyQuaternion(turn);
+      const letter = axes ? (sign > 0 ? axes[axis]! : opposite[axes[axis]!]!) : "XYZ"[axis]!;
+      return { way, letter, colour: colours[axis]!, strong: sign > 0 };
+    }));
+    ends.sort((a, b) => a.way.z - b.way.z);
+    for (const end of ends) this.drawEnd(end, 0.34 * size, ink);
+    const named = axes ? [...axes].map((side, i) => `${"xyz"[i]} ${sides[side]}`).join(", ") : "x, y, z";
+    canvas.setAttribute("aria-label", `Orientation of the axes: ${named}`);
+  }
+
+  private drawEnd(end: { way: three.Vector3; letter: string; colour: string; strong: boolean }, length: number, ink: string): void {
+    const { way, letter, colour, strong } = end;
+    const context = this.context;
+    context.globalAlpha = way.z < -0.2 ? 0.45 : 1;
+    context.strokeStyle = colour;
+    context.lineWidth = strong ? 2.5 : 1;
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.lineTo(length * way.x, -length * way.y);
+    context.stroke();
+    context.fillStyle = ink;
+    context.fillText(letter, (length + 9) * way.x, -(length + 9) * way.y);
+    context.globalAlpha = 1;
+  }
+}
+
+/** A bar of a round length, at the depth that is looked at. */
+export function showScaleBar(view: SceneView, unit: string): void {
+  const length = niceBelow(140 / view.pixelsPer());
+  const bar = byId("scale-bar");
+  bar.style.width = `${(length * view.pixelsPer()).toFixed(1)}px`;
+  const text = `${short(length)} ${unit}`;
+  if (bar.textContent !== text) bar.textContent = text;
+}
+
+/** The name of the body under the mouse, and what contacts do to it where the server tells. */
+export class Hover {
+  private body: number | null = null;
+  private place = { x: 0, y: 0 };
+
+  constructor(private readonly changed: () => void) {}
+
+  get on(): boolean {
+    return this.body !== null;
+  }
+
+  move(body: number | null, x: number, y: number): void {
+    const before = this.body;
+    this.body = body;
+    this.place = { x, y };
+    if ((before === null) !== (body === null)) this.changed();
+  }
+
+  show(stage: Stage, frame: Frame | undefined, bodies: BodySet): void {
+    const element = byId("hover");
+    element.hidden = this.body === null || bodies.opacity(this.body) === 0;
+    if (element.hidden || this.body === null) return;
+    const wrench = frame?.forces?.[this.body];
+    const lines = [stage.bodies[this.body]!.name];
+    if (wrench && Math.hypot(...wrench.force) > 0) {
+      lines.push(`contacts: ${forceText(wrench.force, stage.units)}, ${inWords(Math.hypot(...wrench.torque), stage.units, torque)}`);
+    }
+    element.textContent = lines.join("\n");
+    element.style.transform = `translate(${this.place.x + 14}px, ${this.place.y + 16}px)`;
+  }
+}

@@ -1,0 +1,39 @@
+// Fewer pixels while the picture moves on machines that are slow to draw; all of them as soon as it stands still.
+
+/** A picture that takes longer is slow, ms. */
+const slowPicture = 34;
+const patience = 5;
+const rest = 350;
+
+export class Resolution {
+  /** Share of the pixels along each side. */
+  share = 1;
+  private slow = 0;
+  private began = 0;
+  private timer = 0;
+
+  /** @param changed  called when the share is another */
+  constructor(private readonly changed: () => void) {}
+
+  /** A picture begins to be drawn. */
+  draws(): void {
+    this.began = performance.now();
+    clearTimeout(this.timer);
+    if (this.share < 1) this.timer = window.setTimeout(() => this.set(1), rest);
+  }
+
+  /** The browser is ready for the next. */
+  ready(): void {
+    if (this.began === 0) return;
+    const took = performance.now() - this.began;
+    this.began = 0;
+    this.slow = took > slowPicture ? this.slow + 1 : Math.max(0, this.slow - 1);
+    if (this.slow >= patience && this.share === 1) this.set(0.5);
+  }
+
+  private set(share: number): void {
+    this.share = share;
+    this.slow = 0;
+    this.changed();
+  }
+}

@@ -1,0 +1,63 @@
+// The ends of the scale of colours: automatic, which grows with what is shown, or fixed.
+import type { BodySet } from "./bodies";
+import { choose, make, row } from "./parts";
+import type { Stage } from "./protocol";
+import { shownAmount } from "./readouts";
+
+export class ScaleControl {
+  readonly element = make("div", { id: "scale" });
+  private readonly kind = choose(["automatic", "fixed"], "automatic", (value) => this.setKind(value === "automatic"), "scale-kind");
+  private readonly least = this.end("scale-least", "Start of the scale");
+  private readonly most = this.end("scale-most", "End of the scale");
+  private readonly ends: HTMLElement;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly bodies: BodySet,
+    private readonly changed: () => void,
+  ) {
+    const reset = make("button", { id: "scale-reset", title: "Begin the scale anew with what is shown now", onclick: () => this.reset() }, "Reset");
+    this.ends = row("From, to", make("span", { class: "ends" }, this.least, this.most));
+    this.element.append(row("Scale", make("span", { class: "ends" }, this.kind, reset)), this.ends);
+    this.show();
+  }
+
+  private end(id: string, label: string): HTMLInputElement {
+    return make("input", { type: "number", step: "any", id, "aria-label": label, onchange: () => this.setEnds() });
+  }
+
+  /** Shows what the scale is. */
+  show(): void {
+    const { scale, colouring } = this.bodies;
+    this.element.hidden = colouring === "body";
+    this.kind.value = scale.automatic ? "automatic" : "fixed";
+    this.ends.hidden = scale.automatic;
+    if (this.element.hidden) return;
+    const { factor } = shownAmount(this.stage, this.bodies).unit;
+    this.least.value = String(Number((factor * scale.least).toPrecision(6)));
+    this.most.value = String(Number((factor * scale.most).toPrecision(6)));
+  }
+
+  private setKind(automatic: boolean): void {
+    const { colouring, scale } = this.bodies;
+    this.bodies.setColouring(colouring, automatic ? undefined : { least: scale.least, most: scale.most });
+    this.show();
+    this.changed();
+  }
+
+  /** The numbers are in the unit of the legend. */
+  private setEnds(): void {
+    const { factor } = shownAmount(this.stage, this.bodies).unit;
+    const least = this.least.valueAsNumber / factor;
+    const most = this.most.valueAsNumber / factor;
+    if (least < most) this.bodies.setColouring(this.bodies.colouring, { least, most });
+    this.show();
+    this.changed();
+  }
+
+  private reset(): void {
+    this.bodies.setColouring(this.bodies.colouring);
+    this.show();
+    this.changed();
+  }
+}

@@ -1,0 +1,38 @@
+// When the shadows that bodies cast on each other and on the ground are made anew: as soon as other bodies are shown,
+// and now and then while they move.
+import type { BodySet } from "./bodies";
+import { Ground } from "./ground";
+import type { SceneView } from "./scene_view";
+
+/** They follow a motion this much later, ms: they are soft, and cost as much as a frame. */
+const patience = 400;
+
+export class Shadows {
+  stale = true;
+  private readonly ground = new Ground();
+  private bodies?: BodySet;
+  private made = 0;
+
+  constructor(private readonly view: SceneView) {
+    view.scene.add(this.ground.object);
+    view.beforeDrawing = () => this.update();
+  }
+
+  begin(bodies: BodySet): void {
+    this.bodies = bodies;
+    this.stale = true;
+  }
+
+  /** The bodies have moved. */
+  moved(): void {
+    if (performance.now() - this.made > patience) this.stale = true;
+  }
+
+  private update(): void {
+    if (!this.stale || !this.bodies) return;
+    this.stale = false;
+    this.bodies.shade();
+    this.ground.update(this.bodies, this.view.camera.up);
+    this.made = performance.now();
+  }
+}

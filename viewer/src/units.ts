@@ -1,0 +1,47 @@
+// Derived units for people: N, Pa and N m with the prefix that suits, from the units of the scene.
+import { short } from "./colours";
+
+export interface Units {
+  length: string;
+  mass: string;
+  time: string;
+}
+/** Powers of mass, length and time. */
+export type Dimension = readonly [number, number, number];
+export const force: Dimension = [1, 1, -2];
+export const torque: Dimension = [1, 2, -2];
+
+const exponents: Record<string, number> = {
+  m: 0, cm: -2, mm: -3, um: -6, km: 3, kg: 0, g: -3, mg: -6, ug: -9, t: 3, s: 0, ms: -3, us: -6,
+};
+const prefixes = ["p", "n", "µ", "m", "", "k", "M", "G"];
+const names: [Dimension, string][] = [[force, "N"], [torque, "N m"], [[1, -1, -2], "Pa"]];
+
+/** A unit, and how many of it a number of the scene is. */
+export interface UnitForPeople {
+  factor: number;
+  name: string;
+}
+
+/** The unit in which people read amounts of about this size. What has no name of its own stays in the scene's units. */
+export function unitForPeople(size: number, units: Units, dimension: Dimension): UnitForPeople {
+  const [mass, length, time] = dimension;
+  if (mass === 0 && length === 0 && time === 0) return { factor: 1, name: "" };
+  if (mass === 0 && length === 1 && time === 0) return { factor: 1, name: units.length };
+  const exponent = mass * exponents[units.mass]! + length * exponents[units.length]! + time * exponents[units.time]!;
+  const name = names.find(([d]) => d.every((power, i) => power === dimension[i]))?.[1];
+  if (name === undefined) return { factor: 1, name: `${units.mass}^${mass} ${units.length}^${length} ${units.time}^${time}` };
+  const si = Math.abs(size) * 10 ** exponent;
+  const place = si > 0 && Number.isFinite(si) ? Math.floor(Math.log10(si * 1.00005) / 3) : 0;
+  const step = Math.min(Math.max(place, -4), 3);
+  return { factor: 10 ** (exponent - 3 * step), name: prefixes[step + 4]! + name };
+}
+
+export function inWords(value: number, units: Units, dimension: Dimension): string {
+  const unit = unitForPeople(value, units, dimension);
+  return `${short(unit.factor * value)} ${unit.name}`.trimEnd();
+}
+
+export function forceText(vector: readonly number[], units: Units): string {
+  return inWords(Math.hypot(...vector), units, force);
+}
