@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
@@ -46,14 +45,10 @@ double longest_side(const MeshStatistics& statistics) {
   return std::max({sides.x, sides.y, sides.z});
 }
 
-std::string size_text(const MeshUnit& unit, double side) {
+std::string size_text(const MeshUnit& unit, bool given, double side) {
   if (unit.name.empty()) return "";
-  return fmt::format("size            {} long\n", length_text(unit.meters * side));
-}
-
-std::string likely_text(const MeshUnit& unit, double side) {
-  if (unit.name.empty()) return "";
-  return fmt::format("likely unit     {}: {} long\n", unit.name, length_text(unit.meters * side));
+  const std::string size = length_text(unit.meters * side) + " long\n";
+  return given ? "size            " + size : fmt::format("likely unit     {}: {}", unit.name, size);
 }
 
 int mesh_info(const InfoOptions& options) {
@@ -78,7 +73,7 @@ int mesh_info(const InfoOptions& options) {
   const std::string notes = notes_text(&input.record, bodies.notes()[0]);
   print_out(fmt::format("{}: {}\n{}pieces          {}\n{}{}", input.record.file, input.record.format,
                         statistics_text(statistics, options.unit ? unit.name : ""), parts_text(parts),
-                        options.unit ? size_text(unit, side) : likely_text(unit, side),
+                        size_text(unit, options.unit.has_value(), side),
                         notes.empty() ? "" : fmt::format("note            {}\n", notes)));
   say_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
                        input.record.file));
@@ -199,8 +194,7 @@ Subcommand add_info(CLI::App& command) {
   add_changes(*app, options->what.changes);
   add_value(*app, "--unit", "m|cm|mm|um", "what the numbers of a mesh are in; default: told as a guess",
             [options](const std::string& flag, const std::string& text) {
-              constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
-              options->unit = mesh_unit(names[parse_choice(flag, text, names)]);
+              options->unit = parse_mesh_unit(flag, text);
             });
   add_json(*app, options->json, "print JSON");
   return {app,

@@ -65,9 +65,7 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
             });
   add_value(app, "--unit", "m|cm|mm|um", "unit of surfaces; the meshes are in mm; default: mm",
             [&](const std::string& flag, const std::string& text) {
-              constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
-              constexpr std::array<double, 4> millimeters{1e3, 10.0, 1.0, 1e-3};
-              shaping.unit_millimeters = millimeters[parse_choice(flag, text, names)];
+              shaping.unit_millimeters = 1e3 * parse_mesh_unit(flag, text).meters;
               shaping.unit_given = true;
             });
 }

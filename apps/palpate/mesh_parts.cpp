@@ -6,16 +6,11 @@
 #include <map>
 #include <utility>
 
+#include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::app {
 namespace {
-
-double volume_of(const Bodies& bodies, Index tet) {
-  const Tet& t = at(bodies.tets(), tet);
-  const auto point = [&](std::size_t corner) { return at(bodies.points_rest(), t[corner]); };
-  return dot(point(1) - point(0), cross(point(2) - point(0), point(3) - point(0))) / 6.0;
-}
 
 std::vector<double> piece_volumes(const Bodies& bodies, const Range& tets) {
   std::vector<bool> seen(static_cast<std::size_t>(tets.size()), false);
@@ -33,7 +28,7 @@ std::vector<double> piece_volumes(const Bodies& bodies, const Range& tets) {
     while (!open.empty()) {
       const Index tet = open.back();
       open.pop_back();
-      volumes.back() += volume_of(bodies, tet);
+      volumes.back() += fem::tet_volume_rest(bodies, tet);
       for (const Index next : at(bodies.tet_neighbors(), tet)) reach(next);
     }
   }

@@ -116,12 +116,11 @@ void add_flags(CLI::App& app, NewOptions& options) {
   add_value(app, "--out", "SCENE",
             "file to write; default: the name of the mesh, .json, in the current folder",
             [&options](const std::string&, const std::string& text) { options.out = text; });
-  CLI::Option* const unit = add_value(
-      app, "--unit", "m|cm|mm|um", "what the numbers of the mesh are in; default: guessed by its size",
-      [&options](const std::string& flag, const std::string& text) {
-        constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
-        options.request.unit = mesh_unit(names[parse_choice(flag, text, names)]);
-      });
+  CLI::Option* const unit = add_value(app, "--unit", "m|cm|mm|um",
+                                      "what the numbers of the mesh are in; default: guessed by its size",
+                                      [&options](const std::string& flag, const std::string& text) {
+                                        options.request.unit = parse_mesh_unit(flag, text);
+                                      });
   add_value(app, "--size", "METRES", "length of its longest side, in place of a unit",
             [&options](const std::string& flag, const std::string& text) {
               options.request.longest = parse_number(flag, text, scene_format::above(0.0));

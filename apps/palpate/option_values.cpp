@@ -56,6 +56,11 @@ std::size_t parse_choice(const std::string& flag, const std::string& text,
   throw BadInput(flag, "", quoted(text), expected_name(text, names));
 }
 
+MeshUnit parse_mesh_unit(const std::string& flag, const std::string& text) {
+  constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
+  return mesh_unit(names[parse_choice(flag, text, names)]).value();
+}
+
 CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,
                        const std::string& help,
                        std::function<void(const std::string&, const std::string&)> parse) {

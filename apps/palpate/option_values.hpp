@@ -13,6 +13,7 @@
 
 #include <palpate/types.hpp>
 
+#include "scene/first_scene.hpp"
 #include "scene/limits.hpp"
 
 /// Values of flags. Each throws BadInput "FLAG: found 'TEXT', expected …"; the whole text must be the value.
@@ -24,6 +25,8 @@ double parse_number(const std::string& flag, const std::string& text, const scen
 /// One of `names`, as its index.
 std::size_t parse_choice(const std::string& flag, const std::string& text,
                          std::span<const std::string_view> names);
+/// One of "m", "cm", "mm" and "um".
+MeshUnit parse_mesh_unit(const std::string& flag, const std::string& text);
 
 /// Adds `flag` with one value, given to `parse(flag, text)` when the flag is there.
 CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,

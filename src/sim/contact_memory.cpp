@@ -71,7 +71,7 @@ void ContactMemory::add(std::span<const RememberedContact> contacts) {
     joined_.push_back(contact);
     if (k < all_.size() && key_of(all_[k]) == key_of(contact)) {
       joined_.back().lost = all_[k].lost;
-      joined_.back().calming = all_[k].calming;
+      joined_.back().chatter_damping = all_[k].chatter_damping;
       ++k;
     }
   }

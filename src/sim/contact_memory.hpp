@@ -21,12 +21,12 @@ struct RememberedContact {
   bool speculative = false;  ///< met within the last step, and not yet there at the end of one
   Vec3 slip;                 ///< how far the friction spring is stretched, m; across the direction
   // Of the last time it was there:
-  Vec3 force;              ///< along the direction, at the start of the step, N
-  Vec3 direction;          ///< unit
-  Vec3 velocity;           ///< of the point relative to the tet, at the start of the step, m/s
-  double stiffness = 0.0;  ///< N/m
-  double calming = 0.0;    ///< damping against chatter, N s/m
-  SideNote side;           ///< saves work only, and so is not kept with a saved state
+  Vec3 force;                    ///< along the direction, at the start of the step, N
+  Vec3 direction;                ///< unit
+  Vec3 velocity;                 ///< of the point relative to the tet, at the start of the step, m/s
+  double stiffness = 0.0;        ///< N/m
+  double chatter_damping = 0.0;  ///< N s/m
+  SideNote side;                 ///< saves work only, and so is not kept with a saved state
 };
 
 /// The memory of all contacts. A contact that is gone is kept for a while, so that one that comes and goes is

@@ -37,10 +37,10 @@ fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 
 }
 
 constexpr std::size_t grain = 256;
-/// Share of the calming that stays from step to step: it fades within a hundred steps.
-constexpr double calming_kept = 0.99;
-/// Bound of the calming: so many times the stiffness times the time step.
-constexpr double most_calming = 20.0;
+/// Share of the damping of chatter that stays from step to step: it fades within a hundred steps.
+constexpr double chatter_damping_kept = 0.99;
+/// Bound of it: so many times the stiffness times the time step.
+constexpr double most_chatter_damping = 20.0;
 /// A contact stiff against h is damped as if critical damping were so many times k h; see the class.
 constexpr double stiff_damping = 10.0;
 /// Forces of contacts that are met within the step, by those that act: root mean squares below which they
@@ -98,15 +98,16 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
 
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
 /// step's model foresaw. Damping of that error per speed holds it (see the class).
-void ContactResponse::update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity,
-                                     double most) const {
-  contact.calming *= calming_kept;
+void ContactResponse::update_chatter_damping(RememberedContact& contact, const Vec3& force,
+                                             const Vec3& velocity, double most) const {
+  contact.chatter_damping *= chatter_damping_kept;
   const bool turns = contact.lost > 0 || dot(velocity, contact.velocity) < 0.0;
   const double speed = length(velocity);
   if (!turns || speed == 0.0) return;
   const Vec3 predicted =
       contact.force - (time_step_ * contact.stiffness * dot(contact.direction, velocity)) * contact.direction;
-  contact.calming = std::min(std::max(contact.calming, length(force - predicted) / speed), most);
+  contact.chatter_damping =
+      std::min(std::max(contact.chatter_damping, length(force - predicted) / speed), most);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
@@ -157,10 +158,10 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
   const Vec3 force = k * contacts.depth[c] * r;
   if (remembered.seen > 1) remembered.slip += time_step_ * velocity;
   if (remembered.seen > 1 || remembered.lost > 0)
-    update_calming(remembered, force, velocity, most_calming * time_step_ * full);
+    update_chatter_damping(remembered, force, velocity, most_chatter_damping * time_step_ * full);
   remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
   laws_[c] = {.stiffness = k,
-              .damping = damping + remembered.calming,
+              .damping = damping + remembered.chatter_damping,
               .depth = contacts.depth[c],
               .slip = remembered.slip,
               .direction = r};
@@ -196,7 +197,7 @@ void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& 
                         .direction = r,
                         .velocity = velocity,
                         .stiffness = k,
-                        .calming = 0.0,
+                        .chatter_damping = 0.0,
                         .side = {}};
 }
 

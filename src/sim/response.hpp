@@ -124,7 +124,8 @@ class ContactResponse {
   void compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, ExitSearch& search,
                    fem::Coupling& coupling);
-  void update_calming(RememberedContact& contact, const Vec3& force, const Vec3& velocity, double most) const;
+  void update_chatter_damping(RememberedContact& contact, const Vec3& force, const Vec3& velocity,
+                              double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
 
   ResponseSettings settings_;

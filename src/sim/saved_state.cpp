@@ -110,7 +110,7 @@ void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies
       throw Error(source_name, "contacts", "another order", "that of point and body");
     last = {c.point, c.body};
     for (const Vec3& vector : {c.slip, c.force, c.direction, c.velocity}) check_finite("contact", vector);
-    check_finite("contact", {c.stiffness, c.calming});
+    check_finite("contact", {c.stiffness, c.chatter_damping});
   }
 }
 

@@ -96,7 +96,7 @@ void describe(Archive& archive, fem::DynamicsState& s) {
 template <class Archive>
 void describe(Archive& archive, RememberedContact& c) {
   archive(c.point, c.body, c.seen, c.lost, c.speculative, c.slip, c.force, c.direction, c.velocity,
-          c.stiffness, c.calming);
+          c.stiffness, c.chatter_damping);
 }
 
 template <class Archive>

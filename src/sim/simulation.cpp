@@ -208,6 +208,10 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
     for (int i = 0; i < most_turns && dynamics.follow_turns(); ++i) {
+      if (metrics.solves >= settings.solver.max_solves) {
+        metrics.solver_converged = false;
+        break;
+      }
       metrics.solver_converged = solve(loose, steady);
     }
     metrics.solver_seconds += watch.lap();
