@@ -257,5 +257,29 @@ TEST(Simulation, RefusesBadSettings) {
   EXPECT_EQ(message({}, {1, 1}), "simulation: fixed_points: found 2 flags, expected 8");
 }
 
+/// A body that turns fast takes several solves a step. Where it may not, the step does not count as
+/// converged.
+TEST(Simulation, MaxSolvesBoundsThoseOfABodyThatTurns) {
+  const auto step_of = [](int max_solves) {
+    Model model;
+    model.bodies.add("ball", test::ball_mesh(3, {}, 0.03));
+    model.materials = {{.young_modulus = 1e7}};
+    for (const Vec3& p : model.bodies.points_rest()) model.velocities.push_back(cross(Vec3{0, 0, 100.0}, p));
+    SimulationSettings settings;
+    settings.time_step = 0.01;
+    settings.gravity = {};
+    settings.solver.max_solves = max_solves;
+    Simulation simulation(std::move(model), settings, 1);
+    simulation.step();
+    return simulation.metrics();
+  };
+  const StepMetrics free = step_of(40);
+  EXPECT_GT(free.solves, 1);
+  EXPECT_TRUE(free.solver_converged);
+  const StepMetrics bounded = step_of(1);
+  EXPECT_EQ(bounded.solves, 1);
+  EXPECT_FALSE(bounded.solver_converged);
+}
+
 }  // namespace
 }  // namespace palpate
