@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 4};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 5};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
