@@ -44,7 +44,7 @@ TEST(KeptContacts, KnowTheGapOfAPointThatWasLifted) {
   EXPECT_NEAR(near[0].gap, 0.005, 1e-15);
   EXPECT_NEAR(length(near[0].direction - Vec3{0, 0, 1}), 0.0, 1e-15);
   EXPECT_EQ(near[0].kept.stiffness, 100.0);
-  const std::array<double, 4> foot{0.35, 0.35, 0.3, 0.0};  // (0.35, 0.3, 0)
+  const std::array<double, 4> foot{0.35, 0.3, 0.35, 0.0};  // (0.35, 0.3, 0)
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(near[0].weights[i], foot[i], 1e-14);
 }
 
