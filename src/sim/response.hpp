@@ -8,11 +8,11 @@
 #include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 
+#include "contact/contact_table.hpp"
 #include "contact/nearest_surface.hpp"
+#include "contact/rim_falloff.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
-#include "sim/contact_memory.hpp"
-#include "sim/side_shares.hpp"
 
 namespace palpate {
 
@@ -74,18 +74,18 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; what contacts remember is kept from call to call. O(contacts), parallel.
-  void compute(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
+  /// call and to the next; states of contacts are columns of the table. O(contacts), parallel.
+  void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                std::vector<fem::Coupling>& couplings);
 
-  /// Compares the contacts where the step leads to (`contacts`, found at `positions_end`) with those that it
-  /// knows. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`:
-  /// root of their sum of squares, N), appends laws and couplings for what they meet and returns the force
-  /// that it meets with by those: another solve is needed. Else returns 0. Such a contact starts the step
-  /// with a gap; so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
+  /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with those that
+  /// act. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`: root
+  /// of their sum of squares, N), appends laws and couplings for what they meet and returns the force that it
+  /// meets with by those: another solve is needed. Else returns 0. Such a contact starts the step with a gap;
+  /// so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
   [[nodiscard]] double add_speculative(const parallel::Threads& threads, const Bodies& bodies,
-                                       const Contacts& contacts, std::span<const Vec3> positions_end,
+                                       ContactTable& table, std::span<const Vec3> positions_end,
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
 
@@ -96,13 +96,6 @@ class ContactResponse {
   /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
-  /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
-  void undo() { memory_.undo(); }
-
-  /// What contacts remember between steps: part of the state that a resumed run needs.
-  [[nodiscard]] const std::vector<RememberedContact>& remembered() const { return memory_.all(); }
-  void set_remembered(std::vector<RememberedContact> contacts) { memory_.set_all(std::move(contacts)); }
-
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
   /// what one layer of tets resists: contacts sink in less than the tissue gives way.
@@ -110,35 +103,34 @@ class ContactResponse {
 
  private:
   struct Speculative {
+    std::size_t row = 0;  ///< of the table
     fem::ContactLaw law;
     fem::Coupling coupling;
-    RememberedContact remembered;
+    Vec3 velocity;       ///< of the point relative to the tet, m/s
     double force = 0.0;  ///< along the direction, if nothing stops it, N
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
-  /// Law and coupling of an unknown contact at the end of the step, and what is remembered of it.
+  /// Law and coupling of a contact at the end of the step that does not act yet.
   void compute_speculative(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                            std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
                            ExitSearch& search, Speculative& contact) const;
-  void compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                   std::span<const Vec3> positions, std::span<const Vec3> velocities, ExitSearch& search,
-                   fem::Coupling& coupling);
-  void update_chatter_damping(RememberedContact& contact, const Vec3& force, const Vec3& velocity,
+  static void add_state(ContactStates& states, const Speculative& contact);
+  void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
+                   std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
+  void update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force, const Vec3& velocity,
                               double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
 
   ResponseSettings settings_;
-  ContactMemory memory_;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
-  std::vector<std::size_t> unknown_;      ///< scratch of add_speculative()
+  std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of add_speculative()
-  std::vector<RememberedContact> added_;  ///< scratch of add_speculative()
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles
-  SideShares sides_;
+  RimFalloff rims_;
   std::span<const double> masses_;
   std::span<const std::uint8_t> moves_;
 };

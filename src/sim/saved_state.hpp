@@ -4,20 +4,21 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include <palpate/model.hpp>
 #include <palpate/simulation.hpp>
 
+#include "contact/contact_table.hpp"
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
-#include "sim/contact_memory.hpp"
 #include "sim/grabs.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 4};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 5};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -38,7 +39,7 @@ struct SavedState {
   std::vector<double> pressures;
   std::vector<HeldGrab> grabs;
   fem::DynamicsState dynamics;
-  std::vector<RememberedContact> contacts;
+  RememberedContacts contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
   std::vector<ActedContact> acting_contacts;
@@ -93,10 +94,11 @@ void describe(Archive& archive, fem::DynamicsState& s) {
           s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference, s.multigrid_worn);
 }
 
+/// Column by column, as the table has them.
 template <class Archive>
-void describe(Archive& archive, RememberedContact& c) {
-  archive(c.point, c.body, c.seen, c.lost, c.speculative, c.slip, c.force, c.direction, c.velocity,
-          c.stiffness, c.chatter_damping);
+void describe(Archive& archive, RememberedContacts& c) {
+  archive(c.point, c.body);
+  std::apply([&](auto&... column) { archive(column...); }, c.states.columns());
 }
 
 template <class Archive>

@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "contact/detector_steps.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
@@ -219,10 +220,11 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
-    const double met =
-        looks_again ? response.add_speculative(threads, bodies, detector.contacts(), dynamics.end_positions(),
-                                               dynamics.mean_velocities(), normal_forces(), couplings)
-                    : 0.0;
+    const double met = looks_again
+                           ? response.add_speculative(threads, bodies, DetectorSteps::table(detector),
+                                                      dynamics.end_positions(), dynamics.mean_velocities(),
+                                                      normal_forces(), couplings)
+                           : 0.0;
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
     if (met == 0.0 && !loose) break;
@@ -262,8 +264,9 @@ void Simulation::State::advance() {
   grab_couplings = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
-  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
-                   settings.time_step, couplings);
+  DetectorSteps::hold(detector);
+  response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
+                   dynamics.velocities(), settings.time_step, couplings);
   first_speculative = couplings.size();
   metrics.forces_seconds = watch.lap();
   try {
@@ -271,10 +274,11 @@ void Simulation::State::advance() {
     metrics.solver_seconds = watch.lap();
     solve_with_speculative_contacts(last);
   } catch (...) {
-    response.undo();
-    detector.detect(dynamics.positions());
+    DetectorSteps::swap_back(detector);
+    DetectorSteps::table(detector).undo_step();
     throw;
   }
+  DetectorSteps::release(detector);
   watch.lap();
   take_forces();
   grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
@@ -313,6 +317,7 @@ void Simulation::change(const SimulationSettings& settings) {
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, settings.detection, s.obstacles, s.threads.count());
     detector.detect(s.dynamics.positions());
+    DetectorSteps::table(detector).set_remembered(DetectorSteps::table(s.detector).remembered());
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);
@@ -361,7 +366,7 @@ SavedState Simulation::State::saved_state() const {
           .pressures = loads.pressures(),
           .grabs = grabs.all(),
           .dynamics = dynamics.state(),
-          .contacts = response.remembered(),
+          .contacts = DetectorSteps::table(detector).remembered(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
           .acting_contacts = step_forces.contacts(),
@@ -375,7 +380,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   detector.recall(saved.detector, dynamics.positions());
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
-  response.set_remembered(saved.contacts);
+  DetectorSteps::table(detector).set_remembered(saved.contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
   if (saved.records_reactions) dynamics.find_held_elements();
