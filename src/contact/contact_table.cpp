@@ -77,7 +77,7 @@ Contacts ContactTable::take_contacts() {
   return std::exchange(contacts_, Contacts{});
 }
 
-std::pair<Index, Index> ContactTable::key(std::size_t row) const {
+ContactTable::Key ContactTable::key(std::size_t row) const {
   if (row < size_) return {contacts_.point[row], contacts_.body[row]};
   return {now_.point[row - size_], now_.body[row - size_]};
 }
@@ -127,6 +127,14 @@ void ContactTable::resize(Remembered& remembered, std::size_t rows, std::size_t 
   resize_columns(remembered.rims, rows + gone);
 }
 
+/// The same, and all values stay.
+void ContactTable::grow(Remembered& remembered, std::size_t rows, std::size_t gone) {
+  grow_column(remembered.point, gone);
+  grow_column(remembered.body, gone);
+  grow_columns(remembered.states, rows + gone);
+  grow_columns(remembered.rims, rows + gone);
+}
+
 void ContactTable::carry_states(const parallel::Threads& threads, const ContactTable& last) {
   list_gone(last);
   resize(now_, size_, gone_.size());
@@ -141,6 +149,33 @@ void ContactTable::carry_states(const parallel::Threads& threads, const ContactT
     copy_row(last.now_.rims, from, now_.rims, row);
     if (row >= size_) std::tie(now_.point[row - size_], now_.body[row - size_]) = last.key(from);
   });
+}
+
+/// From the end on, so that rows move to where nothing is needed any more.
+void ContactTable::add_rows(std::span<const Key> keys) {
+  new_keys_.clear();
+  make_room(new_keys_, keys.size());
+  for (const Key& key : keys)
+    if (row_of(key.first, key.second) < 0) new_keys_.push_back(key);
+  if (new_keys_.empty()) return;
+  std::size_t old = now_.point.size();
+  std::size_t row = old + new_keys_.size();
+  grow(now_, size_, row);
+  for (std::size_t added = new_keys_.size(); added > 0;) {
+    const bool is_old = old > 0 && Key(now_.point[old - 1], now_.body[old - 1]) > new_keys_[added - 1];
+    --row;
+    const Key key = is_old ? Key(now_.point[old - 1], now_.body[old - 1]) : new_keys_[added - 1];
+    if (is_old) {
+      --old;
+      copy_row(now_.states, size_ + old, now_.states, size_ + row);
+      copy_row(now_.rims, size_ + old, now_.rims, size_ + row);
+    } else {
+      --added;
+      clear_row(now_.states, size_ + row);
+      clear_row(now_.rims, size_ + row);
+    }
+    std::tie(now_.point[row], now_.body[row]) = key;
+  }
 }
 
 void ContactTable::begin_step(const parallel::Threads& threads) {

@@ -30,6 +30,8 @@ struct RememberedContacts {
 /// found and of the table before it: each row is matched once, and whatever follows a contact goes by that.
 class ContactTable {
  public:
+  using Key = std::pair<Index, Index>;  ///< point, body
+
   /// Steps for which the state of a contact that is gone is kept.
   static constexpr std::int32_t longest_absence = 20;
 
@@ -58,8 +60,10 @@ class ContactTable {
     }
     return contacts.body == body ? contacts.first : -1;
   }
-  /// (size()) the row of each contact in the last table, -1: it has none. Rows from that table's size() on are
-  /// of contacts that were gone.
+  /// The row of a contact, or of one that is gone, or -1. O(bodies that the point is in + log(gone)).
+  [[nodiscard]] Index row_of(Index point, Index body) const;
+  /// (size()) the row of each contact in the last table, -1: it has none. Rows from that table's size() on
+  /// are of contacts that were gone.
   [[nodiscard]] std::span<const Index> previous() const { return previous_; }
 
   /// (size() rows, or none) written by PlaneCache.
@@ -70,6 +74,9 @@ class ContactTable {
   [[nodiscard]] const ContactStates& states() const { return now_.states; }
   [[nodiscard]] RimCache& rims() { return now_.rims; }
 
+  /// Gives contacts that have no row one among those that are gone, with a state of zeros. Sorted keys. Rows
+  /// of those change. O(rows).
+  void add_rows(std::span<const Key> keys);
   /// Counts a step: contacts are seen once more, what is gone is lost for longer, until it is forgotten. A
   /// speculative contact that never was there at the end of a step leaves no trace. O(rows), parallel.
   void begin_step(const parallel::Threads& threads);
@@ -99,16 +106,16 @@ class ContactTable {
   [[nodiscard]] const std::vector<Index>& bodies() const {
     return contacts_.body.empty() ? taken_bodies_ : contacts_.body;
   }
-  [[nodiscard]] std::pair<Index, Index> key(std::size_t row) const;
+  [[nodiscard]] Key key(std::size_t row) const;
   [[nodiscard]] bool is_remembered(std::size_t row) const {
     return now_.states.seen[row] > 0 || now_.states.lost[row] > 0;
   }
   void list_rows(const Bodies& bodies, std::span<const PointInTet> found);
   void match(const parallel::Threads& threads, const ContactTable& last);
-  [[nodiscard]] Index row_of(Index point, Index body) const;
   void list_gone(const ContactTable& last);
   void carry_states(const parallel::Threads& threads, const ContactTable& last);
   static void resize(Remembered& remembered, std::size_t rows, std::size_t gone);
+  static void grow(Remembered& remembered, std::size_t rows, std::size_t gone);
 
   Contacts contacts_;
   std::size_t size_ = 0;
@@ -124,6 +131,7 @@ class ContactTable {
   std::vector<Index> row_begin_;
   std::vector<std::uint8_t> matched_;  ///< rows of the last table
   std::vector<std::size_t> gone_;      ///< rows of the last table
+  std::vector<Key> new_keys_;
 };
 
 }  // namespace palpate

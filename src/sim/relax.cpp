@@ -116,7 +116,7 @@ class Relaxation {
     const double before = deepest();
     couplings_.clear();
     response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
-                      time_step_, couplings_);
+                      time_step_, 0.0, couplings_);
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
       fem::ContactLaw law = response_.laws()[c];
       law.stiffness *= factor_;

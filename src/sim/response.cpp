@@ -112,9 +112,10 @@ void ContactResponse::update_chatter_damping(ContactStates& states, std::size_t 
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                               std::span<const Vec3> positions, std::span<const Vec3> velocities,
-                              double time_step, std::vector<fem::Coupling>& couplings) {
+                              double time_step, double fall, std::vector<fem::Coupling>& couplings) {
   const std::size_t contacts = table.size();
   table.begin_step(threads);
+  kept_.begin();
   rims_.begin(threads, bodies, positions, contacts);
   time_step_ = time_step;
   const std::size_t first = couplings.size();
@@ -127,6 +128,27 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
     compute_one(bodies, table, c, positions, velocities, search, couplings[first + c]);
   });
+  kept_.make_room(contacts);
+  const Contacts& list = table.contacts();
+  for (std::size_t c = 0; c < contacts; ++c) {
+    kept_.add(kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
+                           list.direction[c], laws_[c].stiffness, positions));
+  }
+  append_near(threads, bodies, table, positions, velocities, fall, couplings);
+}
+
+void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
+                                  std::span<const Vec3> positions, std::span<const Vec3> velocities,
+                                  double fall, std::vector<fem::Coupling>& couplings) {
+  const auto near = kept_.near(threads, bodies, table.contacts(), positions, velocities, time_step_, fall);
+  resize_with_room(speculative_, near.size());
+  parallel::for_each(threads, near.size(), grain, [&](std::size_t i) {
+    const NearContact& contact = near[i];
+    const KeptContact& kept = contact.kept;
+    speculative_[i] = speculative(coupling_of(kept.point, at(bodies.tets(), kept.tet), contact.weights),
+                                  -contact.gap, contact.direction, velocities, kept);
+  });
+  append_speculative(table, couplings);
 }
 
 /// f(i, search) for each i < size, with a search that is no other thread's.
@@ -175,62 +197,86 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   states.lost[c] = 0;
 }
 
-void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                                          std::span<const Vec3> positions_end,
-                                          std::span<const Vec3> velocities_end, ExitSearch& search,
-                                          Speculative& contact) const {
+ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Contacts& contacts,
+                                                  std::size_t c, std::span<const Vec3> positions_end,
+                                                  std::span<const Vec3> velocities_end,
+                                                  ExitSearch& search) const {
   const Index point = contacts.point[c];
+  const Index body = contacts.body[c];
   const Vec3& r = contacts.direction[c];
   const double k = rims_.scale(bodies, positions_end, contacts, c, search) *
-                   stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-  contact.row = c;
-  contact.coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), contacts.weights[c]);
-  contact.velocity = fem::relative(contact.coupling, velocities_end);
+                   stiffness(at(bodies.body_of_point(), point), body);
+  const auto& weights = contacts.weights[c];
+  const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
   // Where it was before the step, along the straight line that it came: outside.
-  const double depth = std::min(contacts.depth[c] + time_step_ * dot(contact.velocity, r), 0.0);
-  contact.law = {.stiffness = k, .damping = 0.0, .depth = depth, .slip = {}, .direction = r};
-  contact.force =
-      fem::contact_force(contact.law, {.coefficient = 0.0, .time_step = time_step_}, contact.velocity).normal;
+  const double depth =
+      std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
+  return speculative(
+      coupling, depth, r, velocities_end,
+      kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
 }
 
-/// A contact that was lost keeps how long, and its damping of chatter.
-void ContactResponse::add_state(ContactStates& states, const Speculative& contact) {
-  const std::size_t c = contact.row;
-  states.seen[c] = 1;
-  states.speculative[c] = 1;
-  states.slip[c] = {};
-  states.force[c] = (contact.law.stiffness * contact.law.depth) * contact.law.direction;
-  states.direction[c] = contact.law.direction;
-  states.velocity[c] = contact.velocity;
-  states.stiffness[c] = contact.law.stiffness;
+/// Without damping.
+ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& coupling, double depth,
+                                                          const Vec3& direction,
+                                                          std::span<const Vec3> velocities,
+                                                          const KeptContact& kept) const {
+  const Vec3 velocity = fem::relative(coupling, velocities);
+  const fem::ContactLaw law{
+      .stiffness = kept.stiffness, .damping = 0.0, .depth = depth, .slip = {}, .direction = direction};
+  return {.law = law,
+          .coupling = coupling,
+          .velocity = velocity,
+          .kept = kept,
+          .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
                                         ContactTable& table, std::span<const Vec3> positions_end,
                                         std::span<const Vec3> velocities_end, double acting,
                                         std::vector<fem::Coupling>& couplings) {
-  const Contacts& contacts = table.contacts();
   idle_.clear();
   make_room(idle_, table.size());
   for (std::size_t c = 0; c < table.size(); ++c)
     if (table.states().seen[c] == 0) idle_.push_back(c);
   resize_with_room(speculative_, idle_.size());
   for_each_searching(threads, idle_.size(), [&](std::size_t i, ExitSearch& search) {
-    compute_speculative(bodies, contacts, idle_[i], positions_end, velocities_end, search, speculative_[i]);
+    speculative_[i] = met(bodies, table.contacts(), idle_[i], positions_end, velocities_end, search);
   });
   std::erase_if(speculative_, [](const Speculative& contact) { return contact.force == 0.0; });
-  const double met = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
+  const double met_with = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
     return speculative_[i].force * speculative_[i].force;
   });
-  if (met <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
+  if (met_with <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
+  append_speculative(table, couplings);
+  return acting > 0.0 ? std::sqrt(met_with) / acting : std::numeric_limits<double>::infinity();
+}
+
+/// A contact that was lost keeps for how long, and its damping of chatter.
+void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
+  kept_.make_room(speculative_.size());
+  keys_.clear();
+  make_room(keys_, speculative_.size());
   for (const Speculative& contact : speculative_) {
+    keys_.emplace_back(contact.kept.point, contact.kept.body);
+    kept_.add(contact.kept);
     laws_.push_back(contact.law);
     couplings.push_back(contact.coupling);
-    add_state(table.states(), contact);
   }
-  return acting > 0.0 ? std::sqrt(met) / acting : std::numeric_limits<double>::infinity();
+  table.add_rows(keys_);
+  ContactStates& states = table.states();
+  for (const Speculative& contact : speculative_) {
+    const auto row = static_cast<std::size_t>(table.row_of(contact.kept.point, contact.kept.body));
+    states.seen[row] = 1;
+    states.speculative[row] = 1;
+    states.slip[row] = {};
+    states.force[row] = (contact.law.stiffness * contact.law.depth) * contact.law.direction;
+    states.direction[row] = contact.law.direction;
+    states.velocity[row] = contact.velocity;
+    states.stiffness[row] = contact.law.stiffness;
+  }
 }
 
 }  // namespace palpate

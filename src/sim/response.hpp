@@ -13,6 +13,7 @@
 #include "contact/rim_falloff.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
+#include "sim/kept_contacts.hpp"
 
 namespace palpate {
 
@@ -74,10 +75,12 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; states of contacts are columns of the table. O(contacts), parallel.
+  /// call and to the next; states of contacts are columns of the table. Behind them come, as speculative
+  /// ones, contacts of the last step that are near (KeptContacts). \param fall  what gravity moves in the
+  /// step, m. O(contacts log contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
-               std::vector<fem::Coupling>& couplings);
+               double fall, std::vector<fem::Coupling>& couplings);
 
   /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with those that
   /// act. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`: root
@@ -96,6 +99,13 @@ class ContactResponse {
   /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
+  /// After a step that failed, beside undo_step() of the table.
+  void undo() { kept_.undo(); }
+
+  /// Of the last step: part of the state that a resumed run needs.
+  [[nodiscard]] const std::vector<KeptContact>& kept() const { return kept_.all(); }
+  void set_kept(std::vector<KeptContact> contacts) { kept_.set_all(std::move(contacts)); }
+
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
   /// what one layer of tets resists: contacts sink in less than the tissue gives way.
@@ -103,19 +113,25 @@ class ContactResponse {
 
  private:
   struct Speculative {
-    std::size_t row = 0;  ///< of the table
     fem::ContactLaw law;
     fem::Coupling coupling;
-    Vec3 velocity;       ///< of the point relative to the tet, m/s
+    Vec3 velocity;  ///< of the point relative to the tet, m/s
+    KeptContact kept;
     double force = 0.0;  ///< along the direction, if nothing stops it, N
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
-  /// Law and coupling of a contact at the end of the step that does not act yet.
-  void compute_speculative(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                           std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
-                           ExitSearch& search, Speculative& contact) const;
-  static void add_state(ContactStates& states, const Speculative& contact);
+  /// Of a contact at the end of the step that does not act yet.
+  [[nodiscard]] Speculative met(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+                                std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
+                                ExitSearch& search) const;
+  [[nodiscard]] Speculative speculative(const fem::Coupling& coupling, double depth, const Vec3& direction,
+                                        std::span<const Vec3> velocities, const KeptContact& kept) const;
+  /// Contacts of the last step whose points are near.
+  void append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
+                   std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
+                   std::vector<fem::Coupling>& couplings);
+  void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
   void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
                    std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
   void update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force, const Vec3& velocity,
@@ -123,10 +139,12 @@ class ContactResponse {
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
 
   ResponseSettings settings_;
+  KeptContacts kept_;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
   std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
-  std::vector<Speculative> speculative_;  ///< scratch of add_speculative()
+  std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
+  std::vector<ContactTable::Key> keys_;   ///< the same
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles

@@ -14,6 +14,7 @@
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
 #include "sim/grabs.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
@@ -40,6 +41,7 @@ struct SavedState {
   std::vector<HeldGrab> grabs;
   fem::DynamicsState dynamics;
   RememberedContacts contacts;
+  std::vector<KeptContact> kept_contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
   std::vector<ActedContact> acting_contacts;
@@ -102,6 +104,11 @@ void describe(Archive& archive, RememberedContacts& c) {
 }
 
 template <class Archive>
+void describe(Archive& archive, KeptContact& c) {
+  archive(c.point, c.body, c.tet, c.distances, c.foot, c.stiffness);
+}
+
+template <class Archive>
 void describe(Archive& archive, ActedContact& c) {
   archive(c.points, c.weights, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
@@ -122,7 +129,7 @@ void describe(Archive& archive, DetectorMemory& m) {
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.dynamics,
-          s.contacts, s.detector, s.contact_forces);
+          s.contacts, s.kept_contacts, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

@@ -265,9 +265,10 @@ void Simulation::State::advance() {
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
   DetectorSteps::hold(detector);
+  const double h = settings.time_step;
   response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
-                   dynamics.velocities(), settings.time_step, couplings);
-  first_speculative = couplings.size();
+                   dynamics.velocities(), h, h * h * length(settings.gravity), couplings);
+  first_speculative = first_contact + detector.contacts().size();
   metrics.forces_seconds = watch.lap();
   try {
     begin_step();
@@ -276,6 +277,7 @@ void Simulation::State::advance() {
   } catch (...) {
     DetectorSteps::swap_back(detector);
     DetectorSteps::table(detector).undo_step();
+    response.undo();
     throw;
   }
   DetectorSteps::release(detector);
@@ -367,6 +369,7 @@ SavedState Simulation::State::saved_state() const {
           .grabs = grabs.all(),
           .dynamics = dynamics.state(),
           .contacts = DetectorSteps::table(detector).remembered(),
+          .kept_contacts = response.kept(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
           .acting_contacts = step_forces.contacts(),
@@ -381,6 +384,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
   DetectorSteps::table(detector).set_remembered(saved.contacts);
+  response.set_kept(saved.kept_contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
   if (saved.records_reactions) dynamics.find_held_elements();

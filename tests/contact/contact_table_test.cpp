@@ -31,7 +31,8 @@ struct Known {
 class Table : public testing::Test {
  protected:
   Table() {
-    for (int i = 0; i < 4; ++i) bodies.add("box" + std::to_string(i), test::box_mesh({2, 2, 1}, {}, {1, 1, 1}));
+    for (int i = 0; i < 4; ++i)
+      bodies.add("box" + std::to_string(i), test::box_mesh({2, 2, 1}, {}, {1, 1, 1}));
   }
   /// Pairs of points and tets of other bodies, several of some.
   std::vector<PointInTet> some_pairs() {
@@ -39,7 +40,8 @@ class Table : public testing::Test {
     for (Index p = 0; p < static_cast<Index>(bodies.points_rest().size()); ++p) {
       for (int i = random.integer(0, 3); i > 0; --i) {
         const Index tet = random.integer(0, static_cast<Index>(bodies.tets().size()) - 1);
-        if (bodies.body_of(at(bodies.tets(), tet)) != at(bodies.body_of_point(), p)) pairs.push_back({p, tet});
+        if (bodies.body_of(at(bodies.tets(), tet)) != at(bodies.body_of_point(), p))
+          pairs.push_back({p, tet});
       }
     }
     for (std::size_t i = pairs.size(); i > 1; --i)
@@ -108,6 +110,26 @@ TEST_F(Table, ContactsThatComeAndGoKeepTheirStatesForAWhile) {
       next[key] = k;
     }
     known = next;
+    // Contacts that are near, and not there.
+    std::vector<ContactTable::Key> near;
+    for (Index p = 0; p < static_cast<Index>(bodies.points_rest().size()); ++p) {
+      const ContactTable::Key key(p, random.integer(0, 3));
+      if (random.chance(0.1) && !rows.contains(key)) near.push_back(key);
+    }
+    tables.now().add_rows(near);
+    for (const auto& [key, k] : known) {
+      const Index row = tables.now().row_of(key.first, key.second);
+      ASSERT_GE(row, 0);
+      ASSERT_EQ(at(tables.now().states().lost, row), k.lost);
+      ASSERT_EQ(at(tables.now().states().chatter_damping, row), k.mark);
+    }
+    for (const ContactTable::Key& key : near) {
+      const Index row = tables.now().row_of(key.first, key.second);
+      at(tables.now().states().seen, row) = 1;
+      at(tables.now().states().speculative, row) = 1;
+      known[key].seen = 1;
+      known[key].speculative = true;
+    }
     for (int detection = random.integer(1, 3); detection > 0; --detection) {
       detect();
       c = 0;

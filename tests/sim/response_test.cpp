@@ -28,7 +28,7 @@ struct Pressed {
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> result;
     response.compute(parallel::Threads(2), bodies, DetectorSteps::table(detector), bodies.points_rest(),
-                     velocities, time_step, result);
+                     velocities, time_step, 0.0, result);
     for (std::size_t c = 0; c < result.size(); ++c) {
       const Vec3 u = fem::relative(result[c], velocities);
       const fem::ContactLaw& law = response.laws()[c];
@@ -155,7 +155,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
     detector.detect(positions);
     couplings.clear();
     response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), positions, velocities, h,
-                     couplings);
+                     0.0, couplings);
     return couplings.empty() ? 0.0 : response.laws().front().damping;
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
@@ -195,7 +195,7 @@ TEST(ContactResponse, FadesOutOverARim) {
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> couplings;
     response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), bodies.points_rest(),
-                     std::vector<Vec3>(masses.size()), 0.01, couplings);
+                     std::vector<Vec3>(masses.size()), 0.01, 0.0, couplings);
     double force = 0.0;
     for (std::size_t c = 0; c < couplings.size(); ++c) {
       if (couplings[c].points[0] != bodies.bodies()[1].points.begin) continue;
