@@ -18,7 +18,8 @@ void Detector::State::recall_budget(const DetectorMemory& memory) {
   std::vector<std::uint8_t>& triangles = crossings.clustered().queue().notes();
   if (memory.tet_notes.size() != tets.size() || memory.triangle_notes.size() != triangles.size() ||
       !(memory.share > 0.0) || !(memory.share <= 1.0)) {
-    throw Error("detector", "memory", std::to_string(memory.tet_notes.size()) + " clusters of tets, " +
+    throw Error("detector", "memory",
+                std::to_string(memory.tet_notes.size()) + " clusters of tets, " +
                     std::to_string(memory.triangle_notes.size()) + " of triangles, share " +
                     std::to_string(memory.share),
                 std::to_string(tets.size()) + " and " + std::to_string(triangles.size()) +
@@ -37,7 +38,8 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
                     std::ranges::all_of(points_then, [](const std::array<std::int32_t, 3>& p) {
                       return std::ranges::all_of(p, [](std::int32_t x) { return 0 <= x && x <= most; });
                     });
-  if (!fits) throw Error("detector", "memory", std::to_string(points_then.size()) + " points in lists of near points",
+  if (!fits)
+    throw Error("detector", "memory", std::to_string(points_then.size()) + " points in lists of near points",
                 "those of " + std::to_string(n) + " points, as a detection leaves them");
   if (!coherent()) return;
   CompactGrid grid(settings.order, settings.sort);
