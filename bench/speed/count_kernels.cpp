@@ -16,7 +16,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/border_edges.hpp"
-#include "contact/contact_list.hpp"
+#include "contact/contact_table.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
 #include "fem/lumping.hpp"
@@ -86,7 +86,7 @@ std::size_t after_query(const CountTask& task, Phase phase) {
   const Setting setting(scene);
   const Bodies& bodies = scene.bodies;
   OurQuery ours(setting, 1, false);
-  ContactList contacts;
+  ContactTable contacts;
   BorderEdges border_edges(bodies);
   CrossingQuery crossings;
   crossings.use_clusters(bodies);

@@ -208,6 +208,7 @@ class Detector {
   void recall(const DetectorMemory& memory, std::span<const Vec3> positions);
 
  private:
+  friend class DetectorSteps;
   struct State;
   std::unique_ptr<State> state_;
 };

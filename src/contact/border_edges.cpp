@@ -17,14 +17,14 @@ BorderEdges::BorderEdges(const Bodies& bodies) {
 struct BorderEdges::Part {
   const Bodies& bodies;
   std::span<const Vec3> positions;
-  const ContactList& list;
+  const ContactTable& table;
   std::span<const std::uint8_t> without;
 };
 
 /// The edges of one contact; border edges to `edge`, which goes on. What an edge is decides no branch, since
 /// nothing foretells it.
 void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
-  const Contacts& contacts = what.list.contacts();
+  const Contacts& contacts = what.table.contacts();
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
   const bool own = at(what.bodies.body_of_point(), point) == body;
@@ -32,7 +32,7 @@ void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
   const std::ptrdiff_t border_step = what.without.empty() || what.without[c] == 0 ? 1 : 0;
   Index* link = links_.data() + ranges_[c].begin;
   for (const Index other : neighbors_[point]) {
-    Index neighbor = what.list.find(other, body);
+    Index neighbor = what.table.find(other, body);
     if (own && neighbor >= 0 &&
         !same_layer(what.bodies, what.positions, point, contacts.tet[c], other, at(contacts.tet, neighbor)))
       neighbor = -1;
@@ -46,9 +46,9 @@ void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
 }
 
 void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
-                       std::span<const Vec3> positions, const ContactList& list,
+                       std::span<const Vec3> positions, const ContactTable& table,
                        std::span<const std::uint8_t> without) {
-  const std::vector<Index>& points = list.contacts().point;
+  const std::vector<Index>& points = table.contacts().point;
   resize_with_room(ranges_, points.size());
   Index room = 0;
   for (std::size_t c = 0; c < points.size(); ++c) {
@@ -56,7 +56,7 @@ void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
     room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // written ahead of
   }
   resize_with_room(links_, static_cast<std::size_t>(room));
-  const Part what{bodies, positions, list, without};
+  const Part what{bodies, positions, table, without};
   lists_.fill(threads, points.size(), 256,
               [&](std::size_t begin, std::size_t end, std::vector<BorderEdge>& found) {
                 const Index last = end < points.size() ? ranges_[end].begin : room;

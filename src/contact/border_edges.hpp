@@ -7,7 +7,7 @@
 
 #include <palpate/detection.hpp>
 
-#include "contact/contact_list.hpp"
+#include "contact/contact_table.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -22,10 +22,12 @@ class BorderEdges {
   /// O(contacts x edges at a point), parallel.
   /// \param without  (n_contacts) not zero: a contact whose border edges are left out. Empty: there are none
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const ContactList& list, std::span<const std::uint8_t> without = {});
+            const ContactTable& table, std::span<const std::uint8_t> without = {});
 
   /// In order of (contact, edge).
   [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
+  /// edges() and this list change places.
+  void swap_edges(std::vector<BorderEdge>& edges) { edges_.swap(edges); }
   /// (n_contacts) where the links of each contact are.
   [[nodiscard]] std::span<const Range> ranges_of_links() const { return ranges_; }
   /// The contact at the other end of each link, in the order of edges; there are gaps between the ranges.

@@ -71,6 +71,8 @@ class CrossingQuery {
 
   /// Sorted by (border edge, triangle).
   [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
+  /// crossings() and this list change places.
+  void swap_crossings(std::vector<Crossing>& crossings) { crossings_.swap(crossings); }
   /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
   [[nodiscard]] std::span<const Index> begin() const { return begin_; }
   [[nodiscard]] const QueryTally& tally() const { return tally_; }

@@ -13,11 +13,11 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Share of a contact's edges that pulls it back to knowing nothing: what comes from far counts less.
-constexpr double forgetting = 0.01;
-/// Knowledge above which a mean is trusted.
-constexpr double full_knowledge = 0.5;
-constexpr double least_knowledge = 1e-3;
+/// Part of the weight of a contact's edges that is lost: what comes from far counts less.
+constexpr double loss = 0.01;
+/// Certainty above which a mean is trusted.
+constexpr double full_certainty = 0.5;
+constexpr double least_certainty = 1e-3;
 constexpr double tolerance = 1e-5;
 constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
@@ -27,62 +27,69 @@ constexpr double full_agreement = 0.9;
 }  // namespace
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
-                                   std::span<const Vec3> positions, ContactList& list,
+                                   std::span<const Vec3> positions, ContactTable& table,
                                    const BorderEdges& border_edges, const CrossingQuery& crossings,
-                                   const RememberedPlanes& planes, const Deadline& deadline) {
-  const Frame frame{threads,      bodies,    positions, list,    border_edges.edges(),
-                    border_edges, crossings, planes,    deadline};
+                                   const PlaneCache& cache, const Deadline& deadline) {
+  const Frame frame{threads,      bodies,    positions, table,   border_edges.edges(),
+                    border_edges, crossings, cache,     deadline};
   lay_out(frame);
   assemble(frame);
   propagate(frame);
   balance(frame);
   finish(frame);
-  DepthCounts counts;
-  for (const Note& note : notes_) {
-    counts.depth_fallbacks += note.from_surface == no_border || note.from_surface == cancelled ? 1 : 0;
-    counts.raised_depths += note.from_surface == raised ? 1 : 0;
-    counts.cancelled_directions += note.from_surface == cancelled ? 1 : 0;
-    counts.rough_depths += note.rough ? 1 : 0;
-    counts.border_edges_without_crossing += static_cast<std::size_t>(note.without_crossing);
-  }
+  DepthCounts counts = count();
   counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
+  return counts;
+}
+
+DepthCounts DepthEstimate::count() const {
+  DepthCounts counts;
+  for (const Estimate& estimate : estimates_) {
+    const std::uint8_t from = estimate.from_surface;
+    counts.depth_fallbacks += from == no_border || from == cancelled ? 1 : 0;
+    counts.raised_depths += from == raised ? 1 : 0;
+    counts.cancelled_directions += from == cancelled ? 1 : 0;
+    counts.rough_depths += estimate.rough ? 1 : 0;
+    counts.border_edges_without_crossing += static_cast<std::size_t>(estimate.without_crossing);
+  }
   return counts;
 }
 
 /// The first guess: breadth first from the crossings, as in the paper.
 void DepthEstimate::propagate(const Frame& frame) {
-  Contacts& contacts = frame.list.contacts();
+  const std::vector<Index>& point = frame.table.contacts().point;
   frontier_.clear();
-  make_room(frontier_, notes_.size());
-  make_room(next_, notes_.size());
-  for (std::size_t c = 0; c < notes_.size(); ++c) {
-    if (notes_[c].level == 0) frontier_.push_back(static_cast<Index>(c));
+  make_room(frontier_, estimates_.size());
+  make_room(next_, estimates_.size());
+  for (std::size_t c = 0; c < estimates_.size(); ++c) {
+    if (estimates_[c].level == 0) frontier_.push_back(static_cast<Index>(c));
   }
   for (Index level = 1; !frontier_.empty(); ++level) {
     next_level(level);
     parallel::for_each(frame.threads, frontier_.size(), grain, [&](std::size_t f) {
       const Index c = frontier_[f];
       const PlaneSystem::Node& node = at(system_.nodes, c);
+      Estimate& own = at(estimates_, c);
       double sum = 0.0;
       double depth = 0.0;
       double deepest = 0.0;
       double bound = 0.0;
       Vec3 normal;
       for (Index l = node.begin; l < node.end; ++l) {
-        const auto& [other, weight] = at(system_.links, l);
-        if (at(notes_, other).level < 0 || at(notes_, other).level >= level) continue;
-        const Vec3 offset =
-            at(frame.positions, at(contacts.point, other)) - at(frame.positions, at(contacts.point, c));
+        const auto& [neighbor, weight] = at(system_.links, l);
+        const Estimate& other = at(estimates_, neighbor);
+        if (other.level < 0 || other.level >= level) continue;
+        const Vec3 offset = at(frame.positions, at(point, neighbor)) - at(frame.positions, at(point, c));
         sum += weight;
-        depth += weight * (dot(offset, at(contacts.direction, other)) + at(contacts.depth, other));
-        normal += weight * at(contacts.direction, other);
-        deepest = std::max(deepest, at(contacts.depth, other));
-        bound = std::max(bound, at(contacts.depth, other) + length(offset));
+        depth += weight * (dot(offset, other.normal) + other.depth);
+        normal += weight * other.normal;
+        deepest = std::max(deepest, other.depth);
+        bound = std::max(bound, other.depth + length(offset));
       }
-      at(notes_, c).deepest = deepest;
-      at(notes_, c).bound = bound;
-      at(contacts.depth, c) = depth / sum;
-      at(contacts.direction, c) = (1.0 / sum) * normal;
+      own.deepest = deepest;
+      own.bound = bound;
+      own.depth = depth / sum;
+      own.normal = (1.0 / sum) * normal;
     });
   }
 }
@@ -93,34 +100,33 @@ void DepthEstimate::next_level(Index level) {
     const PlaneSystem::Node& node = at(system_.nodes, c);
     for (Index l = node.begin; l < node.end; ++l) {
       const Index other = at(system_.links, l).node;
-      if (at(notes_, other).level >= 0) continue;
-      at(notes_, other).level = level;
+      if (at(estimates_, other).level >= 0) continue;
+      at(estimates_, other).level = level;
       next_.push_back(other);
     }
   }
   std::swap(frontier_, next_);
 }
 
-/// Makes each plane the mean of all that it is linked with, by how much they know.
+/// Makes each plane the mean of all that it is linked with, weighted by their certainty.
 void DepthEstimate::balance(const Frame& frame) {
-  weigh_knowledge(frame);
-  Contacts& contacts = frame.list.contacts();
-  resize_with_room(planes_, notes_.size());
-  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
-    const Vec3& normal = contacts.direction[c];
-    planes_[c] = {contacts.depth[c] + dot(system_.nodes[c].place, normal), normal.x, normal.y, normal.z};
+  solve_certainty(frame);
+  resize_with_room(planes_, estimates_.size());
+  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+    const Vec3& normal = estimates_[c].normal;
+    planes_[c] = {estimates_[c].depth + dot(system_.nodes[c].place, normal), normal.x, normal.y, normal.z};
   });
-  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     node.residual = {};
-    if (notes_[c].fixed) return;
+    if (estimates_[c].fixed) return;
     const Plane& own = planes_[c];
     Plane residual{};
     for (Index l = node.begin; l < node.end; ++l) {
       const auto& [other, link] = at(system_.links, l);
       const Plane& theirs = at(planes_, other);
-      const double share = link * at(notes_, other).knowledge;
-      for (std::size_t k = 0; k < own.size(); ++k) residual[k] += share * (theirs[k] - own[k]);
+      const double weight = link * at(estimates_, other).certainty;
+      for (std::size_t k = 0; k < own.size(); ++k) residual[k] += weight * (theirs[k] - own[k]);
     }
     node.residual = residual;
     const double size = std::abs(node.residual[0]) + std::abs(node.residual[1]) + std::abs(node.residual[2]) +
@@ -130,22 +136,23 @@ void DepthEstimate::balance(const Frame& frame) {
   system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
 }
 
-/// What reaches each contact from the planes: 1 at a crossing, less with each edge from there. Solves
-/// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all know all.
-void DepthEstimate::weigh_knowledge(const Frame& frame) {
-  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
+/// Part of the planes that reaches each contact: 1 at a crossing, less with each edge from there. Solves
+/// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all of them does.
+void DepthEstimate::solve_certainty(const Frame& frame) {
+  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
-    const double forgotten = forgetting * link_weight * notes_[c].edges;
-    node.diagonal += forgotten;
-    node.residual = {-forgotten, 0.0, 0.0, 0.0};
-    // What goes by its neighbours knows nothing that they could gain from.
-    const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
-    if (notes_[c].level < 0 || notes_[c].fixed || guesses || !std::isfinite(node.diagonal)) leave_out(c);
+    const double lost = loss * link_weight * estimates_[c].edges;
+    node.diagonal += lost;
+    node.residual = {-lost, 0.0, 0.0, 0.0};
+    // What goes by its neighbours has nothing that they could gain from.
+    const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
+    if (estimates_[c].level < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal))
+      leave_out(c);
   });
   system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
-  parallel::for_each(frame.threads, notes_.size(), grain, [&](std::size_t c) {
-    const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
-    notes_[c].knowledge = guesses ? 0.0 : std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
+  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+    const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
+    estimates_[c].certainty = guesses ? 0.0 : std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });
 }
 
@@ -155,12 +162,12 @@ void DepthEstimate::leave_out(std::size_t c) {
   PlaneSystem::Node& node = system_.nodes[c];
   node.diagonal = 1.0;
   node.residual = {};
-  notes_[c].fixed = true;
-  if (notes_[c].level >= 0) node.end = node.begin;
+  estimates_[c].fixed = true;
+  if (estimates_[c].level >= 0) node.end = node.begin;
 }
 
 void DepthEstimate::finish(const Frame& frame) {
-  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+  parallel::for_chunks(frame.threads, estimates_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          const bool rough = frame.deadline.passed();
                          for (std::size_t c = begin; c < end; ++c)
@@ -169,14 +176,17 @@ void DepthEstimate::finish(const Frame& frame) {
 }
 
 void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  if (note.remembered) {
-    note.rough = true;
+  Contacts& contacts = frame.table.contacts();
+  Estimate& estimate = estimates_[c];
+  if (estimate.cached) {
+    estimate.rough = true;
+    contacts.depth[c] = estimate.depth;
+    contacts.direction[c] = estimate.normal;
+    contacts.certainty[c] = frame.cache.plane(c)->certainty;
     return;
   }
   const Vec3& p = at(frame.positions, contacts.point[c]);
-  if (rough && note.level < 0) return know_nothing(frame, c);
+  if (rough && estimate.level < 0) return set_unknown_depth(frame, c);
   const Index without = own_point(frame, c);
   const auto nearest = [&] {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -187,44 +197,44 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     if (!std::isfinite(found.distance)) found.distance = 0.0;  // a body without any surface but its own
     return found;
   };
-  const bool guesses = frame.planes.source(c) == RememberedPlanes::neighbors;
-  if (guesses && note.level > 0) return take_guess(frame, c);
+  const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
+  if (guesses && estimate.level > 0) return use_propagated_depth(frame, c);
   const auto& [offset, x, y, z] = system_.corrections()[c];
   const PlaneSystem::Node& node = system_.nodes[c];
-  const double share = 1.0 / std::max(note.knowledge, least_knowledge);
-  const Vec3 normal = contacts.direction[c] + share * Vec3{x, y, z};
-  const double mean = contacts.depth[c] + share * (offset - dot(node.place, {x, y, z}));
-  if (note.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
+  const double scale = 1.0 / std::max(estimate.certainty, least_certainty);
+  const Vec3 normal = estimate.normal + scale * Vec3{x, y, z};
+  const double mean = estimate.depth + scale * (offset - dot(node.place, {x, y, z}));
+  if (estimate.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
     const SurfacePoint found = nearest();
     contacts.depth[c] = found.distance;
     contacts.direction[c] = found.outward;
-    note.from_surface = no_border;
+    estimate.from_surface = no_border;
     return;
   }
   const double agreement = length(normal);
   contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement) *
-                      std::min(1.0, note.knowledge / full_knowledge);
+                      std::min(1.0, estimate.certainty / full_certainty);
   contacts.direction[c] = normalized(normal);
-  contacts.certainty[c] = std::min(1.0, agreement * note.knowledge);
+  contacts.certainty[c] = std::min(1.0, agreement * estimate.certainty);
   if (agreement < smallest_normal) {
     contacts.certainty[c] = 0.0;
     contacts.direction[c] = nearest().outward;
-    note.from_surface = cancelled;
+    estimate.from_surface = cancelled;
   }
   // Where many neighbours only guess, a plane that comes from afar says too much.
-  if (note.level > 0 && frame.planes.spared() > 0)
-    contacts.depth[c] = std::min(contacts.depth[c], note.bound);
-  note.rough = rough;
+  if (estimate.level > 0 && frame.cache.spared() > 0)
+    contacts.depth[c] = std::min(contacts.depth[c], estimate.bound);
+  estimate.rough = rough;
   // Rounding alone must not call a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
-  if (std::min(note.nearest_crossing, note.nearest_surface) <= enough) return;
-  if (std::isfinite(note.nearest_surface)) {  // nothing beside it is nearer
-    contacts.depth[c] = std::min(note.nearest_crossing, note.nearest_surface);
-    if (note.from_surface == from_planes) note.from_surface = raised;
+  if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough) return;
+  if (std::isfinite(estimate.nearest_surface)) {  // nothing beside it is nearer
+    contacts.depth[c] = std::min(estimate.nearest_crossing, estimate.nearest_surface);
+    if (estimate.from_surface == from_planes) estimate.from_surface = raised;
     return;
   }
   if (rough) return;
-  double bound = note.nearest_crossing;
+  double bound = estimate.nearest_crossing;
   const auto look = [&](const Vec3& way) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
     return bound <= enough;
@@ -241,23 +251,24 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
       search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
   if (found.distance <= enough || !std::isfinite(found.distance)) return;
   contacts.depth[c] = found.distance;
-  if (note.from_surface == from_planes) note.from_surface = raised;
+  if (estimate.from_surface == from_planes) estimate.from_surface = raised;
 }
 
-/// What its neighbours know: no deeper than they are, since it is not known how far their planes hold.
-void DepthEstimate::take_guess(const Frame& frame, std::size_t c) {
-  Contacts& contacts = frame.list.contacts();
-  const double agreement = length(contacts.direction[c]);
-  if (!std::isfinite(contacts.depth[c]) || !(agreement >= smallest_normal)) return know_nothing(frame, c);
-  contacts.depth[c] = std::clamp(contacts.depth[c], 0.0, notes_[c].deepest) * std::min(1.0, agreement);
-  contacts.direction[c] = normalized(contacts.direction[c]);
+/// The mean of its neighbours: no deeper than they are, since it is not known how far their planes hold.
+void DepthEstimate::use_propagated_depth(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.table.contacts();
+  Estimate& estimate = estimates_[c];
+  const double agreement = length(estimate.normal);
+  if (!std::isfinite(estimate.depth) || !(agreement >= smallest_normal)) return set_unknown_depth(frame, c);
+  contacts.depth[c] = std::clamp(estimate.depth, 0.0, estimate.deepest) * std::min(1.0, agreement);
+  contacts.direction[c] = normalized(estimate.normal);
   contacts.certainty[c] = std::min(1.0, agreement);
-  notes_[c].rough = true;
+  estimate.rough = true;
 }
 
-/// Not even a first guess: it pushes by no depth, away from the middle of its tet.
-void DepthEstimate::know_nothing(const Frame& frame, std::size_t c) {
-  Contacts& contacts = frame.list.contacts();
+/// Not even a propagated plane: it pushes by no depth, away from the middle of its tet.
+void DepthEstimate::set_unknown_depth(const Frame& frame, std::size_t c) {
+  Contacts& contacts = frame.table.contacts();
   const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
   Vec3 middle;
   for (const Index corner : tet) middle += 0.25 * at(frame.positions, corner);
@@ -265,28 +276,28 @@ void DepthEstimate::know_nothing(const Frame& frame, std::size_t c) {
   contacts.depth[c] = 0.0;
   contacts.direction[c] = direction == Vec3{} ? Vec3{0.0, 0.0, 1.0} : direction;
   contacts.certainty[c] = 0.0;
-  notes_[c].rough = true;
+  estimates_[c].rough = true;
 }
 
 /// The point of a contact of a body with itself, which is not to take its own surface for the way out.
 Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
-  const Contacts& contacts = frame.list.contacts();
+  const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];
   return at(frame.bodies.body_of_point(), point) == contacts.body[c] ? point : -1;
 }
 
 Index DepthEstimate::regions_not_reached() {
   Index regions = 0;
-  for (std::size_t seed = 0; seed < notes_.size(); ++seed) {
-    if (notes_[seed].level >= 0) continue;
+  for (std::size_t seed = 0; seed < estimates_.size(); ++seed) {
+    if (estimates_[seed].level >= 0) continue;
     ++regions;
     frontier_.assign(1, static_cast<Index>(seed));
-    notes_[seed].level = 0;
+    estimates_[seed].level = 0;
     for (std::size_t next = 0; next < frontier_.size(); ++next) {
       const PlaneSystem::Node& node = at(system_.nodes, frontier_[next]);
       for (Index l = node.begin; l < node.end; ++l) {
         const Index other = at(system_.links, l).node;
-        if (std::exchange(at(notes_, other).level, 0) < 0) frontier_.push_back(other);
+        if (std::exchange(at(estimates_, other).level, 0) < 0) frontier_.push_back(other);
       }
     }
   }

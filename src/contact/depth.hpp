@@ -7,13 +7,13 @@
 #include <palpate/detection.hpp>
 
 #include "contact/border_edges.hpp"
-#include "contact/contact_list.hpp"
+#include "contact/contact_table.hpp"
 #include "contact/crossings.hpp"
 #include "contact/deadline.hpp"
 #include "contact/edge_exit.hpp"
 #include "contact/nearest_surface.hpp"
+#include "contact/plane_cache.hpp"
 #include "contact/plane_system.hpp"
-#include "contact/remembered_planes.hpp"
 #include "contact/surface_normals.hpp"
 #include "geometry/vector.hpp"
 
@@ -35,23 +35,23 @@ class DepthEstimate {
  public:
   explicit DepthEstimate(const Bodies& bodies);
 
-  /// Fills depth and direction of all contacts; returns what it could not do the usual way (the fields of
-  /// DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles + fallbacks
-  /// x tets nearer than the surface), parallel, without a deadline the same bits for every thread count.
-  /// After the deadline contacts go by what they remember, means are not balanced any more, nobody looks
-  /// whether a depth is less than the distance to the surface, and where nothing is known a depth is zero.
-  /// Contacts have border edges where `planes` finds their way out anew. Those that it
-  /// remembers have depth and direction from there, and the others see them as a plane that is known.
+  /// Fills depth, direction and certainty of all contacts; returns what it could not do the usual way (the
+  /// fields of DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles +
+  /// fallbacks x tets nearer than the surface), parallel, without a deadline the same bits for every thread
+  /// count. Past the deadline, contacts use their cached plane if there is one, means are not balanced,
+  /// depths are not compared with the distance to the surface, and where nothing is known a depth is zero.
+  /// Contacts have border edges where `cache` says that their plane is computed. Those that use their cached
+  /// plane have depth and direction from there, and are a given plane for their neighbours.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                      ContactList& contacts, const BorderEdges& border_edges, const CrossingQuery& crossings,
-                      const RememberedPlanes& planes = {}, const Deadline& deadline = {});
+                      ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
+                      const PlaneCache& cache = {}, const Deadline& deadline = {});
   /// How a contact came to its plane.
-  [[nodiscard]] RememberedPlanes::Outcome outcome(std::size_t contact) const {
-    using Outcome = RememberedPlanes::Outcome;
-    const Note& note = notes_[contact];
-    if (note.remembered) return Outcome::remembered;
-    if (!note.rough) return Outcome::found;
-    return note.border_weight > 0.0 ? Outcome::guessed : Outcome::none;
+  [[nodiscard]] PlaneCache::Outcome outcome(std::size_t contact) const {
+    using Outcome = PlaneCache::Outcome;
+    const Estimate& estimate = estimates_[contact];
+    if (estimate.cached) return Outcome::cached;
+    if (!estimate.rough) return Outcome::computed;
+    return estimate.border_weight > 0.0 ? Outcome::propagated : Outcome::none;
   }
 
  private:
@@ -60,15 +60,17 @@ class DepthEstimate {
     const parallel::Threads& threads;
     const Bodies& bodies;
     std::span<const Vec3> positions;
-    ContactList& list;
+    ContactTable& table;
     std::span<const BorderEdge> border_edges;
     const BorderEdges& links;
     const CrossingQuery& crossings;
-    const RememberedPlanes& planes;
+    const PlaneCache& cache;
     const Deadline& deadline;
   };
-  /// What is known of a contact besides its plane.
-  struct Note {
+  /// A contact while its plane is made. What is half done stays here; columns of the table are written once.
+  struct Estimate {
+    double depth = 0.0;             ///< sum over its planes, then the first guess
+    Vec3 normal;                    ///< the same
     Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
     Index without_crossing = 0;     ///< border edges
     double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
@@ -77,11 +79,11 @@ class DepthEstimate {
     double nearest_crossing = 0.0;  ///< distance
     double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
     double deepest = 0.0;           ///< of the neighbours that its first guess comes from
-    double bound = 0.0;             ///< no depth grows by more than the way from a neighbour
-    double knowledge = 1.0;         ///< what reaches it of the planes, 0 to 1
-    bool fixed = false;             ///< its plane is that of its crossings alone, or an earlier one
+    double bound = 0.0;             ///< no depth grows by more than the distance to a neighbour
+    double certainty = 1.0;         ///< part of the planes that reaches it, 0 to 1
+    bool fixed = false;             ///< its plane is that of its crossings alone, or the cached one
     std::uint8_t from_surface = 0;  ///< a Source
-    bool remembered = false;        ///< its plane is an earlier one
+    bool cached = false;            ///< its plane is the cached one
     bool rough = false;             ///< there was no time to refine it
   };
   /// A surface triangle beside a contact.
@@ -120,35 +122,36 @@ class DepthEstimate {
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
   void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
-  [[nodiscard]] static bool goes_by_memory(const Frame& frame, std::size_t c, bool late);
+  [[nodiscard]] static bool uses_cached_plane(const Frame& frame, std::size_t c, bool late);
   void find_normals(const Frame& frame, Scratch& scratch) const;
   void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit);
   void add_links(const Frame& frame, std::size_t c);
-  void take(const WayOut& way, Contacts& contacts, std::size_t c);
-  [[nodiscard]] static double reach(const Note& note);
+  void use_cached_plane(const Frame& frame, std::size_t c);
+  [[nodiscard]] static double reach(const Estimate& estimate);
   void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
   void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
-  void make_guess(const Frame& frame, std::size_t c);
+  void make_guess(std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
   void next_level(Index level);
   void balance(const Frame& frame);
-  void weigh_knowledge(const Frame& frame);
+  void solve_certainty(const Frame& frame);
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
+  [[nodiscard]] DepthCounts count() const;
   void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
-  void take_guess(const Frame& frame, std::size_t c);
-  void know_nothing(const Frame& frame, std::size_t c);
+  void use_propagated_depth(const Frame& frame, std::size_t c);
+  void set_unknown_depth(const Frame& frame, std::size_t c);
   Index regions_not_reached();
 
   SurfaceNormals normals_;
   double surely_enough_;  ///< squared length of an edge that is not too short, whichever it is
   PlaneSystem system_;
-  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by contacts that find their way out
+  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by contacts that compute their plane
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
-  std::vector<Note> notes_;               ///< (n_contacts)
+  std::vector<Estimate> estimates_;       ///< (n_contacts)
   std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
   std::vector<Index> frontier_;
   std::vector<Index> next_;

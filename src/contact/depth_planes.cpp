@@ -38,15 +38,15 @@ double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, doub
 
 /// Rows of border edges and links for each contact; there are gaps between those of links.
 void DepthEstimate::lay_out(const Frame& frame) {
-  const Contacts& contacts = frame.list.contacts();
+  const Contacts& contacts = frame.table.contacts();
   const std::size_t n = contacts.size();
   assign_with_room(border_begin_, n + 1, Index{0});
   penetrated_.assign(frame.bodies.bodies().size(), 0);
   for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
   for (std::size_t c = 0; c < n; ++c)
-    if (frame.planes.source(c) == RememberedPlanes::anew) at(penetrated_, contacts.body[c]) = 1;
+    if (frame.cache.source(c) == PlaneCache::compute) at(penetrated_, contacts.body[c]) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
-  assign_with_room(notes_, n, Note{});
+  assign_with_room(estimates_, n, Estimate{});
   assign_with_room(system_.nodes, n, PlaneSystem::Node{});
   for (std::size_t c = 0; c < n; ++c) {
     const Range links = frame.links.ranges_of_links()[c];
@@ -58,9 +58,9 @@ void DepthEstimate::lay_out(const Frame& frame) {
 
 void DepthEstimate::assemble(const Frame& frame) {
   normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
-  const std::size_t chunks = parallel::chunk_count(notes_.size(), contacts_of_search);
+  const std::size_t chunks = parallel::chunk_count(estimates_.size(), contacts_of_search);
   if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
-  parallel::for_chunks(frame.threads, notes_.size(), contacts_of_search,
+  parallel::for_chunks(frame.threads, estimates_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          assemble_contacts(frame, begin, end, scratches_[chunk]);
                        });
@@ -69,15 +69,15 @@ void DepthEstimate::assemble(const Frame& frame) {
 void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
                                       Scratch& scratch) {
   const bool late = frame.deadline.passed();
-  for (std::size_t c = begin; c < end; ++c) notes_[c].remembered = goes_by_memory(frame, c, late);
+  for (std::size_t c = begin; c < end; ++c) estimates_[c].cached = uses_cached_plane(frame, c, late);
   list_crossings(frame, begin, end, scratch);
   resize_with_room(scratch.exits, scratch.crossed.size());
   find_exits(frame.bodies, frame.positions, normals_, scratch.crossed, scratch.exits);
   const EdgeExit* next_exit = scratch.exits.data();
   for (std::size_t c = begin; c < end; ++c) {
-    if (!notes_[c].remembered) add_border(frame, c, next_exit);
+    if (!estimates_[c].cached) add_border(frame, c, next_exit);
     add_links(frame, c);
-    if (notes_[c].remembered) take(*frame.planes.way_out(c), frame.list.contacts(), c);
+    if (estimates_[c].cached) use_cached_plane(frame, c);
   }
   const std::size_t room_for_points = scratch.points.capacity();
   const std::size_t room_for_beside = scratch.beside.capacity();
@@ -90,7 +90,7 @@ void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std
   std::size_t next = 0;
   for (std::size_t c = begin; c < end; ++c) {
     add_surface(frame, c, scratch, next);
-    make_guess(frame, c);
+    make_guess(c);
   }
 }
 
@@ -103,11 +103,11 @@ void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
 /// Crossings of those border edges of the contacts that have one, as nearly all.
 void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
                                    Scratch& scratch) const {
-  const Contacts& contacts = frame.list.contacts();
+  const Contacts& contacts = frame.table.contacts();
   scratch.crossed.clear();
   make_room(scratch.crossed, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
   for (std::size_t c = begin; c < end; ++c) {
-    if (notes_[c].remembered) continue;
+    if (estimates_[c].cached) continue;
     for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
       const Index first = at(frame.crossings.begin(), e);
       if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
@@ -121,8 +121,7 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
 /// The mean plane of the crossings of a contact's border edges. `next_exit` is that of the next edge with one
 /// crossing, and goes on.
 void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
-  Contacts& contacts = frame.list.contacts();
-  const Index point = contacts.point[c];
+  const Index point = frame.table.contacts().point[c];
   // Sums stay out of memory until they are complete.
   double edges = 0.0;
   double border_edges = 0.0;
@@ -155,7 +154,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
     if (last - first == 1) {
       add(*next_exit++, inverse);
     } else if (first == last) {
-      ++notes_[c].without_crossing;
+      ++estimates_[c].without_crossing;
     } else {
       const Vec3& p = at(frame.positions, point);
       add(EdgeExit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
@@ -163,52 +162,52 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
           inverse);
     }
   }
-  Note& note = notes_[c];
-  note.edges = edges;
-  note.border_edges = border_edges;
-  note.border_weight = weight;
-  note.nearest_crossing = nearest;
-  note.nearest_surface = std::numeric_limits<double>::infinity();
-  note.fixed = fixed;
-  contacts.depth[c] = depth;
-  contacts.direction[c] = normal;
+  Estimate& estimate = estimates_[c];
+  estimate.edges = edges;
+  estimate.border_edges = border_edges;
+  estimate.border_weight = weight;
+  estimate.nearest_crossing = nearest;
+  estimate.nearest_surface = std::numeric_limits<double>::infinity();
+  estimate.fixed = fixed;
+  estimate.depth = depth;
+  estimate.normal = normal;
 }
 
 /// How far a contact looks for surface beside it: triangles so near that they outweigh all else. Where a
 /// point comes near the surface from inside, far from its border edges, it must know before it leaves there.
-double DepthEstimate::reach(const Note& note) {
+double DepthEstimate::reach(const Estimate& estimate) {
   // The same before and after a neighbour enters the body.
-  const double others = note.edges + (note.border_weight - link_weight * note.border_edges);
+  const double others = estimate.edges + (estimate.border_weight - link_weight * estimate.border_edges);
   return 1.0 / std::sqrt(others);
 }
 
 /// The surface beside contacts, no more than there are lanes. Most reach no further than their tet.
 void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
                                   Scratch& scratch) const {
-  const Contacts& contacts = frame.list.contacts();
+  const Contacts& contacts = frame.table.contacts();
   simd::ReachingPoints points;
   static_assert(contacts_of_search <= simd::ReachingPoints::most);
   for (std::size_t c = begin; c < end; ++c) {
     points.point.put(at(frame.positions, contacts.point[c]), c - begin);
     const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
     for (std::size_t i = 0; i < 4; ++i) points.corner[i].put(at(frame.positions, tet[i]), c - begin);
-    points.reach[c - begin] = reach(notes_[c]);
+    points.reach[c - begin] = reach(estimates_[c]);
   }
   simd::find_faces_within_reach(points, end - begin);
   for (std::size_t c = begin; c < end; ++c) {
-    if (points.meets[c - begin] == 0.0 || notes_[c].fixed) continue;  // fixed: on the surface
-    if (frame.planes.source(c) != RememberedPlanes::anew) continue;
+    if (points.meets[c - begin] == 0.0 || estimates_[c].fixed) continue;  // fixed: on the surface
+    if (frame.cache.source(c) != PlaneCache::compute) continue;
     list_surface(frame, c, points.reach[c - begin], scratch);
   }
 }
 
 void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const {
-  const Contacts& contacts = frame.list.contacts();
-  constexpr double smallest_share = 1e-12;
+  const Contacts& contacts = frame.table.contacts();
+  constexpr double smallest_part = 1e-12;
   scratch.search.for_each_face(
       frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
       own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-        const double excess = 1.0 / std::max(distance, smallest_share * reach) - 1.0 / reach;
+        const double excess = 1.0 / std::max(distance, smallest_part * reach) - 1.0 / reach;
         scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
         scratch.beside.push_back({c, distance, excess * excess});
       });
@@ -217,53 +216,50 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach
 /// Their planes, from the one numbered `next` on, which becomes that of the next contact.
 void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
                                 std::size_t& next) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
+  Estimate& estimate = estimates_[c];
   PlaneSystem::Node& node = system_.nodes[c];
-  if (note.fixed) return;
-  const Vec3& p = at(frame.positions, contacts.point[c]);
-  const double border = note.border_weight;
+  if (estimate.fixed) return;
+  const Vec3& p = at(frame.positions, frame.table.contacts().point[c]);
+  const double border = estimate.border_weight;
   const double links = node.diagonal - border;
   for (; next < scratch.beside.size() && scratch.beside[next].contact == c; ++next) {
     const auto& [contact, distance, weight] = scratch.beside[next];
     const Vec3& normal = scratch.normals[next];
-    note.nearest_surface = std::min(note.nearest_surface, distance);
-    note.border_weight += weight;
-    contacts.depth[c] += weight * dot(scratch.points[next].x - p, normal);
-    contacts.direction[c] += weight * normal;
+    estimate.nearest_surface = std::min(estimate.nearest_surface, distance);
+    estimate.border_weight += weight;
+    estimate.depth += weight * dot(scratch.points[next].x - p, normal);
+    estimate.normal += weight * normal;
   }
-  node.diagonal += note.border_weight - border;
-  note.fixed = note.border_weight > alone * links;
+  node.diagonal += estimate.border_weight - border;
+  estimate.fixed = estimate.border_weight > alone * links;
 }
 
 /// The first guess of a contact that has planes of its own: their mean.
-void DepthEstimate::make_guess(const Frame& frame, std::size_t c) {
-  Contacts& contacts = frame.list.contacts();
-  Note& note = notes_[c];
-  if (!(note.border_weight > 0.0)) return;
-  contacts.depth[c] /= note.border_weight;
-  contacts.direction[c] = (1.0 / note.border_weight) * contacts.direction[c];
-  note.level = 0;
+void DepthEstimate::make_guess(std::size_t c) {
+  Estimate& estimate = estimates_[c];
+  if (!(estimate.border_weight > 0.0)) return;
+  estimate.depth /= estimate.border_weight;
+  estimate.normal = (1.0 / estimate.border_weight) * estimate.normal;
+  estimate.level = 0;
 }
 
-/// Too late for its border edges, a contact goes by what it remembers too, if anything.
-bool DepthEstimate::goes_by_memory(const Frame& frame, std::size_t c, bool late) {
-  return frame.planes.source(c) == RememberedPlanes::remembered ||
-         (late && frame.planes.way_out(c) != nullptr);
+/// Past the deadline, a contact uses its cached plane if there is one.
+bool DepthEstimate::uses_cached_plane(const Frame& frame, std::size_t c, bool late) {
+  return frame.cache.source(c) == PlaneCache::cached || (late && frame.cache.plane(c) != nullptr);
 }
 
-/// An earlier plane is as good as a crossing at the point itself.
-void DepthEstimate::take(const WayOut& way, Contacts& contacts, std::size_t c) {
-  contacts.depth[c] = way.depth;
-  contacts.direction[c] = way.direction;
-  contacts.certainty[c] = way.certainty;
-  notes_[c].fixed = true;
-  notes_[c].level = 0;
+/// As good as a crossing at the point itself.
+void DepthEstimate::use_cached_plane(const Frame& frame, std::size_t c) {
+  Estimate& estimate = estimates_[c];
+  estimate.depth = frame.cache.plane(c)->depth;
+  estimate.normal = frame.cache.plane(c)->direction;
+  estimate.fixed = true;
+  estimate.level = 0;
 }
 
 /// The neighbours in contact with the same body.
 void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
-  const Contacts& contacts = frame.list.contacts();
+  const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];
   PlaneSystem::Node& node = system_.nodes[c];
   double weight = 0.0;
@@ -273,11 +269,11 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
     at(system_.links, l) = {neighbor, link};
     weight += link;
   }
-  Note& note = notes_[c];
-  note.edges += weight / link_weight;
-  node.diagonal = note.border_weight + weight;
+  Estimate& estimate = estimates_[c];
+  estimate.edges += weight / link_weight;
+  node.diagonal = estimate.border_weight + weight;
   const Index edges = node.end - node.begin + border_begin_[c + 1] - border_begin_[c];
-  node.length = std::sqrt(static_cast<double>(edges) / note.edges);
+  node.length = std::sqrt(static_cast<double>(edges) / estimate.edges);
   // Relative to a point of the same body, so that far from the origin no digits are lost.
   node.place =
       at(frame.positions, point) -

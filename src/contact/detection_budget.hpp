@@ -40,12 +40,13 @@ class DetectionBudget {
   /// Until when depths are refined; never, but for a budget in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
   /// At the end, with what the phases took; without a limit, queues are empty or null.
-  /// \param spared  contacts that did not find their way out anew
+  /// \param spared  contacts that did not compute their plane
   void end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
 
   /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
+  void set_late_bodies(const std::vector<std::uint8_t>& late) { late_bodies_ = late; }
   /// Seconds of a budget that a detection of all contacts needs lately, to find the way out of few of them
   /// anew.
   [[nodiscard]] const RecentCost& least() const { return least_; }

@@ -10,6 +10,7 @@
 #include <palpate/error.hpp>
 #include <palpate/relax.hpp>
 
+#include "contact/detector_steps.hpp"
 #include "fem/dynamics.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
@@ -114,8 +115,8 @@ class Relaxation {
   bool step() {
     const double before = deepest();
     couplings_.clear();
-    response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, 0.0,
-                      couplings_);
+    response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
+                      time_step_, 0.0, couplings_);
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
       fem::ContactLaw law = response_.laws()[c];
       law.stiffness *= factor_;

@@ -37,7 +37,7 @@ fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 
 }
 
 constexpr std::size_t grain = 256;
-/// Share of the damping of chatter that stays from step to step: it fades within a hundred steps.
+/// Part of the damping of chatter that stays from step to step: it fades within a hundred steps.
 constexpr double chatter_damping_kept = 0.99;
 /// Bound of it: so many times the stiffness times the time step.
 constexpr double most_chatter_damping = 20.0;
@@ -54,7 +54,7 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
     : settings_(settings),
       body_compliance_(bodies.bodies().size(), 0.0),
-      sides_(bodies),
+      rims_(bodies),
       masses_(masses),
       moves_(moves) {
   check_settings(settings);
@@ -97,51 +97,50 @@ double ContactResponse::reduced_mass(Index point, const Tet& tet,
 }
 
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
-/// step's model foresaw. Damping of that error per speed holds it (see the class).
-void ContactResponse::update_chatter_damping(RememberedContact& contact, const Vec3& force,
+/// step's model predicted. Damping of that error per speed holds it (see the class).
+void ContactResponse::update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force,
                                              const Vec3& velocity, double most) const {
-  contact.chatter_damping *= chatter_damping_kept;
-  const bool turns = contact.lost > 0 || dot(velocity, contact.velocity) < 0.0;
+  double& damping = states.chatter_damping[c];
+  damping *= chatter_damping_kept;
+  const bool turns = states.lost[c] > 0 || dot(velocity, states.velocity[c]) < 0.0;
   const double speed = length(velocity);
   if (!turns || speed == 0.0) return;
-  const Vec3 predicted =
-      contact.force - (time_step_ * contact.stiffness * dot(contact.direction, velocity)) * contact.direction;
-  contact.chatter_damping =
-      std::min(std::max(contact.chatter_damping, length(force - predicted) / speed), most);
+  const Vec3& r = states.direction[c];
+  const Vec3 predicted = states.force[c] - (time_step_ * states.stiffness[c] * dot(r, velocity)) * r;
+  damping = std::min(std::max(damping, length(force - predicted) / speed), most);
 }
 
-void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
-                              const Contacts& contacts, std::span<const Vec3> positions,
-                              std::span<const Vec3> velocities, double time_step, double fall,
-                              std::vector<fem::Coupling>& couplings) {
-  memory_.update(contacts);
+void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
+                              std::span<const Vec3> positions, std::span<const Vec3> velocities,
+                              double time_step, double fall, std::vector<fem::Coupling>& couplings) {
+  const std::size_t contacts = table.size();
+  table.begin_step(threads);
   kept_.begin();
-  sides_.begin(threads, bodies, positions, contacts.size());
+  rims_.begin(threads, bodies, positions, contacts);
   time_step_ = time_step;
   const std::size_t first = couplings.size();
-  make_room(couplings, first + contacts.size());
-  couplings.resize(first + contacts.size());
-  resize_with_room(laws_, contacts.size());
+  make_room(couplings, first + contacts);
+  couplings.resize(first + contacts);
+  resize_with_room(laws_, contacts);
   // What add_speculative() will ask for, so that a steady run asks in its first steps.
-  make_room(unknown_, contacts.size());
-  make_room(speculative_, contacts.size() / 8);
-  make_room(added_, contacts.size() / 8);
-  for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
-    compute_one(bodies, contacts, c, positions, velocities, search, couplings[first + c]);
+  make_room(idle_, contacts);
+  make_room(speculative_, contacts / 8);
+  for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
+    compute_one(bodies, table, c, positions, velocities, search, couplings[first + c]);
   });
-  kept_.make_room(contacts.size());
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    kept_.add(kept_contact(bodies, contacts.point[c], contacts.body[c], contacts.tet[c], contacts.weights[c],
-                           contacts.depth[c], contacts.direction[c], laws_[c].stiffness, positions));
+  kept_.make_room(contacts);
+  const Contacts& list = table.contacts();
+  for (std::size_t c = 0; c < contacts; ++c) {
+    kept_.add(kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
+                           list.direction[c], laws_[c].stiffness, positions));
   }
-  append_near(threads, bodies, contacts, positions, velocities, fall, couplings);
+  append_near(threads, bodies, table, positions, velocities, fall, couplings);
 }
 
-void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies,
-                                  const Contacts& contacts, std::span<const Vec3> positions,
-                                  std::span<const Vec3> velocities, double fall,
-                                  std::vector<fem::Coupling>& couplings) {
-  const auto near = kept_.near(threads, bodies, contacts, positions, velocities, time_step_, fall);
+void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
+                                  std::span<const Vec3> positions, std::span<const Vec3> velocities,
+                                  double fall, std::vector<fem::Coupling>& couplings) {
+  const auto near = kept_.near(threads, bodies, table.contacts(), positions, velocities, time_step_, fall);
   resize_with_room(speculative_, near.size());
   parallel::for_each(threads, near.size(), grain, [&](std::size_t i) {
     const NearContact& contact = near[i];
@@ -149,7 +148,7 @@ void ContactResponse::append_near(const parallel::Threads& threads, const Bodies
     speculative_[i] = speculative(coupling_of(kept.point, at(bodies.tets(), kept.tet), contact.weights),
                                   -contact.gap, contact.direction, velocities, kept);
   });
-  append_speculative(couplings);
+  append_speculative(table, couplings);
 }
 
 /// f(i, search) for each i < size, with a search that is no other thread's.
@@ -162,36 +161,40 @@ void ContactResponse::for_each_searching(const parallel::Threads& threads, std::
   });
 }
 
-void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std::size_t c,
                                   std::span<const Vec3> positions, std::span<const Vec3> velocities,
                                   ExitSearch& search, fem::Coupling& coupling) {
+  const Contacts& contacts = table.contacts();
+  ContactStates& states = table.states();
   const Index point = contacts.point[c];
   const Tet& tet = at(bodies.tets(), contacts.tet[c]);
   const std::array<double, 4>& w = contacts.weights[c];
   const Vec3& r = contacts.direction[c];
   const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-  RememberedContact& remembered = memory_.of_contact(c);
-  const double k = sides_.share(bodies, positions, contacts, c, search, remembered.side) * full;
+  const double k = rims_.scale(bodies, positions, contacts, c, search, table.rims()) * full;
   const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
   const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step_);
 
   coupling = coupling_of(point, tet, w);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
-  if (remembered.seen > 1) remembered.slip += time_step_ * velocity;
-  if (remembered.seen > 1 || remembered.lost > 0)
-    update_chatter_damping(remembered, force, velocity, most_chatter_damping * time_step_ * full);
-  remembered.slip = bounded(across(remembered.slip, r), settings_.friction * contacts.depth[c]);
+  const bool acted_before = states.seen[c] > 1;
+  Vec3 slip = states.slip[c];
+  if (acted_before) slip += time_step_ * velocity;
+  if (acted_before || states.lost[c] > 0)
+    update_chatter_damping(states, c, force, velocity, most_chatter_damping * time_step_ * full);
+  slip = bounded(across(slip, r), settings_.friction * contacts.depth[c]);
   laws_[c] = {.stiffness = k,
-              .damping = damping + remembered.chatter_damping,
+              .damping = damping + states.chatter_damping[c],
               .depth = contacts.depth[c],
-              .slip = remembered.slip,
+              .slip = slip,
               .direction = r};
-  remembered.force = force;
-  remembered.direction = r;
-  remembered.velocity = velocity;
-  remembered.stiffness = k;
-  remembered.lost = 0;
+  states.slip[c] = slip;
+  states.force[c] = force;
+  states.direction[c] = r;
+  states.velocity[c] = velocity;
+  states.stiffness[c] = k;
+  states.lost[c] = 0;
 }
 
 ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Contacts& contacts,
@@ -201,11 +204,11 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
   const Vec3& r = contacts.direction[c];
-  const double k = sides_.share(bodies, positions_end, contacts, c, search) *
+  const double k = rims_.scale(bodies, positions_end, contacts, c, search) *
                    stiffness(at(bodies.body_of_point(), point), body);
   const auto& weights = contacts.weights[c];
   const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
-  // Where it was before the step, along the straight way that it came: outside.
+  // Where it was before the step, along the straight line that it came: outside.
   const double depth =
       std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
   return speculative(
@@ -213,7 +216,7 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
       kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
 }
 
-/// Without damping, and nothing remembered.
+/// Without damping.
 ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& coupling, double depth,
                                                           const Vec3& direction,
                                                           std::span<const Vec3> velocities,
@@ -223,52 +226,57 @@ ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& c
       .stiffness = kept.stiffness, .damping = 0.0, .depth = depth, .slip = {}, .direction = direction};
   return {.law = law,
           .coupling = coupling,
-          .remembered = {.point = kept.point,
-                         .body = kept.body,
-                         .seen = 1,
-                         .speculative = true,
-                         .slip = {},
-                         .force = (kept.stiffness * depth) * direction,
-                         .direction = direction,
-                         .velocity = velocity,
-                         .stiffness = kept.stiffness,
-                         .chatter_damping = 0.0,
-                         .side = {}},
+          .velocity = velocity,
           .kept = kept,
           .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
-                                        const Contacts& contacts, std::span<const Vec3> positions_end,
+                                        ContactTable& table, std::span<const Vec3> positions_end,
                                         std::span<const Vec3> velocities_end, double acting,
                                         std::vector<fem::Coupling>& couplings) {
-  memory_.list_unknown(contacts, unknown_);
-  resize_with_room(speculative_, unknown_.size());
-  for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {
-    speculative_[i] = met(bodies, contacts, unknown_[i], positions_end, velocities_end, search);
+  idle_.clear();
+  make_room(idle_, table.size());
+  for (std::size_t c = 0; c < table.size(); ++c)
+    if (table.states().seen[c] == 0) idle_.push_back(c);
+  resize_with_room(speculative_, idle_.size());
+  for_each_searching(threads, idle_.size(), [&](std::size_t i, ExitSearch& search) {
+    speculative_[i] = met(bodies, table.contacts(), idle_[i], positions_end, velocities_end, search);
   });
   std::erase_if(speculative_, [](const Speculative& contact) { return contact.force == 0.0; });
   const double met_with = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
     return speculative_[i].force * speculative_[i].force;
   });
   if (met_with <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
-  append_speculative(couplings);
+  append_speculative(table, couplings);
   return acting > 0.0 ? std::sqrt(met_with) / acting : std::numeric_limits<double>::infinity();
 }
 
-void ContactResponse::append_speculative(std::vector<fem::Coupling>& couplings) {
+/// A contact that was lost keeps for how long, and its damping of chatter.
+void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
-  make_room(added_, speculative_.size());
   kept_.make_room(speculative_.size());
-  added_.clear();
+  keys_.clear();
+  make_room(keys_, speculative_.size());
   for (const Speculative& contact : speculative_) {
+    keys_.emplace_back(contact.kept.point, contact.kept.body);
     kept_.add(contact.kept);
     laws_.push_back(contact.law);
     couplings.push_back(contact.coupling);
-    added_.push_back(contact.remembered);
   }
-  memory_.add(added_);
+  table.add_rows(keys_);
+  ContactStates& states = table.states();
+  for (const Speculative& contact : speculative_) {
+    const auto row = static_cast<std::size_t>(table.row_of(contact.kept.point, contact.kept.body));
+    states.seen[row] = 1;
+    states.speculative[row] = 1;
+    states.slip[row] = {};
+    states.force[row] = (contact.law.stiffness * contact.law.depth) * contact.law.direction;
+    states.direction[row] = contact.law.direction;
+    states.velocity[row] = contact.velocity;
+    states.stiffness[row] = contact.law.stiffness;
+  }
 }
 
 }  // namespace palpate

@@ -8,12 +8,12 @@
 #include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 
+#include "contact/contact_table.hpp"
 #include "contact/nearest_surface.hpp"
+#include "contact/rim_falloff.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
-#include "sim/contact_memory.hpp"
 #include "sim/kept_contacts.hpp"
-#include "sim/side_shares.hpp"
 
 namespace palpate {
 
@@ -75,20 +75,20 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; what contacts remember is kept from call to call. Behind them come, as speculative
+  /// call and to the next; states of contacts are columns of the table. Behind them come, as speculative
   /// ones, contacts of the last step that are near (KeptContacts). \param fall  what gravity moves in the
   /// step, m. O(contacts log contacts), parallel.
-  void compute(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
+  void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                double fall, std::vector<fem::Coupling>& couplings);
 
-  /// Compares the contacts where the step leads to (`contacts`, found at `positions_end`) with those that it
-  /// knows. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`:
-  /// root of their sum of squares, N), appends laws and couplings for what they meet and returns the force
-  /// that it meets with by those: another solve is needed. Else returns 0. Such a contact starts the step
-  /// with a gap; so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
+  /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with those that
+  /// act. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`: root
+  /// of their sum of squares, N), appends laws and couplings for what they meet and returns the force that it
+  /// meets with by those: another solve is needed. Else returns 0. Such a contact starts the step with a gap;
+  /// so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
   [[nodiscard]] double add_speculative(const parallel::Threads& threads, const Bodies& bodies,
-                                       const Contacts& contacts, std::span<const Vec3> positions_end,
+                                       ContactTable& table, std::span<const Vec3> positions_end,
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
 
@@ -99,15 +99,10 @@ class ContactResponse {
   /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
-  /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
-  void undo() {
-    memory_.undo();
-    kept_.undo();
-  }
+  /// After a step that failed, beside undo_step() of the table.
+  void undo() { kept_.undo(); }
 
-  /// What contacts remember between steps: part of the state that a resumed run needs.
-  [[nodiscard]] const std::vector<RememberedContact>& remembered() const { return memory_.all(); }
-  void set_remembered(std::vector<RememberedContact> contacts) { memory_.set_all(std::move(contacts)); }
+  /// Of the last step: part of the state that a resumed run needs.
   [[nodiscard]] const std::vector<KeptContact>& kept() const { return kept_.all(); }
   void set_kept(std::vector<KeptContact> contacts) { kept_.set_all(std::move(contacts)); }
 
@@ -120,42 +115,40 @@ class ContactResponse {
   struct Speculative {
     fem::ContactLaw law;
     fem::Coupling coupling;
-    RememberedContact remembered;
+    Vec3 velocity;  ///< of the point relative to the tet, m/s
     KeptContact kept;
     double force = 0.0;  ///< along the direction, if nothing stops it, N
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
-  /// Of an unknown contact at the end of the step.
+  /// Of a contact at the end of the step that does not act yet.
   [[nodiscard]] Speculative met(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                                 std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
                                 ExitSearch& search) const;
   [[nodiscard]] Speculative speculative(const fem::Coupling& coupling, double depth, const Vec3& direction,
                                         std::span<const Vec3> velocities, const KeptContact& kept) const;
   /// Contacts of the last step whose points are near.
-  void append_near(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
+  void append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
                    std::vector<fem::Coupling>& couplings);
-  void append_speculative(std::vector<fem::Coupling>& couplings);
-  void compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                   std::span<const Vec3> positions, std::span<const Vec3> velocities, ExitSearch& search,
-                   fem::Coupling& coupling);
-  void update_chatter_damping(RememberedContact& contact, const Vec3& force, const Vec3& velocity,
+  void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
+  void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
+                   std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
+  void update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force, const Vec3& velocity,
                               double most) const;
   [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
 
   ResponseSettings settings_;
-  ContactMemory memory_;
   KeptContacts kept_;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
-  std::vector<std::size_t> unknown_;      ///< scratch of add_speculative()
+  std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
-  std::vector<RememberedContact> added_;  ///< the same
+  std::vector<ContactTable::Key> keys_;   ///< the same
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles
-  SideShares sides_;
+  RimFalloff rims_;
   std::span<const double> masses_;
   std::span<const std::uint8_t> moves_;
 };

@@ -101,16 +101,22 @@ void check_index(const char* name, Index found, Index low, std::size_t count) {
   }
 }
 
-void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies& bodies) {
+void check_contacts(const RememberedContacts& contacts, const Bodies& bodies) {
+  const std::size_t n = contacts.point.size();
+  const ContactStates& states = contacts.states;
+  check_length("contact.body", contacts.body.size(), n);
+  std::apply([&](const auto&... column) { (check_length("contacts", column.size(), n), ...); },
+             states.columns());
   std::pair<Index, Index> last(-1, -1);
-  for (const RememberedContact& c : contacts) {
-    check_index("contact.point", c.point, 0, bodies.points_rest().size());
-    check_index("contact.body", c.body, 0, bodies.bodies().size());
-    if (std::pair(c.point, c.body) <= last)
-      throw Error(source_name, "contacts", "another order", "that of point and body");
-    last = {c.point, c.body};
-    for (const Vec3& vector : {c.slip, c.force, c.direction, c.velocity}) check_finite("contact", vector);
-    check_finite("contact", {c.stiffness, c.chatter_damping});
+  for (std::size_t c = 0; c < n; ++c) {
+    const std::pair key(contacts.point[c], contacts.body[c]);
+    check_index("contact.point", key.first, 0, bodies.points_rest().size());
+    check_index("contact.body", key.second, 0, bodies.bodies().size());
+    if (key <= last) throw Error(source_name, "contacts", "another order", "that of point and body");
+    last = key;
+    for (const Vec3& vector : {states.slip[c], states.force[c], states.direction[c], states.velocity[c]})
+      check_finite("contact", vector);
+    check_finite("contact", {states.stiffness[c], states.chatter_damping[c], 0.0});
   }
 }
 

@@ -4,16 +4,17 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include <palpate/model.hpp>
 #include <palpate/simulation.hpp>
 
+#include "contact/contact_table.hpp"
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
-#include "sim/contact_memory.hpp"
-#include "sim/kept_contacts.hpp"
 #include "sim/grabs.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
@@ -39,7 +40,7 @@ struct SavedState {
   std::vector<double> pressures;
   std::vector<HeldGrab> grabs;
   fem::DynamicsState dynamics;
-  std::vector<RememberedContact> contacts;
+  RememberedContacts contacts;
   std::vector<KeptContact> kept_contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
@@ -95,10 +96,11 @@ void describe(Archive& archive, fem::DynamicsState& s) {
           s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference, s.multigrid_worn);
 }
 
+/// Column by column, as the table has them.
 template <class Archive>
-void describe(Archive& archive, RememberedContact& c) {
-  archive(c.point, c.body, c.seen, c.lost, c.speculative, c.slip, c.force, c.direction, c.velocity,
-          c.stiffness, c.chatter_damping);
+void describe(Archive& archive, RememberedContacts& c) {
+  archive(c.point, c.body);
+  std::apply([&](auto&... column) { archive(column...); }, c.states.columns());
 }
 
 template <class Archive>

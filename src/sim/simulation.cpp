@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "contact/detector_steps.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
@@ -219,10 +220,11 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
-    const double met =
-        looks_again ? response.add_speculative(threads, bodies, detector.contacts(), dynamics.end_positions(),
-                                               dynamics.mean_velocities(), normal_forces(), couplings)
-                    : 0.0;
+    const double met = looks_again
+                           ? response.add_speculative(threads, bodies, DetectorSteps::table(detector),
+                                                      dynamics.end_positions(), dynamics.mean_velocities(),
+                                                      normal_forces(), couplings)
+                           : 0.0;
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
     if (met == 0.0 && !loose) break;
@@ -262,20 +264,23 @@ void Simulation::State::advance() {
   grab_couplings = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
+  DetectorSteps::hold(detector);
   const double h = settings.time_step;
-  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(), h,
-                   h * h * length(settings.gravity), couplings);
-  first_speculative = couplings.size();
+  response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
+                   dynamics.velocities(), h, h * h * length(settings.gravity), couplings);
+  first_speculative = first_contact + detector.contacts().size();
   metrics.forces_seconds = watch.lap();
   try {
     begin_step();
     metrics.solver_seconds = watch.lap();
     solve_with_speculative_contacts(last);
   } catch (...) {
+    DetectorSteps::swap_back(detector);
+    DetectorSteps::table(detector).undo_step();
     response.undo();
-    detector.detect(dynamics.positions());
     throw;
   }
+  DetectorSteps::release(detector);
   watch.lap();
   take_forces();
   grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
@@ -314,6 +319,7 @@ void Simulation::change(const SimulationSettings& settings) {
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, settings.detection, s.obstacles, s.threads.count());
     detector.detect(s.dynamics.positions());
+    DetectorSteps::table(detector).set_remembered(DetectorSteps::table(s.detector).remembered());
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);
@@ -362,7 +368,7 @@ SavedState Simulation::State::saved_state() const {
           .pressures = loads.pressures(),
           .grabs = grabs.all(),
           .dynamics = dynamics.state(),
-          .contacts = response.remembered(),
+          .contacts = DetectorSteps::table(detector).remembered(),
           .kept_contacts = response.kept(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
@@ -377,7 +383,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   detector.recall(saved.detector, dynamics.positions());
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
-  response.set_remembered(saved.contacts);
+  DetectorSteps::table(detector).set_remembered(saved.contacts);
   response.set_kept(saved.kept_contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);

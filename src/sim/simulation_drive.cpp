@@ -5,6 +5,7 @@
 
 #include <palpate/error.hpp>
 
+#include "contact/detector_steps.hpp"
 #include "geometry/vector.hpp"
 #include "sim/simulation_state.hpp"
 
@@ -56,13 +57,15 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
   std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
   for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
   const StepMetrics before = s.metrics;
+  DetectorSteps::hold(s.detector);
   try {
     s.detect(all, true);
   } catch (...) {
     s.metrics = before;
-    s.detector.detect(s.dynamics.positions());
+    DetectorSteps::swap_back(s.detector);
     throw;
   }
+  DetectorSteps::release(s.detector);
   s.metrics.detection_seconds = before.detection_seconds;
   s.dynamics.set_positions(all);
   s.measure();

@@ -233,18 +233,18 @@ Contacts with_rough_depths(const Bodies& bodies, DepthCounts& counts) {
   for (std::size_t c = 0; c < detector.contacts().size(); ++c)
     found.push_back({detector.contacts().point[c], detector.contacts().tet[c]});
   const parallel::Threads threads(1);
-  ContactList list;
-  list.assign(threads, bodies, positions, found);
+  ContactTable table;
+  table.assign(threads, bodies, positions, found);
   BorderEdges border_edges(bodies);
-  border_edges.find(threads, bodies, positions, list);
+  border_edges.find(threads, bodies, positions, table);
   const Lattice lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0);
   BruteForce edges;
   CrossingQuery crossings;
-  crossings.find(threads, bodies, positions, list.contacts(), border_edges.edges(), lattice, edges,
+  crossings.find(threads, bodies, positions, table.contacts(), border_edges.edges(), lattice, edges,
                  CellSlots(0, 0));
-  counts = DepthEstimate(bodies).compute(threads, bodies, positions, list, border_edges, crossings, {},
+  counts = DepthEstimate(bodies).compute(threads, bodies, positions, table, border_edges, crossings, {},
                                          Deadline(Deadline::Clock::now()));
-  return list.contacts();
+  return table.contacts();
 }
 
 TEST(Depth, WithoutTimeToRefineItIsExactWhereTheSurfaceIsFlat) {

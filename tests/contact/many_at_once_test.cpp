@@ -207,10 +207,10 @@ TEST(BorderEdges, PartTheEdgesOfPointsInContact) {
   std::vector<PointInTet> pairs;
   for (std::size_t c = 0; c < found.size(); ++c) pairs.push_back({found.point[c], found.tet[c]});
   for (const int threads : {1, 2}) {
-    ContactList list;
-    list.assign(parallel::Threads(threads), bodies, positions, pairs);
+    ContactTable table;
+    table.assign(parallel::Threads(threads), bodies, positions, pairs);
     BorderEdges edges(bodies);
-    edges.find(parallel::Threads(threads), bodies, positions, list);
+    edges.find(parallel::Threads(threads), bodies, positions, table);
     std::size_t border = 0;
     std::size_t links = 0;
     for (std::size_t c = 0; c < found.size(); ++c) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "contact/detector_steps.hpp"
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
@@ -26,8 +27,8 @@ struct Pressed {
     contacts = detector.contacts();
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> result;
-    response.compute(parallel::Threads(2), bodies, contacts, bodies.points_rest(), velocities, time_step, 0.0,
-                     result);
+    response.compute(parallel::Threads(2), bodies, DetectorSteps::table(detector), bodies.points_rest(),
+                     velocities, time_step, 0.0, result);
     for (std::size_t c = 0; c < result.size(); ++c) {
       const Vec3 u = fem::relative(result[c], velocities);
       const fem::ContactLaw& law = response.laws()[c];
@@ -142,6 +143,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
   ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
   const double h = 0.001;
   std::vector<fem::Coupling> couplings;
+  Detector detector(bodies, {}, {}, 1);
   const auto damping = [&](double z, double speed) {
     std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
     std::vector<Vec3> velocities(positions.size());
@@ -150,10 +152,10 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
       at(positions, p).z += z;
       at(velocities, p).z = speed;
     }
-    Detector detector(bodies, {}, {}, 1);
     detector.detect(positions);
     couplings.clear();
-    response.compute(parallel::Threads(1), bodies, detector.contacts(), positions, velocities, h, 0.0, couplings);
+    response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), positions, velocities, h,
+                     0.0, couplings);
     return couplings.empty() ? 0.0 : response.laws().front().damping;
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
@@ -165,7 +167,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
   ASSERT_EQ(damping(0.02, 1.0), 0.0) << "gone";
   EXPECT_NEAR(damping(0.0, -1.0), 1.0, 1e-9) << "back: nothing of the force was foreseen, 1 N by 1 m/s";
   ASSERT_EQ(damping(0.02, 1.0), 0.0);
-  for (int i = 0; i < ContactMemory::longest_absence; ++i) damping(0.02, 1.0);
+  for (int i = 0; i < ContactTable::longest_absence; ++i) damping(0.02, 1.0);
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "forgotten";
   damping(0.0, -1.0);
   EXPECT_NEAR(damping(-0.005, 1e-9), 20.0 * h * 100.0, 1e-9) << "bounded";
@@ -192,7 +194,7 @@ TEST(ContactResponse, FadesOutOverARim) {
     settings.stiffness = 100.0;
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> couplings;
-    response.compute(parallel::Threads(1), bodies, detector.contacts(), bodies.points_rest(),
+    response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), bodies.points_rest(),
                      std::vector<Vec3>(masses.size()), 0.01, 0.0, couplings);
     double force = 0.0;
     for (std::size_t c = 0; c < couplings.size(); ++c) {

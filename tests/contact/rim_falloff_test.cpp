@@ -1,6 +1,6 @@
-// What a contact notes of the sides near it must never change its share, however bodies move: every share is
+// The cache of the rims near a contact must never change its scale, however bodies move: every scale is
 // compared with that of a walk.
-#include "sim/side_shares.hpp"
+#include "contact/rim_falloff.hpp"
 
 #include <gtest/gtest.h>
 
@@ -49,27 +49,29 @@ struct Scene {
 /// How many contacts know that they are clear at the end.
 int run(Scene& scene, int steps, double most, double turn) {
   const parallel::Threads threads(2);
-  SideShares sides(scene.bodies);
+  RimFalloff rims(scene.bodies);
   ExitSearch search;
-  std::vector<SideNote> notes(scene.contacts.size());
+  RimCache cache;
+  resize_columns(cache, scene.contacts.size());
+  for (std::size_t c = 0; c < scene.contacts.size(); ++c) clear_row(cache, c);
   for (int step = 0; step < steps; ++step) {
-    // Now and then one of the bodies leaps, or so few are in contact that nobody looks.
+    // Now and then one of the bodies leaps, or so few are in contact that none is compared.
     const bool leaps = step % 17 == 16;
     scene.move(static_cast<std::size_t>(step) % 2, leaps ? 0.1 : most, turn);
-    sides.begin(threads, scene.bodies, scene.positions, step % 29 == 28 ? 1 : scene.contacts.size());
+    rims.begin(threads, scene.bodies, scene.positions, step % 29 == 28 ? 1 : scene.contacts.size());
     for (std::size_t c = 0; c < scene.contacts.size(); ++c) {
-      const double walked = sides.share(scene.bodies, scene.positions, scene.contacts, c, search);
-      const double noted = sides.share(scene.bodies, scene.positions, scene.contacts, c, search, notes[c]);
-      EXPECT_EQ(noted, walked) << "step " << step << ", contact " << c;
-      if (noted != walked) return -1;
+      const double walked = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search);
+      const double cached = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search, cache);
+      EXPECT_EQ(cached, walked) << "step " << step << ", contact " << c;
+      if (cached != walked) return -1;
     }
   }
   int clear = 0;
-  for (const SideNote& note : notes) clear += note.tet >= 0 && note.clear ? 1 : 0;
+  for (const std::uint8_t state : cache.state) clear += state == RimCache::clear ? 1 : 0;
   return clear;
 }
 
-TEST(SideShares, NotesChangeNothing) {
+TEST(RimFalloff, TheCacheChangesNothing) {
   for (const double most : {0.0, 1e-5, 1e-4, 1e-3, 1e-2}) {
     for (const double turn : {0.0, 1e-3, 1e-2}) {
       Scene box(test::box_mesh({5, 5, 2}, {-2, -2, -1}, {2, 2, 1}), 1);
@@ -85,7 +87,7 @@ TEST(SideShares, NotesChangeNothing) {
   }
 }
 
-TEST(SideShares, NotesChangeNothingInSliversAndFlatTets) {
+TEST(RimFalloff, TheCacheChangesNothingInSliversAndFlatTets) {
   for (const double height : {0.0, 1e-15, 1e-9, 1e-3}) {
     TetMesh mesh = test::box_mesh({4, 4, 3}, {-2, -2, -1}, {2, 2, 1});
     for (Vec3& p : mesh.points) {

@@ -1,4 +1,4 @@
-#include "sim/side_shares.hpp"
+#include "contact/rim_falloff.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +16,9 @@ constexpr double most_moved = 1.0 / 32.0;
 constexpr double most_turned = 1.0 / 64.0;
 /// For rounding.
 constexpr double slack = 1.125;
-/// Steps after which a body counts as one that stays.
+/// Steps after which a body counts as one at rest.
 constexpr int a_while = 4;
-/// Contacts for each point from which on looking at all points pays.
+/// Contacts for each point from which on comparing all points pays.
 constexpr double few_contacts = 1.0 / 32.0;
 
 /// Mean over the tets of a body of the smallest height at rest.
@@ -39,9 +39,9 @@ double mean_height(const Bodies& bodies, Index body) {
 
 }  // namespace
 
-SideShares::SideShares(const Bodies& bodies)
+RimFalloff::RimFalloff(const Bodies& bodies)
     : rims_(bodies.bodies().size()),
-      stays_(bodies.bodies().size()),
+      rests_(bodies.bodies().size()),
       moved_(bodies.bodies().size(), 0.0),
       recorded_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   for (Index b = 0; b < bodies.body_count(); ++b) {
@@ -53,21 +53,21 @@ SideShares::SideShares(const Bodies& bodies)
   }
 }
 
-void SideShares::begin(const parallel::Threads& threads, const Bodies& bodies,
+void RimFalloff::begin(const parallel::Threads& threads, const Bodies& bodies,
                        std::span<const Vec3> positions, std::size_t contacts) {
-  looks_ = static_cast<double>(contacts) > few_contacts * static_cast<double>(positions.size());
+  compares_ = static_cast<double>(contacts) > few_contacts * static_cast<double>(positions.size());
   for (Index b = 0; b < bodies.body_count(); ++b) {
-    Stay& stay = at(stays_, b);
-    if (looks_) {
-      look_at(threads, at(bodies.bodies(), b).points, positions, at(moved_, b), stay);
-    } else if (stay.steps > 0) {
-      stay = {stay.number + 1, 0};  // what it does meanwhile is not seen
+    Rest& rest = at(rests_, b);
+    if (compares_) {
+      compare(threads, at(bodies.bodies(), b).points, positions, at(moved_, b), rest);
+    } else if (rest.steps > 0) {
+      rest = {rest.number + 1, 0};  // what it does meanwhile is not seen
     }
   }
 }
 
-void SideShares::look_at(const parallel::Threads& threads, Range points, std::span<const Vec3> positions,
-                         double most, Stay& stay) {
+void RimFalloff::compare(const parallel::Threads& threads, Range points, std::span<const Vec3> positions,
+                         double most, Rest& rest) {
   constexpr std::size_t grain = 4096;
   const auto first = static_cast<std::size_t>(points.begin);
   const auto count = static_cast<std::size_t>(points.size());
@@ -78,17 +78,17 @@ void SideShares::look_at(const parallel::Threads& threads, Range points, std::sp
       farthest = std::max(farthest, squared_length(positions[p] - recorded_[p]));
     farthest_[chunk] = farthest;
   });
-  const bool stays = std::ranges::all_of(farthest_, [&](double d) { return d <= most * most; });
-  if (stays) {
-    ++stay.steps;
+  const bool rests = std::ranges::all_of(farthest_, [&](double d) { return d <= most * most; });
+  if (rests) {
+    ++rest.steps;
     return;
   }
-  stay = {stay.number + 1, 0};
+  rest = {rest.number + 1, 0};
   parallel::for_each(threads, count, grain,
                      [&](std::size_t p) { recorded_[first + p] = positions[first + p]; });
 }
 
-double SideShares::share(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
+double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                          std::size_t c, ExitSearch& search) const {
   const Rim& rim = at(rims_, contacts.body[c]);
   const double distance = search.distance_to_side(
@@ -96,28 +96,34 @@ double SideShares::share(const Bodies& bodies, std::span<const Vec3> positions, 
   return std::max(0.0, distance - rim.inner) / (rim.outer - rim.inner);
 }
 
-double SideShares::share(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
-                         std::size_t c, ExitSearch& search, SideNote& note) const {
+double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
+                         std::size_t c, ExitSearch& search, RimCache& cache) const {
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
   const Vec3& direction = contacts.direction[c];
   const Index body_of_point = at(bodies.body_of_point(), point);
-  const Stay& of_tet = at(stays_, body);
-  const Stay& of_point = at(stays_, body_of_point);
-  const bool same = note.tet == contacts.tet[c] && note.stay_of_point == of_point.number &&
-                    note.stay_of_tet == of_tet.number;
-  if (same && note.clear && length(direction - note.direction) <= most_turned) return 1.0;
+  const Rest& of_tet = at(rests_, body);
+  const Rest& of_point = at(rests_, body_of_point);
+  const bool same = cache.state[c] != RimCache::unknown && cache.tet[c] == contacts.tet[c] &&
+                    cache.rest_of_point[c] == of_point.number && cache.rest_of_tet[c] == of_tet.number;
+  const bool is_clear = same && cache.state[c] == RimCache::clear;
+  if (is_clear && length(direction - cache.direction[c]) <= most_turned) return 1.0;
   // Since the record, and from it to now: twice.
   const double by_tet = 2.0 * slack * at(moved_, body);
   const double by_point = 2.0 * slack * at(moved_, body_of_point);
-  const bool stay = looks_ && std::min(of_tet.steps, of_point.steps) >= a_while && by_point <= 2.0 * by_tet;
-  if (stay && (!same || note.clear)) {
+  const bool rest =
+      compares_ && std::min(of_tet.steps, of_point.steps) >= a_while && by_point <= 2.0 * by_tet;
+  if (rest && (!same || is_clear)) {
     const bool clear = search.stays_clear(bodies, positions, contacts.tet[c], at(positions, point), direction,
                                           at(rims_, body).outer + by_tet + by_point, by_tet, most_turned);
-    note = {contacts.tet[c], of_point.number, of_tet.number, clear, direction};
+    cache.state[c] = clear ? RimCache::clear : RimCache::near;
+    cache.tet[c] = contacts.tet[c];
+    cache.rest_of_point[c] = of_point.number;
+    cache.rest_of_tet[c] = of_tet.number;
+    cache.direction[c] = direction;
     if (clear) return 1.0;
   }
-  return share(bodies, positions, contacts, c, search);
+  return scale(bodies, positions, contacts, c, search);
 }
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// What contacts remember of their way out. Oracles: rotations and distances by hand, lines of cost by hand.
-#include "contact/remembered_planes.hpp"
+// Cached penetration planes. Oracles: rotations and distances by hand, lines of cost by hand.
+#include "contact/plane_cache.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/border_edges.hpp"
-#include "contact/contact_list.hpp"
+#include "contact/contact_tables.hpp"
 #include "contact/cost_line.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-using Planes = RememberedPlanes;
+using Outcome = PlaneCache::Outcome;
 
 /// Balls in a row, each a little in the next.
 Bodies three_balls() {
@@ -57,80 +57,112 @@ std::vector<Vec3> all_moved(std::span<const Vec3> positions) {
   return result;
 }
 
-struct Remembering {
-  explicit Remembering(const Bodies& b) : bodies(b), contacts(contacts_of(b, b.points_rest())) {
-    planes.remember(threads, bodies, bodies.points_rest(), contacts,
-                    [](std::size_t) { return Planes::Outcome::found; });
+/// Detections of the same contacts, one after the other.
+struct Cached {
+  explicit Cached(const Bodies& b) : bodies(b), contacts(contacts_of(b, b.points_rest())) {
+    for (std::size_t c = 0; c < contacts.size(); ++c) pairs.push_back({contacts.point[c], contacts.tet[c]});
+    begin(pairs);
+    update([](std::size_t) { return Outcome::computed; });
   }
-  std::size_t anew() const {
-    return static_cast<std::size_t>(std::ranges::count(planes.sources(), std::uint8_t{Planes::anew}));
+  /// A detection that finds these pairs, with depths as they are at rest.
+  void begin(std::span<const PointInTet> found) {
+    tables.begin();
+    tables.now().assign(threads, bodies, bodies.points_rest(), found, &tables.last());
+    Contacts& now = tables.now().contacts();
+    std::size_t c = 0;
+    for (std::size_t row = 0; row < now.size(); ++row, ++c) {
+      while (contacts.point[c] != now.point[row] || contacts.body[c] != now.body[row]) ++c;
+      now.depth[row] = contacts.depth[c];
+      now.direction[row] = contacts.direction[c];
+      now.certainty[row] = contacts.certainty[c];
+    }
+  }
+  void choose(std::span<const Vec3> positions, std::size_t most,
+              const std::optional<InterestRegion>& region = {}) {
+    if (updated) begin(pairs);
+    updated = false;
+    cache.choose(threads, bodies, positions, tables.now(), tables.last(), most, region);
+  }
+  void update(const auto& outcome) {
+    updated = true;
+    cache.update(threads, bodies, bodies.points_rest(), tables.now(), tables.last(), outcome);
+  }
+  /// Of those chosen to, all compute their plane.
+  void update_chosen() {
+    update([&](std::size_t c) {
+      return cache.source(c) == PlaneCache::compute ? Outcome::computed : Outcome::cached;
+    });
+  }
+  std::size_t computed() const {
+    return static_cast<std::size_t>(std::ranges::count(cache.sources(), std::uint8_t{PlaneCache::compute}));
   }
   const Bodies& bodies;
   Contacts contacts;
+  std::vector<PointInTet> pairs;
   parallel::Threads threads{1};
-  Planes planes;
+  ContactTables tables;
+  PlaneCache cache;
+  bool updated = false;  ///< the last detection is complete
 };
 
-TEST(RememberedPlanes, GoWithABodyThatTurns) {
+TEST(PlaneCache, GoWithABodyThatTurns) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
+  Cached r(bodies);
   ASSERT_GT(r.contacts.size(), 50U);
   const std::vector<Vec3> positions = all_moved(bodies.points_rest());
-  r.planes.choose(r.threads, bodies, positions, r.contacts, 0);
-  EXPECT_EQ(r.planes.spared(), r.contacts.size());
+  r.choose(positions, 0);
+  EXPECT_EQ(r.cache.spared(), r.contacts.size());
   for (std::size_t c = 0; c < r.contacts.size(); ++c) {
-    ASSERT_EQ(r.planes.source(c), Planes::remembered);
-    const WayOut& way = *r.planes.way_out(c);
-    EXPECT_NEAR(way.depth, r.contacts.depth[c], 1e-12);
+    ASSERT_EQ(r.cache.source(c), PlaneCache::cached);
+    const PenetrationPlane& plane = *r.cache.plane(c);
+    EXPECT_NEAR(plane.depth, r.contacts.depth[c], 1e-12);
     const Vec3 expected = moved(r.contacts.direction[c]) - moved(Vec3{});
-    EXPECT_LT(length(way.direction - expected), 1e-9);
-    EXPECT_EQ(way.certainty, r.contacts.certainty[c]);
+    EXPECT_LT(length(plane.direction - expected), 1e-9);
+    EXPECT_EQ(plane.certainty, r.contacts.certainty[c]);
   }
 }
 
-TEST(RememberedPlanes, APointComesNearerToItsPlaneOrGoesDeeper) {
+TEST(PlaneCache, APointComesNearerToItsPlaneOrGoesDeeper) {
   const Bodies bodies = bar_in_a_plate();
-  Remembering r(bodies);
+  Cached r(bodies);
   ASSERT_EQ(r.contacts.size(), 4U);
   const Range bar = bodies.bodies()[1].points;
   for (const double up : {-0.15, 0.05, 0.25}) {
     std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
     for (Index p = bar.begin; p < bar.end; ++p) at(positions, p) += Vec3{0.1, -0.05, up};
-    r.planes.choose(r.threads, bodies, positions, r.contacts, 0);
+    r.choose(positions, 0);
     for (std::size_t c = 0; c < 4; ++c) {
-      ASSERT_NE(r.planes.way_out(c), nullptr);
-      EXPECT_NEAR(r.planes.way_out(c)->depth, std::max(0.0, 0.2 - up), 1e-12);
+      ASSERT_NE(r.cache.plane(c), nullptr);
+      EXPECT_NEAR(r.cache.plane(c)->depth, std::max(0.0, 0.2 - up), 1e-12);
     }
   }
 }
 
-TEST(RememberedPlanes, WhoHasLeftItsPlaceKnowsNothing) {
+TEST(PlaneCache, APointThatHasLeftItsPlaceHasNone) {
   const Bodies bodies = bar_in_a_plate();
-  Remembering r(bodies);
+  Cached r(bodies);
   std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
   const Range bar = bodies.bodies()[1].points;
   // Edges of the plate's tets are 1 to 1.42 long.
   for (Index p = bar.begin; p < bar.end; ++p) at(positions, p).x += 0.75;
-  r.planes.choose(r.threads, bodies, positions, r.contacts, 0);
+  r.choose(positions, 0);
   for (std::size_t c = 0; c < r.contacts.size(); ++c) {
-    EXPECT_EQ(r.planes.source(c), Planes::neighbors);
-    EXPECT_EQ(r.planes.way_out(c), nullptr);
+    EXPECT_EQ(r.cache.source(c), PlaneCache::neighbors);
+    EXPECT_EQ(r.cache.plane(c), nullptr);
   }
 }
 
-TEST(RememberedPlanes, TheOldestAreFoundAnew) {
+TEST(PlaneCache, TheOldestAreComputed) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
+  Cached r(bodies);
   const std::size_t most = r.contacts.size() / 4 + 1;
   std::map<std::size_t, int> times;
   for (int round = 0; round < 8; ++round) {
-    r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, most);
-    EXPECT_EQ(r.anew(), most);
+    r.choose(bodies.points_rest(), most);
+    EXPECT_EQ(r.computed(), most);
     for (std::size_t c = 0; c < r.contacts.size(); ++c)
-      if (r.planes.source(c) == Planes::anew) ++times[c];
-    r.planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, [&](std::size_t c) {
-      return r.planes.source(c) == Planes::anew ? Planes::Outcome::found : Planes::Outcome::remembered;
-    });
+      if (r.cache.source(c) == PlaneCache::compute) ++times[c];
+    r.update_chosen();
   }
   ASSERT_EQ(times.size(), r.contacts.size()) << "each in its turn";
   for (const auto& [contact, count] : times) {
@@ -139,9 +171,9 @@ TEST(RememberedPlanes, TheOldestAreFoundAnew) {
   }
 }
 
-TEST(RememberedPlanes, TheRegionOfInterestComesMoreOften) {
+TEST(PlaneCache, TheRegionOfInterestComesMoreOften) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
+  Cached r(bodies);
   const InterestRegion region{{0.045, 0.0, 0.0}, 0.035};
   const auto of_interest = [&](std::size_t c) {
     return region.contains(at(bodies.points_rest(), r.contacts.point[c]));
@@ -152,12 +184,11 @@ TEST(RememberedPlanes, TheRegionOfInterestComesMoreOften) {
   ASSERT_GT(inside, 10U);
   ASSERT_GT(times.size() - inside, 10U);
   for (int round = 0; round < 64; ++round) {
-    r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, times.size() / 8, region);
-    EXPECT_EQ(r.anew(), times.size() / 8);
-    for (std::size_t c = 0; c < times.size(); ++c) times[c] += r.planes.source(c) == Planes::anew ? 1 : 0;
-    r.planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, [&](std::size_t c) {
-      return r.planes.source(c) == Planes::anew ? Planes::Outcome::found : Planes::Outcome::remembered;
-    });
+    r.choose(bodies.points_rest(), times.size() / 8, region);
+    EXPECT_EQ(r.computed(), times.size() / 8);
+    for (std::size_t c = 0; c < times.size(); ++c)
+      times[c] += r.cache.source(c) == PlaneCache::compute ? 1 : 0;
+    r.update_chosen();
   }
   double sum_inside = 0.0;
   double sum_outside = 0.0;
@@ -171,72 +202,66 @@ TEST(RememberedPlanes, TheRegionOfInterestComesMoreOften) {
   EXPECT_LT(ratio, 5.5);
 }
 
-TEST(RememberedPlanes, ThoseThatKnowNothingComeFirstAndFromEverywhere) {
+TEST(PlaneCache, ThoseWithoutComeFirstSampledUniformly) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
-  // Remembers only every second contact.
-  Contacts half;
-  for (std::size_t c = 0; c < r.contacts.size(); c += 2) {
-    half.point.push_back(r.contacts.point[c]);
-    half.body.push_back(r.contacts.body[c]);
-    half.tet.push_back(r.contacts.tet[c]);
-    half.weights.push_back(r.contacts.weights[c]);
-    half.depth.push_back(r.contacts.depth[c]);
-    half.direction.push_back(r.contacts.direction[c]);
-    half.certainty.push_back(r.contacts.certainty[c]);
-  }
-  const auto found = [](std::size_t) { return Planes::Outcome::found; };
-  r.planes.remember(r.threads, bodies, bodies.points_rest(), half, found);
+  Cached r(bodies);
+  // Only every second contact was there.
+  std::vector<PointInTet> half;
+  for (std::size_t c = 0; c < r.pairs.size(); c += 2) half.push_back(r.pairs[c]);
+  const auto computed = [](std::size_t) { return Outcome::computed; };
+  r.begin(half);
+  r.cache.choose_none();
+  r.update(computed);
   const std::size_t unknown = r.contacts.size() - half.size();
 
-  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, unknown / 5);
-  EXPECT_EQ(r.anew(), unknown / 5);
+  r.choose(bodies.points_rest(), unknown / 5);
+  EXPECT_EQ(r.computed(), unknown / 5);
   std::size_t gap = 0;
   for (std::size_t c = 1; c < r.contacts.size(); c += 2) {
-    gap = r.planes.source(c) == Planes::anew ? 0 : gap + 1;
-    EXPECT_LE(gap, 7U) << "a region without one that knows";
+    gap = r.cache.source(c) == PlaneCache::compute ? 0 : gap + 1;
+    EXPECT_LE(gap, 7U) << "a region without one";
   }
+  r.begin(half);
+  r.cache.choose_none();
+  r.update(computed);
   const std::size_t enough = unknown + unknown / 2;
-  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, enough);
-  EXPECT_EQ(r.anew(), enough);
-  for (std::size_t c = 1; c < r.contacts.size(); c += 2) EXPECT_EQ(r.planes.source(c), Planes::anew);
+  r.choose(bodies.points_rest(), enough);
+  EXPECT_EQ(r.computed(), enough);
+  for (std::size_t c = 1; c < r.contacts.size(); c += 2) EXPECT_EQ(r.cache.source(c), PlaneCache::compute);
 }
 
-/// Depths of the contacts where not all are found anew.
-Contacts with_planes(const Remembering& r, std::span<const Vec3> positions) {
-  std::vector<PointInTet> found;
-  for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    found.push_back({r.contacts.point[c], r.contacts.tet[c]});
-  ContactList list;
-  list.assign(r.threads, r.bodies, positions, found);
+/// Depths of the contacts where not all are computed.
+Contacts with_planes(Cached& r, std::span<const Vec3> positions) {
+  ContactTable table;
+  table.assign(r.threads, r.bodies, positions, r.pairs);
   BorderEdges border_edges(r.bodies);
-  border_edges.find(r.threads, r.bodies, positions, list, r.planes.sources());
+  border_edges.find(r.threads, r.bodies, positions, table, r.cache.sources());
   for (const BorderEdge& edge : border_edges.edges())
-    EXPECT_EQ(r.planes.source(static_cast<std::size_t>(edge.contact)), Planes::anew);
+    EXPECT_EQ(r.cache.source(static_cast<std::size_t>(edge.contact)), PlaneCache::compute);
   BruteForce edges;
   CrossingQuery crossings;
-  crossings.find(r.threads, r.bodies, positions, list.contacts(), border_edges.edges(),
+  crossings.find(r.threads, r.bodies, positions, table.contacts(), border_edges.edges(),
                  Lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0), edges, CellSlots(0, 0));
   DepthEstimate depth(r.bodies);
   const DepthCounts counts =
-      depth.compute(r.threads, r.bodies, positions, list, border_edges, crossings, r.planes);
-  EXPECT_EQ(counts.rough_depths, r.planes.spared());
+      depth.compute(r.threads, r.bodies, positions, table, border_edges, crossings, r.cache);
+  EXPECT_EQ(counts.rough_depths, r.cache.spared());
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    EXPECT_EQ(depth.outcome(c) == Planes::Outcome::found, r.planes.source(c) == Planes::anew);
-  return list.contacts();
+    EXPECT_EQ(depth.outcome(c) == Outcome::computed, r.cache.source(c) == PlaneCache::compute);
+  return table.contacts();
 }
 
-TEST(RememberedPlanes, DepthsOfSomeContactsDoNotSufferFromTheOthersGoingByTheirs) {
+TEST(PlaneCache, DepthsOfSomeContactsDoNotSufferFromTheOthersGoingByTheirs) {
   const Bodies bodies = three_balls();
   const std::vector<Vec3> positions = all_moved(bodies.points_rest());
   const Contacts exact = contacts_of(bodies, positions);
   for (const std::size_t part : {1U, 2U, 8U}) {
-    Remembering r(bodies);
-    r.planes.choose(r.threads, bodies, positions, r.contacts, r.contacts.size() / part);
+    Cached r(bodies);
+    r.choose(positions, r.contacts.size() / part);
     const Contacts contacts = with_planes(r, positions);
     ASSERT_EQ(contacts.point, exact.point);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-      // Nothing has changed but for the turn: what is remembered is right, and what is found anew sees it.
+      // Nothing has changed but for the turn: the cached planes are right, and what is computed sees them.
       const double bound = part == 1 ? 1e-9 : 0.05;
       EXPECT_NEAR(contacts.depth[c], exact.depth[c], bound * 0.01) << "part " << part;
       EXPECT_LT(length(contacts.direction[c] - exact.direction[c]), bound) << "part " << part;
@@ -244,16 +269,16 @@ TEST(RememberedPlanes, DepthsOfSomeContactsDoNotSufferFromTheOthersGoingByTheirs
   }
 }
 
-TEST(RememberedPlanes, ContactsThatKnowNothingGoByTheirNeighbors) {
+TEST(PlaneCache, ContactsWithoutGoByTheirNeighbors) {
   const Bodies bodies = three_balls();
   const Contacts exact = contacts_of(bodies, bodies.points_rest());
-  Remembering r(bodies);
-  // Nothing fits any more, as after a jump: a quarter is found anew.
-  Contacts elsewhere = r.contacts;
-  for (std::size_t c = 0; c < elsewhere.size(); ++c) elsewhere.weights[c] = {5, -2, -1, -1};
-  const auto found = [](std::size_t) { return Planes::Outcome::found; };
-  r.planes.remember(r.threads, bodies, bodies.points_rest(), elsewhere, found);
-  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, r.contacts.size() / 4);
+  Cached r(bodies);
+  // Nothing fits any more, as after a jump: a quarter is computed.
+  r.begin(r.pairs);
+  for (auto& weights : r.tables.now().contacts().weights) weights = {5, -2, -1, -1};
+  r.cache.choose_none();
+  r.update([](std::size_t) { return Outcome::computed; });
+  r.choose(bodies.points_rest(), r.contacts.size() / 4);
   const Contacts contacts = with_planes(r, bodies.points_rest());
   double deepest = 0.0;
   double depths = 0.0;
@@ -268,9 +293,9 @@ TEST(RememberedPlanes, ContactsThatKnowNothingGoByTheirNeighbors) {
   EXPECT_NEAR(depths, exact_depths, 0.5 * exact_depths);
 }
 
-TEST(RememberedPlanes, ThePlaneDeformsWithTheTissue) {
+TEST(PlaneCache, ThePlaneDeformsWithTheTissue) {
   const Bodies bodies = bar_in_a_plate();
-  Remembering r(bodies);
+  Cached r(bodies);
   ASSERT_EQ(r.contacts.size(), 4U);
   const Range plate = bodies.bodies()[0].points;
   const auto expect = [&](double shear, double height, double depth) {
@@ -279,11 +304,11 @@ TEST(RememberedPlanes, ThePlaneDeformsWithTheTissue) {
       const bool of_plate = &p - positions.data() < plate.end;
       p = of_plate ? Vec3{p.x + shear * p.z, p.y, height * p.z} : Vec3{p.x, p.y, p.z < 0.0 ? -depth : p.z};
     }
-    r.planes.choose(r.threads, bodies, positions, r.contacts, 0);
+    r.choose(positions, 0);
     for (std::size_t c = 0; c < r.contacts.size(); ++c) {
-      ASSERT_NE(r.planes.way_out(c), nullptr);
-      EXPECT_NEAR(r.planes.way_out(c)->depth, depth, 1e-12);
-      EXPECT_NEAR(r.planes.way_out(c)->direction.z, 1.0, 1e-12);
+      ASSERT_NE(r.cache.plane(c), nullptr);
+      EXPECT_NEAR(r.cache.plane(c)->depth, depth, 1e-12);
+      EXPECT_NEAR(r.cache.plane(c)->direction.z, 1.0, 1e-12);
     }
   };
   expect(0.0, 1.0, 0.2);
@@ -293,39 +318,39 @@ TEST(RememberedPlanes, ThePlaneDeformsWithTheTissue) {
   expect(-0.4, 1.7, 0.25);
 }
 
-TEST(RememberedPlanes, WhatNobodyKnewIsNotRemembered) {
+TEST(PlaneCache, WhatNobodyComputedIsNotCached) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
+  Cached r(bodies);
   const auto outcome = [](std::size_t c) {
-    return c % 3 == 0   ? Planes::Outcome::none
-           : c % 3 == 1 ? Planes::Outcome::guessed
-                        : Planes::Outcome::found;
+    return c % 3 == 0 ? Outcome::none : c % 3 == 1 ? Outcome::propagated : Outcome::computed;
   };
-  RememberedPlanes planes;  // of a first detection
-  planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts, outcome);
-  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, 0);
+  r.begin(r.pairs);  // a first detection
+  r.cache.choose_none();
+  r.update(outcome);
+  r.choose(bodies.points_rest(), 0);
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    EXPECT_EQ(planes.source(c), c % 3 == 0 ? Planes::neighbors : Planes::remembered);
+    EXPECT_EQ(r.cache.source(c), c % 3 == 0 ? PlaneCache::neighbors : PlaneCache::cached);
+  r.update([](std::size_t c) { return c % 3 == 0 ? Outcome::none : Outcome::cached; });
   // Of the others, guesses come first.
   const std::size_t guesses = (r.contacts.size() + 1) / 3;
   const std::size_t unknown = (r.contacts.size() + 2) / 3;
-  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, unknown + guesses);
+  r.choose(bodies.points_rest(), unknown + guesses);
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    EXPECT_EQ(planes.source(c), c % 3 == 2 ? Planes::remembered : Planes::anew) << c;
-  // What was not found anew does not forget the plane that it had.
-  planes.remember(r.threads, bodies, bodies.points_rest(), r.contacts,
-                  [](std::size_t) { return Planes::Outcome::none; });
-  planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, 0);
+    EXPECT_EQ(r.cache.source(c), c % 3 == 2 ? PlaneCache::cached : PlaneCache::compute) << c;
+  // What could not be computed keeps the plane that it had.
+  r.update([](std::size_t) { return Outcome::none; });
+  r.choose(bodies.points_rest(), 0);
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
-    EXPECT_EQ(planes.source(c), c % 3 == 0 ? Planes::neighbors : Planes::remembered);
+    EXPECT_EQ(r.cache.source(c), c % 3 == 0 ? PlaneCache::neighbors : PlaneCache::cached);
 }
 
-TEST(RememberedPlanes, WithoutAnyMemoryAllGoByAFew) {
+TEST(PlaneCache, WithoutACacheAllGoByAFew) {
   const Bodies bodies = three_balls();
-  Remembering r(bodies);
-  r.planes = {};
-  r.planes.choose(r.threads, bodies, bodies.points_rest(), r.contacts, r.contacts.size() / 8);
-  EXPECT_EQ(r.anew(), r.contacts.size() / 8);
+  Cached r(bodies);
+  r.tables = {};
+  r.cache = {};
+  r.choose(bodies.points_rest(), r.contacts.size() / 8);
+  EXPECT_EQ(r.computed(), r.contacts.size() / 8);
   with_planes(r, bodies.points_rest());
 }
 

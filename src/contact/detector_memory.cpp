@@ -1,0 +1,174 @@
+// What a later detection depends on: kept for a resumed run, or held while a step may still fail.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "contact/detector_state.hpp"
+#include "contact/detector_steps.hpp"
+
+namespace palpate {
+
+void Detector::State::recall_budget(const DetectorMemory& memory) {
+  if (!budget) return;
+  std::vector<std::uint8_t>& tets = cluster_query->queue().notes();
+  std::vector<std::uint8_t>& triangles = crossings.clustered().queue().notes();
+  if (memory.tet_notes.size() != tets.size() || memory.triangle_notes.size() != triangles.size() ||
+      !(memory.share > 0.0) || !(memory.share <= 1.0)) {
+    throw Error("detector", "memory",
+                std::to_string(memory.tet_notes.size()) + " clusters of tets, " +
+                    std::to_string(memory.triangle_notes.size()) + " of triangles, share " +
+                    std::to_string(memory.share),
+                std::to_string(tets.size()) + " and " + std::to_string(triangles.size()) +
+                    ", a share above 0 and up to 1");
+  }
+  tets = memory.tet_notes;
+  triangles = memory.triangle_notes;
+}
+
+void Detector::State::recall_coherence(const DetectorMemory& memory) {
+  const std::size_t n = bodies.points_rest().size();
+  const auto& points_then = memory.noted_points;
+  constexpr std::int32_t most = 1 << 30;  // as large as fixed positions become
+  const bool fits = ListPlan::allows(memory.coherence) &&
+                    points_then.size() == (memory.coherence[0] != 0 ? n : 0) &&
+                    std::ranges::all_of(points_then, [](const std::array<std::int32_t, 3>& p) {
+                      return std::ranges::all_of(p, [](std::int32_t x) { return 0 <= x && x <= most; });
+                    });
+  if (!fits)
+    throw Error("detector", "memory", std::to_string(points_then.size()) + " points in lists of near points",
+                "those of " + std::to_string(n) + " points, as a detection leaves them");
+  if (!coherent()) return;
+  CompactGrid grid(settings.order, settings.sort);
+  FixedPositions fixed_then = *fixed;
+  if (!points_then.empty()) {
+    fixed_then.set_points(points_then);
+    grid.build_points(threads, lattice, fixed_then);
+    fixed_then.put_in_order(threads, grid.entries());
+  }
+  cluster_query->recall(memory.coherence, threads, bodies, may_touch(), grid, fixed_then);
+  skipped_grid = memory.skipped_grid;
+  if (skipped_grid) std::get<CompactGrid>(points).skip_points(threads, lattice, *fixed);
+}
+
+DetectorMemory Detector::memory() const {
+  const State& s = *state_;
+  const auto* const grid = std::get_if<CompactGrid>(&s.points);
+  std::vector<std::array<std::int32_t, 3>> noted_points;
+  ListPlan::Numbers coherence = ListPlan().numbers();
+  if (s.cluster_query != nullptr && !s.other_domain) {
+    for (const simd::FixedPoint& p : s.cluster_query->listed_points())
+      noted_points.push_back({p.x, p.y, p.z});
+    coherence = s.cluster_query->plan().numbers();
+  }
+  return {.cell_size = s.cell_size.cell_size,
+          .trials = s.cell_size.trials,
+          .lower = s.lattice.domain().lower,
+          .upper = s.lattice.domain().upper,
+          .detections = s.step,
+          .repairs = grid == nullptr || grid->adaptive_switch().repairing(),
+          .counts = s.counts,
+          .tet_notes = s.waiting.tets,
+          .triangle_notes = s.waiting.triangles,
+          .share = s.fraction,
+          .noted_points = std::move(noted_points),
+          .coherence = coherence,
+          .skipped_grid = s.skipped_grid};
+}
+
+void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positions) {
+  State& s = *state_;
+  const Vec3 extent = memory.upper - memory.lower;
+  const auto size = [](double x) { return x >= 0.0 && x <= 4.0 * largest_coordinate; };
+  if (!(memory.cell_size > 0.0) || !std::isfinite(memory.cell_size) || memory.detections == 0 ||
+      !is_finite(memory.lower) || !size(extent.x) || !size(extent.y) || !size(extent.z)) {
+    throw Error("detector", "memory", "a domain or cell size that no detection leaves", "that of a detector");
+  }
+  s.cell_size.cell_size = memory.cell_size;
+  s.cell_size.trials = memory.trials;
+  s.lattice = Lattice({memory.lower, memory.upper}, memory.cell_size);
+  s.step = memory.detections - 1;
+  s.recall_budget(memory);
+  s.skips_coherence = true;
+  s.tables.now() = {};  // of another time
+  s.plane_cache = {};
+  detect(positions, memory.share);
+  s.skips_coherence = false;
+  s.recall_coherence(memory);
+  if (auto* const grid = std::get_if<CompactGrid>(&s.points))
+    grid->adaptive_switch().set_repairing(memory.repairs);
+  s.counts = memory.counts;
+}
+
+void Detector::State::hold() {
+  held.active = true;
+  held.has_lists = false;
+  held.counts = counts;
+  held.times = times;
+  held.lattice = lattice;
+  held.step = step;
+  tables.hold();
+  if (!budget) return;
+  held.fraction = fraction;
+  held.waiting = waiting;
+  held.waiting_now = {cluster_query->queue().notes(), crossings.clustered().queue().notes()};
+  held.late_bodies = budget->late_bodies();
+}
+
+/// Before border edges are found while a table is held: they and the crossings change places with memory that
+/// is free.
+void Detector::State::keep_held_lists() {
+  if (!held.active || held.has_lists) return;
+  border_edges.swap_edges(held.border_edges);
+  crossings.swap_crossings(held.crossings);
+  held.has_lists = true;
+}
+
+void Detector::State::swap_back() {
+  if (!held.active) return;
+  if (held.has_lists) {
+    border_edges.swap_edges(held.border_edges);
+    crossings.swap_crossings(held.crossings);
+  }
+  counts = held.counts;
+  times = held.times;
+  const Box& domain = held.lattice.domain();
+  other_domain = domain.lower != lattice.domain().lower || domain.upper != lattice.domain().upper ||
+                 held.lattice.cell_size() != lattice.cell_size();
+  lattice = held.lattice;
+  step = held.step;
+  tables.swap_back();
+  held.active = false;
+  if (!budget) return;
+  fraction = held.fraction;
+  waiting = held.waiting;
+  cluster_query->queue().notes() = held.waiting_now.tets;
+  crossings.clustered().queue().notes() = held.waiting_now.triangles;
+  budget->set_late_bodies(held.late_bodies);
+}
+
+void Detector::State::release() {
+  held.active = false;
+  tables.release();
+}
+
+ContactTable& DetectorSteps::table(Detector& detector) {
+  return detector.state_->tables.now();
+}
+const ContactTable& DetectorSteps::table(const Detector& detector) {
+  return detector.state_->tables.now();
+}
+void DetectorSteps::hold(Detector& detector) {
+  detector.state_->hold();
+}
+void DetectorSteps::swap_back(Detector& detector) {
+  detector.state_->swap_back();
+}
+void DetectorSteps::release(Detector& detector) {
+  detector.state_->release();
+}
+
+}  // namespace palpate

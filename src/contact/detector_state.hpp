@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include <palpate/detection.hpp>
+
+#include "contact/border_edges.hpp"
+#include "contact/cluster_query.hpp"
+#include "contact/contact_tables.hpp"
+#include "contact/crossings.hpp"
+#include "contact/depth.hpp"
+#include "contact/detection_budget.hpp"
+#include "contact/plane_cache.hpp"
+#include "contact/points_in_tets.hpp"
+#include "grid/brute.hpp"
+#include "grid/cell_size.hpp"
+#include "grid/cell_slots.hpp"
+#include "grid/compact.hpp"
+#include "grid/cuckoo.hpp"
+#include "grid/fixed_positions.hpp"
+#include "grid/hash.hpp"
+#include "grid/uniform.hpp"
+
+namespace palpate {
+
+using AnyStructure = std::variant<UniformGrid, CompactGrid, HashGrid, CuckooGrid, BruteForce>;
+
+/// What a Detector consists of. Its functions are in detector_setup.cpp (what is made once), detector.cpp (a
+/// detection) and detector_memory.cpp (what a later detection, or a resumed run, depends on).
+struct Detector::State {
+  /// What a budget knows of clusters: how long they have waited, what they found.
+  struct Waiting {
+    std::vector<std::uint8_t> tets;
+    std::vector<std::uint8_t> triangles;
+  };
+  /// Beside the held table: results of that detection, and what the next depended on.
+  struct Held {
+    bool active = false;
+    bool has_lists = false;  ///< border edges and crossings are here, since another detection began
+    std::vector<BorderEdge> border_edges;
+    std::vector<Crossing> crossings;
+    DetectionCounts counts;
+    DetectionTimes times;
+    Lattice lattice;
+    std::uint64_t step = 0;
+    double fraction = 1.0;
+    Waiting waiting;      ///< State::waiting
+    Waiting waiting_now;  ///< of the queues
+    std::vector<std::uint8_t> late_bodies;
+  };
+
+  State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n);
+
+  /// Whether this detection asks with clusters of tets.
+  [[nodiscard]] bool clustered() const {
+    return cluster_query != nullptr && FixedPositions::represents(lattice);
+  }
+  /// Whether it gains from earlier frames where it can.
+  [[nodiscard]] bool coherent() const { return settings.coherence && !budget && clustered(); }
+  [[nodiscard]] PairFilter may_touch() const {
+    return {immovable, settings.self_collision, settings.ignored_pairs};
+  }
+  [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const;
+
+  void update_domain(std::span<const Vec3> positions);
+  void count_movers(std::span<const Vec3> positions);
+  void update_grid(std::span<const Vec3> positions);
+  void find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots);
+  /// What this detection may spend; none: it is not limited.
+  [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
+  void begin_budget(double fraction_of_budget);
+  /// With a budget in time.
+  [[nodiscard]] bool caches_planes() const { return budget && settings.budget->milliseconds; }
+  void choose_planes(std::span<const Vec3> positions);
+  void estimate_depths(std::span<const Vec3> positions);
+  void finish_counts();
+  void hold();
+  void keep_held_lists();
+  void swap_back();
+  void release();
+  void limit_crossings();
+  void end_budget();
+  void recall_budget(const DetectorMemory& memory);
+  void recall_coherence(const DetectorMemory& memory);
+
+  const Bodies& bodies;
+  DetectionSettings settings;
+  std::vector<std::uint8_t> immovable;  ///< per body
+  std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points take no part
+  parallel::Threads threads;
+  CellSizeChoice cell_size;  ///< made at the first detection
+  std::uint64_t step = 0;    ///< detections so far
+
+  Lattice lattice;
+  bool new_domain = true;
+  bool other_domain = false;  ///< the lattice is not that of the last detection
+  std::vector<Box> box_scratch;
+  std::vector<std::uint64_t> cell_of_point;  ///< cell index of each point at the last detection
+  std::vector<double> mover_scratch;
+
+  AnyStructure points;
+  AnyStructure edges;
+  PointsInTets points_in_tets;
+  std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
+  std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
+  bool skips_coherence = false;                 ///< for this detection
+  bool skipped_grid = false;                    ///< the last detection did without
+  std::unique_ptr<DetectionBudget> budget;      ///< none: without limit
+  Allowance* crossings_limit = nullptr;         ///< of the budget; none: without limit
+  Waiting waiting;                              ///< before the last detection
+  double fraction = 1.0;                        ///< of the budget, that the last detection had
+  PlaneCache plane_cache;                       ///< of the budget
+  QueryTally points_tally;
+  ContactTables tables;
+  BorderEdges border_edges;
+  CrossingQuery crossings;
+  DepthEstimate depth;
+
+  DetectionCounts counts;
+  DetectionTimes times;
+  Held held;
+};
+
+}  // namespace palpate

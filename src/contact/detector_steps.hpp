@@ -1,0 +1,27 @@
+#pragma once
+
+#include <palpate/detection.hpp>
+
+#include "contact/contact_table.hpp"
+
+namespace palpate {
+
+/// What a Simulation needs of its detector beyond what users do: the table, to write states of contacts into
+/// it, and the way back after a step that failed.
+class DetectorSteps {
+ public:
+  /// Of the last detection.
+  [[nodiscard]] static ContactTable& table(Detector& detector);
+  [[nodiscard]] static const ContactTable& table(const Detector& detector);
+  /// Keeps the results of the last detection while others follow, and what the next depended on. O(clusters)
+  /// with a budget, else O(1).
+  static void hold(Detector& detector);
+  /// After hold(): makes the results that were held those of the last detection again, without detecting, so
+  /// that approximate mode and budgets do not find others; the next detection finds what it would have found
+  /// then. Counts of movers are from the last detection that was made. No effect where nothing is held.
+  static void swap_back(Detector& detector);
+  /// The held results are not needed any more.
+  static void release(Detector& detector);
+};
+
+}  // namespace palpate
