@@ -10,6 +10,7 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
+#include "fem/axis_holds.hpp"
 #include "fem/block_matrix.hpp"
 #include "fem/body_turns.hpp"
 #include "fem/conjugate_gradients.hpp"
@@ -65,6 +66,11 @@ class Dynamics {
            std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
+
+  /// Free points do not move along these axes from the next step on (AxisHolds): the couplings of each step
+  /// must have those of holds() among them. Once, before the first step.
+  void set_fixed_axes(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes);
+  [[nodiscard]] const AxisHolds& holds() const { return holds_; }
 
   /// One implicit Euler step of length h with one linearisation of the tissue (Baraff & Witkin, "Large steps
   /// in cloth simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
@@ -129,7 +135,7 @@ class Dynamics {
   void find_held_elements();
   /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
   /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N,
-  /// zero at free points. The loads are those of begin_step(). O(n_points + elements at such points).
+  /// zero at free points but along axes that are held. The loads are those of begin_step(). O(n_points + elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 
@@ -152,6 +158,8 @@ class Dynamics {
     return masses_;
   }  ///< (n_points), kg, also of obstacles
   [[nodiscard]] std::span<const std::uint8_t> free_points() const { return free_; }  ///< (n_points) 1: moves
+  /// (n_points) axes along which a point is not free: 7 where it is not free at all.
+  [[nodiscard]] std::span<const std::uint8_t> held_axes() const { return held_axes_; }
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
   [[nodiscard]] const Elements& elements() const { return elements_; }
 
@@ -218,7 +226,9 @@ class Dynamics {
   Elements elements_;
   std::vector<std::uint8_t> free_;
   std::vector<std::uint8_t> rigid_;   ///< (n_bodies)
-  std::vector<Index> held_elements_;  ///< with a corner that is not free
+  AxisHolds holds_;
+  std::vector<std::uint8_t> held_axes_;  ///< (n_points)
+  std::vector<Index> held_elements_;     ///< with a corner that is not free along all axes
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
