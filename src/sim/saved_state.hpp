@@ -12,6 +12,7 @@
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
 #include "sim/contact_memory.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/grabs.hpp"
 #include "sim/step_forces.hpp"
 
@@ -40,6 +41,7 @@ struct SavedState {
   std::vector<Motion> motions;
   fem::DynamicsState dynamics;
   std::vector<RememberedContact> contacts;
+  std::vector<KeptContact> kept_contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
   std::vector<ActedContact> acting_contacts;
@@ -112,6 +114,11 @@ void describe(Archive& archive, RememberedContact& c) {
 }
 
 template <class Archive>
+void describe(Archive& archive, KeptContact& c) {
+  archive(c.point, c.body, c.tet, c.distances, c.foot, c.stiffness);
+}
+
+template <class Archive>
 void describe(Archive& archive, ActedContact& c) {
   archive(c.points, c.weights, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
@@ -132,7 +139,7 @@ void describe(Archive& archive, DetectorMemory& m) {
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions, s.dynamics,
-          s.contacts, s.detector, s.contact_forces);
+          s.contacts, s.kept_contacts, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

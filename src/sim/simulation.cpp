@@ -266,8 +266,9 @@ void Simulation::State::advance() {
   first_tie = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
-  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
-                   settings.time_step, couplings);
+  const double h = settings.time_step;
+  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(), h,
+                   h * h * length(settings.gravity), couplings);
   first_speculative = couplings.size();
   metrics.forces_seconds = watch.lap();
   try {
@@ -367,6 +368,7 @@ SavedState Simulation::State::saved_state() const {
           .motions = {rails.motions().begin(), rails.motions().end()},
           .dynamics = dynamics.state(),
           .contacts = response.remembered(),
+          .kept_contacts = response.kept(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
           .acting_contacts = step_forces.contacts(),
@@ -382,6 +384,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   grabs.set_all(saved.grabs);
   rails.set_motions(saved.motions);
   response.set_remembered(saved.contacts);
+  response.set_kept(saved.kept_contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
   if (saved.records_reactions) dynamics.find_held_elements();
