@@ -84,13 +84,12 @@ def test_a_body_tells_and_takes_what_the_simulation_does():
     right = (points[simulation.bodies.triangles[block.triangles]][:, :, 0] > 0.0499).all(axis=1)
     block.set_pressure(40.0, right)
     simulation.step()
-    support = block.reaction().force + simulation.masses[0] * 0.0
-    momentum = support + [-0.4, 0.0, 0.5 * top.sum()]  # N: 40 Pa on 1 dm^2, 0.5 N on each point above
-    # Newton, with the momentum of lumped masses by our own sum.
+    force = block.reaction().force + [-0.4, 0.0, 0.5 * top.sum()]  # N: 40 Pa on 1 dm^2, 0.5 N on each point above
+    # Newton, with lumped masses by NumPy: the force gives momentum, in 0.01 s from rest, and works against the damping.
     volumes = np.abs(np.linalg.det(points[simulation.bodies.tets[block.tets]][:, 1:] - points[simulation.bodies.tets[block.tets]][:, :1])) / 6
     lumped = np.zeros(len(points))
     np.add.at(lumped, simulation.bodies.tets[block.tets], 1000.0 * volumes[:, None] / 4)
-    np.testing.assert_allclose(lumped @ block.velocities / 0.01, momentum, atol=1e-7)
+    np.testing.assert_allclose(lumped @ block.velocities * (1 / 0.01 + TISSUE.mass_damping), force, atol=1e-7)
     assert block.mass == pytest.approx(lumped.sum())
     np.testing.assert_allclose(block.center_of_mass, lumped @ block.positions / lumped.sum(), atol=1e-12)
     block.set_velocities((0.0, 0.0, 0.0), ~(points[:, 2] < -0.0499))
@@ -102,7 +101,7 @@ def test_a_body_tells_and_takes_what_the_simulation_does():
     simulation.step()
     np.testing.assert_allclose(probe.positions, points + [0.0, 0.0, 1.3], atol=1e-12)
     mass = simulation.masses[1]
-    np.testing.assert_allclose(probe.motor().force, [0.0, 0.0, mass * 1.0 / 1e-4], rtol=1e-9)  # 1 m in one step from rest
+    np.testing.assert_allclose(probe.motor().force, [0.0, 0.0, mass * 1.0 / 1e-4], rtol=1e-9, atol=1e-9)  # 1 m in one step from rest
 
 
 def test_axes_are_fixed_by_a_mask_for_each():
@@ -118,7 +117,7 @@ def test_axes_are_fixed_by_a_mask_for_each():
     np.testing.assert_allclose(simulation.positions, points * [1.1, 1 - 0.3 * 0.1, 1 - 0.3 * 0.1], atol=1e-7)
     np.testing.assert_allclose(simulation.reactions.sum(axis=0), [-1e4 * 0.04 * 0.06, 0.0, 0.0], atol=1e-4)
     with pytest.raises(palpate.Error, match="axis that is fixed"):
-        simulation.set_velocities((0.0, 1.0, 0.0), points[:, 1] == 0.0)
+        simulation.set_velocities((0.0, 1.0, 0.0), (points[:, 1] == 0.0) & (points[:, 0] > 0.01) & (points[:, 2] > 0.01))
     with pytest.raises(palpate.Error, match="mask"):
         model.add_body(points, tets, material=TISSUE, fixed=np.zeros((3, 3), dtype=bool))
 

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 Scene scene_of(const std::string& body) {
-  return read_scene_text(R"({"bodies": [{"material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, )" +
+  return read_scene_text(R"({"name": "s", "bodies": [{"material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, )" +
                              body + "}]}",
                          "s.json", "/base");
 }
@@ -52,11 +52,16 @@ TEST(Fixation, IsWrittenAsItWasRead) {
 }
 
 TEST(Fixation, RefusesOtherAxes) {
-  for (const char* axes : {"", "w", "xx", "xyzx", "X"}) {
+  for (const char* axes : {"w", "xx", "xyzx", "X", "x y"}) {
     EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ")" + std::string(axes) + "\"}]"),
               "s.json: bodies[0].fixed[0].axes: found '" + std::string(axes) +
                   "', expected some of the letters x, y and z, as \"xz\"");
   }
+}
+
+TEST(Fixation, NeedsAnAxis) {
+  EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ""}])"),
+            "s.json: bodies[0].fixed[0].axes: found \"\", expected a text that is not empty");
 }
 
 TEST(DrivePrescribed, MovesAPartOfASurface) {
