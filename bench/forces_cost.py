@@ -27,15 +27,24 @@ import palpate
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
+def round_of(call, calls):
+    """Microseconds of one call, the mean of a round."""
+    start = time.thread_time_ns()
+    for _ in range(calls):
+        call()
+    return (time.thread_time_ns() - start) / 1000 / calls
+
+
 def microseconds(call, calls=30, rounds=15):
     """Of one call, the median of rounds."""
-    found = []
-    for _ in range(rounds):
-        start = time.thread_time_ns()
-        for _ in range(calls):
-            call()
-        found.append((time.thread_time_ns() - start) / 1000 / calls)
-    return statistics.median(found)
+    return statistics.median(round_of(call, calls) for _ in range(rounds))
+
+
+def compared(python, compiled, calls=20, rounds=41):
+    """Of two calls in turns: the median of each, and of their differences."""
+    pairs = [(round_of(python, calls), round_of(compiled, calls)) for _ in range(rounds)]
+    whole, inner = (statistics.median(column) for column in zip(*pairs))
+    return whole, inner, statistics.median(a - b for a, b in pairs)
 
 
 def measure_calls():
@@ -63,12 +72,11 @@ def measure_calls():
          lambda: simulation._set_positions(exact, points[:1000])),
         ("bodies['probe'].move_to(matrix)", lambda: probe.move_to(np.eye(4)),
          lambda: simulation._move_to(0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))),
-        ("positions", lambda: simulation.positions, None),
     ]
     print("Python, us   compiled part, us   beyond it, us")
     for name, python, compiled in rows:
-        whole, inner = microseconds(python), microseconds(compiled) if compiled else 0.0
-        print(f"{whole:10.1f}   {inner:17.1f}   {whole - inner:13.1f}   {name}")
+        whole, inner, beyond = compared(python, compiled)
+        print(f"{whole:10.1f}   {inner:17.1f}   {beyond:13.1f}   {name}")
 
 
 def measure_fields():

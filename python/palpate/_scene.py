@@ -126,7 +126,8 @@ class Model(_core.Model):
         if flags.dtype == np.bool_ and flags.ndim == 2:
             if flags.shape != (count, 3):
                 raise Error("fixed", "", f"a mask of shape {flags.shape}", f"shape ({count},) or ({count}, 3), or indices")
-            return (flags @ np.array([1, 2, 4])).astype(np.uint8)
+            bits: NDArray[np.uint8] = (flags @ np.array([1, 2, 4])).astype(np.uint8)
+            return bits
         axes = np.zeros(count, np.uint8)
         axes[_arrays.selection(fixed, "fixed", count)] = 7
         return axes
