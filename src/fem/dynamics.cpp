@@ -403,6 +403,10 @@ void Dynamics::set_velocities(std::span<const Vec3> velocities) {
   set_moving(velocities, "velocities", velocities_);
 }
 
+void Dynamics::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
+  for (std::size_t i = 0; i < points.size(); ++i) at(velocities_, points[i]) = velocities[i];
+}
+
 void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
   set_moving(changes, "velocity_changes", velocity_changes_);
 }

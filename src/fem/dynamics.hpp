@@ -169,6 +169,8 @@ class Dynamics {
   void set_positions(std::span<const Vec3> positions);
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
+  /// Velocities of some points that are free along them, finite: checked by the caller. O(points).
+  void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
   /// The same for values per element, of the lengths of plastic_strains() and inversion_clocks(). A strain
   /// is taken where the material can yield and stays zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);

@@ -93,9 +93,7 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
                 "point " + std::to_string(points[i]) + ", which moves along an axis that is fixed",
                 "zero along it");
   }
-  fem::DynamicsState state = s.dynamics.state();
-  for (std::size_t i = 0; i < points.size(); ++i) at(state.velocities, points[i]) = velocities[i];
-  s.dynamics.set_state(state);
+  s.dynamics.set_velocities(points, velocities);
   s.measure();
   s.slow_steps = 0;
 }
