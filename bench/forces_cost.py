@@ -24,6 +24,7 @@ import numpy as np
 
 import palpate
 
+STEPS = 40
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
@@ -112,12 +113,12 @@ def count_instructions(command):
         file.write_text(json.dumps(scene))
         trace = pathlib.Path(folder) / "trace"
         subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={trace}", command, "run", file, "--out",
-                        f"{folder}/out", "--no-picture", "--quiet", "--threads", "1", "--steps", "60"],
+                        f"{folder}/out", "--no-picture", "--quiet", "--threads", "1", "--steps", str(STEPS)],
                        check=True, capture_output=True, cwd=folder)
         text = subprocess.run(["callgrind_annotate", "--inclusive=yes", "--threshold=100", "--show-percs=yes", trace],
                               check=True, capture_output=True, text=True).stdout
     step = inclusive(text, r"palpate::Simulation::step")
-    print(f"a step: {step / 60 / 1e6:.2f} million instructions")
+    print(f"a step: {step / STEPS / 1e6:.2f} million instructions")
     for what, function in [("copying what acted", r"StepForces::take"), ("sums over bodies", r"StepForces::sum_over_bodies"),
                            ("reactions (the command asks for them)", r"Dynamics::holding_forces"),
                            ("fixed axes, without any", r"AxisHolds::\w+"), ("forces.csv, beside the step", r"ForceProbe::forces")]:
