@@ -61,8 +61,7 @@ void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces, double s
                       points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
                       m.speculative_contacts, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0,
                       m.inverted_tets);
-  for (const double value :
-       {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest,
+  for (const double value : {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest,
                              forces.normal, forces.largest}) {
     line.append(1, ',').append(exact_text(value));
   }

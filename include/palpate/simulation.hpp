@@ -70,9 +70,9 @@ class Simulation {
   /// next step, wherever they were. Throws Error, and changes nothing, on a number out of range and on a
   /// motion that the constructor would refuse. O(keyframes).
   void set_motion(Index number, Motion motion);
-  /// Points on a motion of the model are at this pose at the end of the next step, at constant speed, and stay
-  /// there: a motion of this one keyframe about the same center. Its time does not count. Throws Error, and
-  /// changes nothing, as set_motion() does. O(1).
+  /// Points on a motion of the model are at this pose at the end of the next step, at constant speed, and
+  /// stay there: a motion of this one keyframe about the same center. Its time does not count. Throws Error,
+  /// and changes nothing, as set_motion() does. O(1).
   void move_to(Index number, const Keyframe& pose);
   /// The motion that a number of the model's motions has now. Throws Error on a number out of range.
   [[nodiscard]] const Motion& motion(Index number) const;
@@ -135,8 +135,8 @@ class Simulation {
   void record_reactions(bool on);
   /// What held each point that is fixed or on rails during the last step, N: (n_points x 3), zero at free
   /// points. With it Newton's law holds for each of these points: it carries the weight of the point and
-  /// what accelerates it, and what tissue, contacts, ties, grabs and loads pull. Of points with fixed axes the
-  /// force along these axes, else zero. Throws Error where the last step did not note it.
+  /// what accelerates it, and what tissue, contacts, ties, grabs and loads pull. Of points with fixed axes
+  /// the force along these axes, else zero. Throws Error where the last step did not note it.
   [[nodiscard]] std::span<const Vec3> reactions() const;
   /// Sum of reactions() over the points of a body, or over those on a motion (what its motor had to give, for
   /// the body and the tissue attached to it), with torques at positions(). Throw Error as reactions() does,

@@ -43,8 +43,7 @@ class AxisHolds {
   void append(double time_step, std::vector<Coupling>& couplings) const;
   /// Right side: along held axes what brings the points to rest, where `base` is the velocity that the
   /// solution counts from.
-  void hold(double time_step, std::span<const simd::Padded3> base,
-            std::span<simd::Padded3> right_side) const;
+  void hold(double time_step, std::span<const simd::Padded3> base, std::span<simd::Padded3> right_side) const;
   /// Sets what is along held axes to zero.
   void stop(std::span<Vec3> values) const;
   /// The same, or to the negative of `base`.

@@ -135,7 +135,8 @@ class Dynamics {
   void find_held_elements();
   /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
   /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N,
-  /// zero at free points but along axes that are held. The loads are those of begin_step(). O(n_points + elements at such points).
+  /// zero at free points but along axes that are held. The loads are those of begin_step(). O(n_points +
+  /// elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 
@@ -227,7 +228,7 @@ class Dynamics {
   std::vector<double> masses_;
   Elements elements_;
   std::vector<std::uint8_t> free_;
-  std::vector<std::uint8_t> rigid_;   ///< (n_bodies)
+  std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   AxisHolds holds_;
   std::vector<std::uint8_t> held_axes_;  ///< (n_points)
   std::vector<Index> held_elements_;     ///< with a corner that is not free along all axes

@@ -31,7 +31,8 @@ void Dynamics::find_held_elements() {
   held_elements_.clear();
   for (Index e = 0; e < elements_.size(); ++e) {
     const Tet& corners = at(elements_.corners(), e);
-    if (std::ranges::any_of(corners, [&](Index p) { return at(held_axes_, p) != 0; })) held_elements_.push_back(e);
+    if (std::ranges::any_of(corners, [&](Index p) { return at(held_axes_, p) != 0; }))
+      held_elements_.push_back(e);
   }
 }
 

@@ -135,7 +135,8 @@ class StructureReader {
   void open_point_data(std::vector<VtuArray>& arrays) {
     const std::string_view format = attribute("format", "ascii");
     const bool known = format == "ascii" || format == "binary" || format == "appended";
-    if (!known || scalar_type(attribute("type")) == nullptr || !is_count(attribute("NumberOfComponents", "1")) ||
+    if (!known || scalar_type(attribute("type")) == nullptr ||
+        !is_count(attribute("NumberOfComponents", "1")) ||
         (format == "appended" && !is_count(attribute("offset"))))
       return;
     read_array(arrays.emplace_back(), attribute("Name"));

@@ -12,8 +12,8 @@
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
 #include "sim/contact_memory.hpp"
-#include "sim/kept_contacts.hpp"
 #include "sim/grabs.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
@@ -138,8 +138,8 @@ void describe(Archive& archive, DetectorMemory& m) {
 
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
-  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions, s.dynamics,
-          s.contacts, s.kept_contacts, s.detector, s.contact_forces);
+  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
+          s.dynamics, s.contacts, s.kept_contacts, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

@@ -40,7 +40,8 @@ void Simulation::set_motion(Index number, Motion motion) {
 const Motion& Simulation::motion(Index number) const {
   const std::span<const Motion> motions = state_->rails.motions();
   if (number < 0 || static_cast<std::size_t>(number) >= motions.size()) {
-    throw Error("simulation", "motion", std::to_string(number), "less than " + std::to_string(motions.size()));
+    throw Error("simulation", "motion", std::to_string(number),
+                "less than " + std::to_string(motions.size()));
   }
   return at(motions, number);
 }

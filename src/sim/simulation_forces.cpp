@@ -39,8 +39,8 @@ void Simulation::State::take_forces() {
     for (std::size_t k = 0; k < 5; ++k) {
       const Index point = couplings[c].points[k];
       if (point < 0 || at(dynamics.held_axes(), point) == 0) continue;
-      at(reactions, point) -= fem::along(at(dynamics.held_axes(), point),
-                                         couplings[c].coefficients[k] * step_forces.all()[c]);
+      at(reactions, point) -=
+          fem::along(at(dynamics.held_axes(), point), couplings[c].coefficients[k] * step_forces.all()[c]);
     }
   }
 }

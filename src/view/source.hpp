@@ -57,8 +57,8 @@ class Source {
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   /// Counts of the state, for the page.
   [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
-  /// Per body what contacts do to it (wrenches_json()), and as "held" what holds it where that is known; empty
-  /// where nothing is.
+  /// Per body what contacts do to it (wrenches_json()), and as "held" what holds it where that is known;
+  /// empty where nothing is.
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
   /// (n_points) numbers of a field; empty where this source has none of that name.
   [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }

@@ -12,9 +12,10 @@ namespace palpate {
 namespace {
 
 Scene scene_of(const std::string& body) {
-  return read_scene_text(R"({"name": "s", "bodies": [{"material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, )" +
-                             body + "}]}",
-                         "s.json", "/base");
+  return read_scene_text(
+      R"({"name": "s", "bodies": [{"material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, )" + body +
+          "}]}",
+      "s.json", "/base");
 }
 std::string problem(const std::string& body) {
   return message_of([&] { load_model(scene_of(body), {}); });
@@ -104,13 +105,16 @@ TEST(DrivePrescribed, MovesAPartOfASurface) {
 TEST(DrivePrescribed, RefusesPointsThatAreHeldOtherwise) {
   const std::string motion = R"("motion": {"keyframes": [{"time": 0}]})";
   EXPECT_EQ(problem(R"("fixed": [{"points": [3]}], "prescribed": [{"points": [3], )" + motion + "}]"),
-            "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that nothing else holds");
-  EXPECT_EQ(problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" + motion + "}]"),
-            "s.json: bodies[0].prescribed[1]: found point 3, which follows another motion, expected points that "
-            "nothing else holds");
+            "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that nothing "
+            "else holds");
+  EXPECT_EQ(
+      problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" + motion + "}]"),
+      "s.json: bodies[0].prescribed[1]: found point 3, which follows another motion, expected points that "
+      "nothing else holds");
   EXPECT_NE(problem(R"("prescribed": [{"points": [3]}])").find("prescribed[0].motion"), std::string::npos);
-  EXPECT_NE(problem(R"("obstacle": true, "prescribed": [{"points": [3], )" + motion + "}]").find("rigid body"),
-            std::string::npos);
+  EXPECT_NE(
+      problem(R"("obstacle": true, "prescribed": [{"points": [3], )" + motion + "}]").find("rigid body"),
+      std::string::npos);
 }
 
 }  // namespace

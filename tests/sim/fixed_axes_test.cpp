@@ -35,8 +35,8 @@ Model eighth_of_a_bar() {
   }
   Model model;
   model.bodies.add("bar", mesh);
-  model.materials = {
-      Material{.young_modulus = young, .poisson_ratio = poisson, .mass_damping = 20.0, .stiffness_damping = 5e-3}};
+  model.materials = {Material{
+      .young_modulus = young, .poisson_ratio = poisson, .mass_damping = 20.0, .stiffness_damping = 5e-3}};
   for (const Vec3& p : model.bodies.points_rest())
     model.fixed_axes.push_back(
         static_cast<std::uint8_t>((p.x == 0.0 ? 1 : 0) + (p.y == 0.0 ? 2 : 0) + (p.z == 0.0 ? 4 : 0)));
@@ -80,7 +80,8 @@ TEST_P(ReactionAtFixedAxes, AreThoseOfAPlaneOfSymmetry) {
   Vec3 planes;
   for (std::size_t p = 0; p < rest.size(); ++p) {
     const Vec3& x = simulation.positions()[p];
-    ASSERT_LT(length(x - Vec3{along * rest[p].x, across * rest[p].y, across * rest[p].z}), 1e-7 * size.x) << p;
+    ASSERT_LT(length(x - Vec3{along * rest[p].x, across * rest[p].y, across * rest[p].z}), 1e-7 * size.x)
+        << p;
     const Vec3& held = simulation.reactions()[p];
     if (rest[p].x == 0.0) {
       ASSERT_EQ(x.x, 0.0) << "bit for bit";
@@ -139,8 +140,8 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
       ASSERT_EQ(simulation.velocities()[p].z, 0.0);
     }
   }
-  // Newton over the whole: impulse of the rollers = impulse of the weight less the momentum it began with (the
-  // points on rollers had none along z).
+  // Newton over the whole: impulse of the rollers = impulse of the weight less the momentum it began with
+  // (the points on rollers had none along z).
   double momentum = 0.0;
   for (const Tet& t : simulation.bodies().tets()) {
     const auto corner = [&](std::size_t i) { return at(simulation.bodies().points_rest(), t[i]); };
@@ -152,17 +153,19 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
   EXPECT_NEAR(impulse, weight * time - momentum, 1e-5 * weight * time);
 }
 
-/// A block that is pressed in between two plates by its weight, on rollers at a side: friction and contacts go
-/// with axes that are fixed.
+/// A block that is pressed in between two plates by its weight, on rollers at a side: friction and contacts
+/// go with axes that are fixed.
 TEST(ReactionOfRollers, GoWithContacts) {
   Model model;
   model.bodies.add("floor", test::box_mesh({2, 2, 1}, {-0.1, -0.1, -0.02}, {0.2, 0.2, 0}));
   model.bodies.add("block", test::box_mesh({3, 3, 3}, {0, 0, 1e-4}, {0.06, 0.06, 0.0601}));
-  model.materials = {Material{}, Material{.young_modulus = 5e4, .mass_damping = 5.0, .stiffness_damping = 1e-2}};
+  model.materials = {Material{},
+                     Material{.young_modulus = 5e4, .mass_damping = 5.0, .stiffness_damping = 1e-2}};
   model.obstacles = {1, 0};
   const auto rest = model.bodies.points_rest();
   for (std::size_t p = 0; p < rest.size(); ++p)
-    model.fixed_axes.push_back(p >= static_cast<std::size_t>(model.bodies.bodies()[1].points.begin) && rest[p].x == 0.0 ? 1 : 0);
+    model.fixed_axes.push_back(
+        p >= static_cast<std::size_t>(model.bodies.bodies()[1].points.begin) && rest[p].x == 0.0 ? 1 : 0);
   SimulationSettings settings = exact_settings();
   settings.gravity = {-3.0, 0.0, -g};
   settings.response.friction = 0.1;
@@ -249,12 +252,14 @@ TEST(FixedAxes, RefuseWhatMovesAlongThem) {
   const auto set = [&](Index point, const Vec3& velocity) {
     return message([&] { simulation.set_velocities(std::array{point}, std::array{velocity}); });
   };
-  EXPECT_EQ(set(corner, {1, 0, 0}),
-            "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
-            "fixed nor on rails");
+  EXPECT_EQ(
+      set(corner, {1, 0, 0}),
+      "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
+      "fixed nor on rails");
   EXPECT_EQ(set(edge, {1, 0, 0}), "accepted");
   EXPECT_EQ(set(edge, {1, 1e-9, 0}),
-            "simulation: velocities: found point 1, which moves along an axis that is fixed, expected zero along it");
+            "simulation: velocities: found point 1, which moves along an axis that is fixed, expected zero "
+            "along it");
   model.fixed_axes[3] = 8;
   EXPECT_EQ(message([&] { Simulation(Model(model), {}, 1); }),
             "simulation: fixed_axes[3]: found 8, expected a sum of 1 (x), 2 (y) and 4 (z)");

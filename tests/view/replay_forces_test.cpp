@@ -90,7 +90,8 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
   EXPECT_TRUE(source.field("positions").empty());
   // And in what a page gets.
   const view::Surface surface(source.bodies());
-  const Read read = read_message(view::frame_message(source, surface, {.forces = true, .fields = {"von_mises"}}, {}));
+  const Read read =
+      read_message(view::frame_message(source, surface, {.forces = true, .fields = {"von_mises"}}, {}));
   ASSERT_EQ(read.floats.at("von_mises").size(), surface.points().size());
   EXPECT_EQ(read.floats.at("von_mises")[3],
             static_cast<float>(at(simulation.tissue_at_points().von_mises, surface.points()[3])));
