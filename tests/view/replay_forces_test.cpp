@@ -128,10 +128,11 @@ TEST(LiveForces, TellTheMotorsOfBodiesOnRails) {
   const auto source = small_source();
   EXPECT_FALSE(source->forces().at(2).contains("held")) << "before the first step";
   for (int step = 0; step < 3; ++step) source->advance();
-  const auto& press = source->forces().at(2);
+  const nlohmann::ordered_json forces = source->forces();
+  const nlohmann::ordered_json& press = forces.at(2);
   const double weight = 9.81 * source->simulation().masses()[2];
   EXPECT_NEAR(press.at("held").at("force").at(2), weight, 1e-6 * weight) << "at constant speed";
-  EXPECT_FALSE(source->forces().at(1).contains("held"));
+  EXPECT_FALSE(forces.at(1).contains("held"));
 }
 
 }  // namespace
