@@ -204,12 +204,11 @@ void CoarseLevel::hand_on(const parallel::Threads& threads, CouplingParts& next)
       for (std::uint32_t k = transfer_.begin[part.node]; k < transfer_.begin[part.node + 1]; ++k) {
         Dense<3, 6>& motion = next.part(c, transfer_.columns[k]).motion;
         const float* block = transfer_.blocks.data() + simd::six_by_six * k;
-        for (std::size_t i = 0; i < 3; ++i) {
-          for (std::size_t j = 0; j < 6; ++j) {
-            for (std::size_t e = 0; e < 6; ++e)
-              motion[6 * i + j] += part.motion[6 * i + e] * static_cast<double>(block[8 * j + e]);
-          }
+        Dense<6, 6> turned;  // the block, by rows
+        for (std::size_t e = 0; e < 6; ++e) {
+          for (std::size_t j = 0; j < 6; ++j) turned[6 * e + j] = static_cast<double>(block[8 * j + e]);
         }
+        add_product<3, 6, 6>(motion, part.motion, turned);
       }
     }
   });

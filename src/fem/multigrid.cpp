@@ -83,12 +83,11 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
       for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
         Dense<3, 6>& motion = parts.part(c, transfer_.columns[p]).motion;
         const float* block = transfer_.blocks.data() + simd::three_by_six * p;
-        for (std::size_t i = 0; i < 3; ++i) {
-          for (std::size_t j = 0; j < 6; ++j) {
-            for (std::size_t e = 0; e < 3; ++e)
-              motion[6 * i + j] += turn[3 * i + e] * static_cast<double>(block[4 * j + e]);
-          }
+        Dense<3, 6> rows;
+        for (std::size_t e = 0; e < 3; ++e) {
+          for (std::size_t j = 0; j < 6; ++j) rows[6 * e + j] = static_cast<double>(block[4 * j + e]);
         }
+        add_product<3, 3, 6>(motion, turn, rows);
       }
     }
   });

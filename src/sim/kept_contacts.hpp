@@ -26,8 +26,8 @@ struct KeptContact {
 /// Where the point of a kept contact is now.
 struct NearContact {
   KeptContact kept;
-  double gap = 0.0;  ///< to the plane, >= 0, m
-  Vec3 direction;    ///< unit; out of the penetrated body
+  double gap = 0.0;                 ///< to the plane, >= 0, m
+  Vec3 direction;                   ///< unit; out of the penetrated body
   std::array<double, 4> weights{};  ///< of the foot in the tet
 };
 

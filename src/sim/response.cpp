@@ -146,9 +146,8 @@ void ContactResponse::append_near(const parallel::Threads& threads, const Bodies
   parallel::for_each(threads, near.size(), grain, [&](std::size_t i) {
     const NearContact& contact = near[i];
     const KeptContact& kept = contact.kept;
-    speculative_[i] = speculative(
-        coupling_of(kept.point, at(bodies.tets(), kept.tet), contact.weights), -contact.gap,
-        contact.direction, velocities, kept);
+    speculative_[i] = speculative(coupling_of(kept.point, at(bodies.tets(), kept.tet), contact.weights),
+                                  -contact.gap, contact.direction, velocities, kept);
   });
   append_speculative(couplings);
 }
@@ -209,9 +208,9 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
   // Where it was before the step, along the straight way that it came: outside.
   const double depth =
       std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
-  return speculative(coupling, depth, r, velocities_end,
-                     kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k,
-                                  positions_end));
+  return speculative(
+      coupling, depth, r, velocities_end,
+      kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
 }
 
 /// Without damping, and nothing remembered.
