@@ -26,6 +26,9 @@ ForceProbe::ForceProbe(const Scene& scene, const Model& model)
     if (model.fixed_points[p] != 0 || model.motion_of_point[p] >= 0)
       at(held_, model.bodies.body_of_point()[p]) = 1;
   }
+  for (std::size_t p = 0; p < model.fixed_axes.size(); ++p) {
+    if (model.fixed_axes[p] != 0) at(held_, model.bodies.body_of_point()[p]) = 1;
+  }
   const auto index = [&](const std::string& name) {
     return static_cast<Index>(std::ranges::find(names_, name) - names_.begin());
   };
@@ -33,47 +36,56 @@ ForceProbe::ForceProbe(const Scene& scene, const Model& model)
     pairs_.push_back({index(pair.bodies.names[0]), index(pair.bodies.names[1])});
 }
 
-std::vector<BodyForces> ForceProbe::forces(const Simulation& simulation) const {
-  std::vector<BodyForces> all(names_.size());
-  for (std::size_t b = 0; b < all.size(); ++b)
-    all[b].contact.about = simulation.center_of_mass(static_cast<Index>(b));
-  for (const PairWrench& pair : simulation.pair_wrenches()) {
+void ForceProbe::add_contacts(const std::vector<PairWrench>& touching, ForcesOfStep& all) const {
+  for (const PairWrench& pair : touching) {
+    all.normal += pair.normal;
     if (pair.body_a == pair.body_b) continue;
-    add(pair.on_b, 1.0, at(all, pair.body_b).contact);
-    add(pair.on_b, -1.0, at(all, pair.body_a).contact);
+    add(pair.on_b, 1.0, at(all.bodies, pair.body_b).contact);
+    add(pair.on_b, -1.0, at(all.bodies, pair.body_a).contact);
   }
-  for (std::size_t b = 0; b < all.size(); ++b) {
-    if (held_[b] == 0) continue;
-    const Vec3& center = all[b].contact.about;
-    if (simulation.metrics().step == 0) {
-      all[b].held = Wrench{.force = {}, .torque = {}, .about = center};
-    } else if (motions_[b] >= 0) {
-      all[b].held = simulation.reaction_of_motion(motions_[b], center);
-    } else {
-      all[b].held = simulation.reaction_of_body(static_cast<Index>(b), center);
-    }
-  }
-  return all;
+  for (const BodyForces& body : all.bodies) all.largest = std::max(all.largest, length(body.contact.force));
 }
 
-std::vector<PairWrench> ForceProbe::pair_forces(const Simulation& simulation) const {
-  if (pairs_.empty()) return {};
-  const std::vector<PairWrench> there = simulation.pair_wrenches();
-  std::vector<PairWrench> wanted;
-  for (const auto& [first, second] : pairs_) {
-    PairWrench pair{.body_a = first, .body_b = second};
-    pair.on_b.about = simulation.center_of_mass(second);
-    for (const PairWrench& other : there) {
-      const bool same = other.body_a == first && other.body_b == second;
-      const bool reverse = other.body_a == second && other.body_b == first;
-      if (!same && !reverse) continue;
-      pair.contacts = other.contacts;
-      pair.normal = other.normal;
-      add(other.on_b, same ? 1.0 : -1.0, pair.on_b);
+void ForceProbe::add_held(const Simulation& simulation, ForcesOfStep& all) const {
+  for (std::size_t b = 0; b < all.bodies.size(); ++b) {
+    if (held_[b] == 0) continue;
+    const Vec3& center = all.bodies[b].contact.about;
+    if (simulation.metrics().step == 0) {
+      all.bodies[b].held = Wrench{.force = {}, .torque = {}, .about = center};
+    } else if (motions_[b] >= 0) {
+      all.bodies[b].held = simulation.reaction_of_motion(motions_[b], center);
+    } else {
+      all.bodies[b].held = simulation.reaction_of_body(static_cast<Index>(b), center);
     }
-    wanted.push_back(pair);
   }
-  return wanted;
+}
+
+PairWrench ForceProbe::force_of(const Pair& named, const std::vector<PairWrench>& touching,
+                                const Vec3& center) const {
+  PairWrench pair{.body_a = named.first, .body_b = named.second};
+  pair.on_b.about = center;
+  for (const PairWrench& other : touching) {
+    const bool same = other.body_a == named.first && other.body_b == named.second;
+    const bool reverse = other.body_a == named.second && other.body_b == named.first;
+    if (!same && !reverse) continue;
+    pair.contacts = other.contacts;
+    pair.normal = other.normal;
+    add(other.on_b, same ? 1.0 : -1.0, pair.on_b);
+  }
+  return pair;
+}
+
+ForcesOfStep ForceProbe::forces(const Simulation& simulation) const {
+  ForcesOfStep all;
+  all.bodies.resize(names_.size());
+  for (std::size_t b = 0; b < all.bodies.size(); ++b)
+    all.bodies[b].contact.about = simulation.center_of_mass(static_cast<Index>(b));
+  const std::vector<PairWrench> touching = simulation.pair_wrenches();
+  add_contacts(touching, all);
+  add_held(simulation, all);
+  for (const Pair& pair : pairs_)
+    all.pairs.push_back(force_of(pair, touching, at(all.bodies, pair.second).contact.about));
+  return all;
 }
 
 }  // namespace palpate::app

@@ -17,6 +17,16 @@ struct BodyForces {
   std::optional<Wrench> held{};  ///< by what holds its points; of a body with a motion: by its motor
 };
 
+/// The forces of a step.
+struct ForcesOfStep {
+  std::vector<BodyForces> bodies;  ///< (n_bodies)
+  /// Of the first on the second of each pair that the scene names, torque about the centre of mass of the
+  /// second.
+  std::vector<PairWrench> pairs;
+  double normal = 0.0;   ///< sum of the normal forces of all contacts: how hard they press
+  double largest = 0.0;  ///< force of contacts on a body
+};
+
 /// The forces on all bodies, and those of pairs that a scene names.
 class ForceProbe {
  public:
@@ -25,8 +35,8 @@ class ForceProbe {
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool is_held(std::size_t body) const { return held_[body] != 0; }
-  /// Of the last step: (n_bodies). O(contacts log + points).
-  [[nodiscard]] std::vector<BodyForces> forces(const Simulation& simulation) const;
+  /// Of the last step. O(contacts log + points).
+  [[nodiscard]] ForcesOfStep forces(const Simulation& simulation) const;
 
   /// Two bodies that the scene names, in its order.
   struct Pair {
@@ -34,12 +44,15 @@ class ForceProbe {
     Index second;
   };
   [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
-  /// Of the first on the second, torque about the centre of mass of the second, in the order of pairs().
-  [[nodiscard]] std::vector<PairWrench> pair_forces(const Simulation& simulation) const;
 
  private:
+  void add_contacts(const std::vector<PairWrench>& touching, ForcesOfStep& all) const;
+  void add_held(const Simulation& simulation, ForcesOfStep& all) const;
+  [[nodiscard]] PairWrench force_of(const Pair& named, const std::vector<PairWrench>& touching,
+                                    const Vec3& center) const;
+
   std::vector<std::string> names_;
-  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed or on rails
+  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed, if only along an axis, or on rails
   std::vector<Index> motions_;      ///< (n_bodies) the body's own motion, or -1
   std::vector<Pair> pairs_;
 };

@@ -49,8 +49,13 @@ void describe(Archive& archive, RunOutcome& o) {
 }
 
 template <class Archive>
+void describe(Archive& archive, FieldMaximum& m) {
+  archive(m.name, m.value, m.step, m.body, m.item, m.of_tets, m.place);
+}
+
+template <class Archive>
 void describe(Archive& archive, FramesSoFar& frames) {
-  archive(frames.times, frames.last_step);
+  archive(frames.times, frames.last_step, frames.maxima);
 }
 
 template <class Archive>

@@ -18,7 +18,7 @@
 
 namespace palpate::app {
 
-inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 3};
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 4};
 
 /// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
 struct RunPlan {

@@ -45,17 +45,16 @@ void add_wrench(std::string& line, const Wrench& wrench) {
 }  // namespace
 
 ForcesFile::ForcesFile(std::filesystem::path path, const ForceProbe& probe, const Units& units)
-    : probe_(probe), file_(std::move(path), header(probe, units)) {}
-ForcesFile::ForcesFile(std::filesystem::path path, const ForceProbe& probe, std::uint64_t bytes)
-    : probe_(probe), file_(std::move(path), bytes) {}
+    : file_(std::move(path), header(probe, units)) {}
+ForcesFile::ForcesFile(std::filesystem::path path, std::uint64_t bytes) : file_(std::move(path), bytes) {}
 
-void ForcesFile::add(const Simulation& simulation, const std::vector<BodyForces>& forces) {
+void ForcesFile::add(const Simulation& simulation, const ForcesOfStep& forces) {
   std::string line = fmt::format("{},{}", simulation.metrics().step, exact_text(simulation.metrics().time));
-  for (const BodyForces& body : forces) {
+  for (const BodyForces& body : forces.bodies) {
     add_wrench(line, body.contact);
     if (body.held) add_wrench(line, *body.held);
   }
-  for (const PairWrench& pair : probe_.pair_forces(simulation)) {
+  for (const PairWrench& pair : forces.pairs) {
     add_wrench(line, pair.on_b);
     line.append(1, ',').append(exact_text(pair.normal));
   }

@@ -14,18 +14,17 @@ namespace palpate::app {
 /// the second. Torques are about centres of mass.
 class ForcesFile {
  public:
-  /// As CsvFile has them. \param probe  must outlive this
+  /// As CsvFile has them.
   ForcesFile(std::filesystem::path path, const ForceProbe& probe, const Units& units);
-  ForcesFile(std::filesystem::path path, const ForceProbe& probe, std::uint64_t bytes);
+  ForcesFile(std::filesystem::path path, std::uint64_t bytes);
 
   /// A row of the last step. \param forces  what the probe found
-  void add(const Simulation& simulation, const std::vector<BodyForces>& forces);
+  void add(const Simulation& simulation, const ForcesOfStep& forces);
   void flush() { file_.flush(); }
   void sync() { file_.sync(); }
   [[nodiscard]] std::uint64_t bytes() const { return file_.bytes(); }
 
  private:
-  const ForceProbe& probe_;
   CsvFile file_;
 };
 

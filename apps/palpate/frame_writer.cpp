@@ -30,7 +30,8 @@ FrameWriter::FrameWriter(const std::filesystem::path& folder, const OutputSettin
       every_(output.every),
       fields_(output.fields.names),
       units_(units),
-      last_step_(so_far.last_step) {}
+      last_step_(so_far.last_step),
+      maxima_(so_far.maxima) {}
 
 void FrameWriter::add(const Simulation& simulation, bool always) {
   const std::int64_t step = simulation.metrics().step;
@@ -55,6 +56,7 @@ void FrameWriter::add(const Simulation& simulation, bool always) {
                                     .speed_unit = unit_name(units_, dimension::speed),
                                     .point_fields = of_points,
                                     .tet_fields = of_tets});
+  raise_maxima(simulation, fields, maxima_);
   last_step_ = step;
 }
 

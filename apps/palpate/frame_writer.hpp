@@ -7,6 +7,7 @@
 
 #include <palpate/simulation.hpp>
 
+#include "field_maxima.hpp"
 #include "io/series_writer.hpp"
 #include "scene/scene.hpp"
 
@@ -16,6 +17,7 @@ namespace palpate::app {
 struct FramesSoFar {
   std::vector<double> times;
   std::int64_t last_step = -1;  ///< of the last one
+  std::vector<FieldMaximum> maxima{};
 };
 
 /// Writes the states of a run as a series of .vtu frames: every so many steps, and those it is told to.
@@ -33,7 +35,9 @@ class FrameWriter {
   [[nodiscard]] std::size_t count() const { return series_.frame_count(); }
   /// Numbers of frames so far that are gone.
   [[nodiscard]] const std::vector<std::size_t>& missing() const { return series_.missing_frames(); }
-  [[nodiscard]] FramesSoFar so_far() const { return {series_.times(), last_step_}; }
+  [[nodiscard]] FramesSoFar so_far() const { return {series_.times(), last_step_, maxima_}; }
+  /// Of the fields that frames have, over all frames.
+  [[nodiscard]] const std::vector<FieldMaximum>& maxima() const { return maxima_; }
   [[nodiscard]] const std::filesystem::path& collection() const { return series_.collection_path(); }
 
  private:
@@ -42,6 +46,7 @@ class FrameWriter {
   std::vector<std::string> fields_;
   Units units_;
   std::int64_t last_step_;
+  std::vector<FieldMaximum> maxima_;
   std::vector<std::uint8_t> in_contact_;
   std::vector<double> depths_;
 };

@@ -85,14 +85,12 @@ struct SceneFacts {
   SceneInput input;
   Simulation simulation;  ///< at the start
   std::vector<std::uint8_t> obstacles;
-  std::vector<std::uint8_t> fixed;  ///< (n_points)
+  std::vector<std::uint8_t> fixed;       ///< (n_points)
+  std::vector<std::uint8_t> fixed_axes;  ///< (n_points), or empty
 
-  [[nodiscard]] Index fixed_points(Index body) const {
-    Index count = 0;
-    const Range points = at(simulation.bodies().bodies(), body).points;
-    for (Index p = points.begin; p < points.end; ++p) count += at(fixed, p) != 0 ? 1 : 0;
-    return count;
-  }
+  [[nodiscard]] Index fixed_points(Index body) const { return flags_of(body, fixed); }
+  /// Of those that only some axes are fixed of.
+  [[nodiscard]] Index sliding_points(Index body) const { return flags_of(body, fixed_axes); }
   /// Of all pairs: rigid bodies that overlap do nothing to each other in a run, but what lies between them
   /// has no room.
   [[nodiscard]] std::vector<Overlap> overlaps() const {
@@ -105,6 +103,15 @@ struct SceneFacts {
   [[nodiscard]] const MeshRecord* file(Index body) const {
     const auto& record = input.files[static_cast<std::size_t>(body)];
     return record ? &*record : nullptr;
+  }
+
+ private:
+  /// Points of a body that have a flag.
+  [[nodiscard]] Index flags_of(Index body, std::span<const std::uint8_t> flags) const {
+    Index count = 0;
+    const Range points = at(simulation.bodies().bodies(), body).points;
+    for (Index p = points.begin; p < points.end && !flags.empty(); ++p) count += at(flags, p) != 0 ? 1 : 0;
+    return count;
   }
 };
 
@@ -128,7 +135,8 @@ Json scene_json(const SceneFacts& facts) {
     Json body{{"name", at(bodies.bodies(), b).name},
               {"obstacle", at(facts.obstacles, b) != 0},
               {"mass", at(facts.simulation.masses(), b)},
-              {"fixed_points", facts.fixed_points(b)}};
+              {"fixed_points", facts.fixed_points(b)},
+              {"points_with_fixed_axes", facts.sliding_points(b)}};
     body.update(statistics_json(mesh_statistics(bodies, bodies.points_rest(), b)));
     body.update(notes_json(facts.file(b), at(bodies.notes(), b)));
     json["bodies"].push_back(std::move(body));
@@ -139,8 +147,12 @@ Json scene_json(const SceneFacts& facts) {
 /// "obstacle", "12 points fixed" or nothing.
 std::string remark(const SceneFacts& facts, Index b) {
   if (at(facts.obstacles, b) != 0) return "  obstacle";
-  const Index fixed = facts.fixed_points(b);
-  return fixed > 0 ? fmt::format("  {} fixed", counted(static_cast<std::size_t>(fixed), "point")) : "";
+  std::string text;
+  if (const Index fixed = facts.fixed_points(b); fixed > 0)
+    text += fmt::format("  {} fixed", counted(static_cast<std::size_t>(fixed), "point"));
+  if (const Index sliding = facts.sliding_points(b); sliding > 0)
+    text += fmt::format("  {} with fixed axes", counted(static_cast<std::size_t>(sliding), "point"));
+  return text;
 }
 
 std::string body_line(const SceneFacts& facts, Index b) {
@@ -178,8 +190,10 @@ int scene_info(const InfoOptions& options) {
   SceneInput input = read_scene_input(options.what);
   std::vector<std::uint8_t> obstacles = input.model.obstacles;
   std::vector<std::uint8_t> fixed = input.model.fixed_points;
+  std::vector<std::uint8_t> fixed_axes = input.model.fixed_axes;
   Simulation simulation = make_simulation(input.scene, std::move(input.model), 0);
-  const SceneFacts facts{std::move(input), std::move(simulation), std::move(obstacles), std::move(fixed)};
+  const SceneFacts facts{std::move(input), std::move(simulation), std::move(obstacles), std::move(fixed),
+                         std::move(fixed_axes)};
   print_out(options.json ? format_json(scene_json(facts)) + "\n" : scene_text(facts));
   return exit_done;
 }

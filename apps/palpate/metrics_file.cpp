@@ -27,7 +27,9 @@ std::string header(const Units& units) {
   line += in("kinetic_energy", unit_name(units, dimension::energy)) +
           in("elastic_energy", unit_name(units, dimension::energy));
   return line + in("largest_speed", unit_name(units, dimension::speed)) +
-         in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) + "\n";
+         in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) +
+         in("normal_force", unit_name(units, dimension::force)) +
+         in("largest_contact_force", unit_name(units, dimension::force)) + "\n";
 }
 
 }  // namespace
@@ -36,7 +38,7 @@ MetricsFile::MetricsFile(std::filesystem::path path, const Units& units)
     : file_(std::move(path), header(units)) {}
 MetricsFile::MetricsFile(std::filesystem::path path, std::uint64_t bytes) : file_(std::move(path), bytes) {}
 
-void MetricsFile::add(const StepMetrics& m, double step_seconds) {
+void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces, double step_seconds) {
   std::string line = fmt::format("{},{}", m.step, exact_text(m.time));
   const DetectionTimes& t = m.detection_seconds;
   for (const double seconds : {t.grid, t.contacts, t.border_edges, t.crossings, t.depth, m.forces_seconds,
@@ -59,8 +61,8 @@ void MetricsFile::add(const StepMetrics& m, double step_seconds) {
                       points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
                       m.speculative_contacts, m.solves, m.solver_iterations, m.solver_converged ? 1 : 0,
                       m.inverted_tets);
-  for (const double value :
-       {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest}) {
+  for (const double value : {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest,
+                             forces.normal, forces.largest}) {
     line.append(1, ',').append(exact_text(value));
   }
   line += '\n';

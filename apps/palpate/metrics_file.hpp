@@ -5,6 +5,7 @@
 
 #include <palpate/simulation.hpp>
 
+#include "body_forces.hpp"
 #include "csv_file.hpp"
 #include "scene/scene.hpp"
 
@@ -18,8 +19,9 @@ class MetricsFile {
   MetricsFile(std::filesystem::path path, const Units& units);
   MetricsFile(std::filesystem::path path, std::uint64_t bytes);
 
+  /// \param forces        of the step
   /// \param step_seconds  wall time of the whole step; 0 for the start
-  void add(const StepMetrics& metrics, double step_seconds);
+  void add(const StepMetrics& metrics, const ForcesOfStep& forces, double step_seconds);
   void flush() { file_.flush(); }
   void sync() { file_.sync(); }
   [[nodiscard]] std::uint64_t bytes() const { return file_.bytes(); }

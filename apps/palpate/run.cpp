@@ -188,7 +188,7 @@ MetricsFile open_metrics(const Begin& begin) {
 
 ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   const fs::path path = begin.folder / "forces.csv";
-  if (begin.checkpoint) return {path, probe, begin.checkpoint->checkpoint.forces_bytes};
+  if (begin.checkpoint) return {path, begin.checkpoint->checkpoint.forces_bytes};
   return {path, probe, begin.input.scene.units};
 }
 
@@ -269,6 +269,7 @@ int run(const RunOptions& options) {
                      .resumed_from = first,
                      .folder = folder,
                      .frames = outputs.frames.count(),
+                     .maxima = outputs.frames.maxima(),
                      .pictures = pictures,
                      .most_steps = begin.plan.most_steps,
                      .threads = parallel::Threads(options.threads).count(),

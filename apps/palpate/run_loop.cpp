@@ -44,13 +44,14 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
 }
 
-/// A row of forces, and the largest so far.
-void note_forces(const Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs) {
-  const std::vector<BodyForces> forces = outputs.probe.forces(simulation);
+/// A row of metrics and one of forces, and the largest forces so far.
+void add_rows(const Simulation& simulation, double seconds, RunOutcome& outcome, const RunOutputs& outputs) {
+  const ForcesOfStep forces = outputs.probe.forces(simulation);
+  outputs.metrics.add(simulation.metrics(), forces, seconds);
   outputs.forces.add(simulation, forces);
-  outcome.largest_forces.resize(forces.size());
-  for (std::size_t b = 0; b < forces.size(); ++b) {
-    const double force = length(forces[b].contact.force);
+  outcome.largest_forces.resize(forces.bodies.size());
+  for (std::size_t b = 0; b < forces.bodies.size(); ++b) {
+    const double force = length(forces.bodies[b].contact.force);
     if (force > outcome.largest_forces[b].force)
       outcome.largest_forces[b] = {force, simulation.metrics().step};
   }
@@ -68,8 +69,7 @@ bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs
   const double seconds = watch.lap();
   outcome.times.add(simulation.metrics(), seconds);
   count(outcome, simulation.metrics(), simulation.settings().time_step);
-  outputs.metrics.add(simulation.metrics(), seconds);
-  note_forces(simulation, outcome, outputs);
+  add_rows(simulation, seconds, outcome, outputs);
   return true;
 }
 
@@ -98,8 +98,7 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
   outcome.shortest_edge = shortest_edge(simulation.bodies());
   if (!before) {
     count(outcome, simulation.metrics(), simulation.settings().time_step);
-    metrics.add(simulation.metrics(), 0.0);
-    note_forces(simulation, outcome, outputs);
+    add_rows(simulation, 0.0, outcome, outputs);
     frames.add(simulation, true);
   }
   while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {

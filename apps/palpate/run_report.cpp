@@ -69,6 +69,23 @@ Json stress_json(const LargestStress& largest) {
   return {{"largest_von_mises", largest.von_mises}, {"tet", largest.tet}, {"place", to_json(largest.place)}};
 }
 
+/// The largest values of the fields that frames have; null without one.
+Json fields_json(const RunReport& report) {
+  if (report.maxima.empty()) return {};
+  Json json = Json::object();
+  for (const FieldMaximum& most : report.maxima) {
+    if (most.step < 0) continue;  // no frame had a number
+    const FieldInfo* const info = find_field(most.name);
+    json[most.name] = {{"largest", most.value},
+                       {"unit", unit_name(report.scene.units, info->dimension)},
+                       {"step", most.step},
+                       {"body", at(report.simulation.bodies().bodies(), most.body).name},
+                       {most.of_tets ? "tet" : "point", most.item},
+                       {"place", to_json(most.place)}};
+  }
+  return json;
+}
+
 /// What numbers of each kind are in.
 Json units_json(const Units& units) {
   Json json = Json::object();
@@ -84,7 +101,7 @@ Json units_json(const Units& units) {
 
 Json bodies_json(const RunReport& report) {
   const Simulation& sim = report.simulation;
-  const std::vector<BodyForces> forces = report.probe.forces(sim);
+  const std::vector<BodyForces> forces = report.probe.forces(sim).bodies;
   const std::vector<LargestStress> stresses = largest_stresses(sim);
   Json list = Json::array();
   for (Index b = 0; b < sim.bodies().body_count(); ++b) {
@@ -262,6 +279,7 @@ nlohmann::ordered_json report_json(const RunReport& report) {
       overlaps_json(report.simulation.bodies(),
                     overlaps(report.simulation.bodies(), report.simulation.detector().contacts()));
   json["bodies"] = bodies_json(report);
+  json["fields"] = fields_json(report);
   json["scene"] = Json::parse(write_scene(report.scene));
   return json;
 }

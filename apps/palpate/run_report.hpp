@@ -29,6 +29,7 @@ struct RunReport {
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::filesystem::path folder;
   std::size_t frames = 0;
+  std::vector<FieldMaximum> maxima;             ///< of the fields that frames have
   std::vector<std::filesystem::path> pictures;  ///< picture.png and the views; empty where none was taken
   std::int64_t most_steps = 0;
   int threads = 0;

@@ -69,7 +69,7 @@ std::string notes_lines(const RunReport& report) {
 std::string forces_lines(const RunReport& report) {
   constexpr std::size_t most_lines = 8;
   const Units& units = report.scene.units;
-  const std::vector<BodyForces> forces = report.probe.forces(report.simulation);
+  const std::vector<BodyForces> forces = report.probe.forces(report.simulation).bodies;
   std::string text;
   std::size_t lines = 0;
   for (std::size_t b = 0; b < forces.size(); ++b) {

@@ -84,11 +84,15 @@ struct Model {
   std::vector<Material> materials{};  ///< of each body (of an obstacle only the density counts), then others
   std::vector<Index> material_of_tet{};      ///< (n_tets) index into materials; or empty: that of its body
   std::vector<std::uint8_t> fixed_points{};  ///< (n_points) 1: does not deform freely; or empty
-  std::vector<std::uint8_t> obstacles{};     ///< (n_bodies) 1: rigid, no point of it is free; or empty
-  std::vector<Motion> motions{};             ///< rails for obstacles and attached points
-  std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
-  std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
-  std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
+  /// (n_points) axes of the world along which a point does not move, 1 (x) + 2 (y) + 4 (z), 7 as
+  /// fixed_points: rollers and planes of symmetry; or empty. Of no account where a point is fixed or on
+  /// rails.
+  std::vector<std::uint8_t> fixed_axes{};
+  std::vector<std::uint8_t> obstacles{};  ///< (n_bodies) 1: rigid, no point of it is free; or empty
+  std::vector<Motion> motions{};          ///< rails for obstacles and attached points
+  std::vector<Index> motion_of_point{};   ///< (n_points) index into motions, or -1; or empty
+  std::vector<Vec3> forces{};             ///< (n_points) loads on points, N; or empty
+  std::vector<Vec3> velocities{};         ///< (n_points) of free points at the start, m/s; or empty
   std::vector<Grab> grabs{};
   std::vector<Tie> ties{};
   std::vector<PointLoad> point_loads{};      ///< besides `forces`

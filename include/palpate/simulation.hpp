@@ -70,6 +70,12 @@ class Simulation {
   /// next step, wherever they were. Throws Error, and changes nothing, on a number out of range and on a
   /// motion that the constructor would refuse. O(keyframes).
   void set_motion(Index number, Motion motion);
+  /// Points on a motion of the model are at this pose at the end of the next step, at constant speed, and
+  /// stay there: a motion of this one keyframe about the same center. Its time does not count. Throws Error,
+  /// and changes nothing, as set_motion() does. O(1).
+  void move_to(Index number, const Keyframe& pose);
+  /// The motion that a number of the model's motions has now. Throws Error on a number out of range.
+  [[nodiscard]] const Motion& motion(Index number) const;
   /// Loads a point with a force (N) from the next step on, in place of the one before; zero takes it off.
   /// Throws Error on a point out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
@@ -83,7 +89,8 @@ class Simulation {
   void set_pressure(std::span<const Index> triangles, double pressure);
   /// Puts points elsewhere, or gives them other velocities (m, m/s), values[i] to points[i]; the contacts are
   /// those at the new positions at once. Throw Error, and change nothing, on a point out of range, one on
-  /// rails (and for velocities one that is fixed), a value that is not finite, and lengths that differ.
+  /// rails (and for velocities one that is fixed, or a velocity along an axis that is), a value that is not
+  /// finite, and lengths that differ.
   /// O(all points), and for positions a detection.
   void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
   void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
@@ -128,8 +135,8 @@ class Simulation {
   void record_reactions(bool on);
   /// What held each point that is fixed or on rails during the last step, N: (n_points x 3), zero at free
   /// points. With it Newton's law holds for each of these points: it carries the weight of the point and
-  /// what accelerates it, and what tissue, contacts, ties, grabs and loads pull. Throws Error where the last
-  /// step did not note it.
+  /// what accelerates it, and what tissue, contacts, ties, grabs and loads pull. Of points with fixed axes
+  /// the force along these axes, else zero. Throws Error where the last step did not note it.
   [[nodiscard]] std::span<const Vec3> reactions() const;
   /// Sum of reactions() over the points of a body, or over those on a motion (what its motor had to give, for
   /// the body and the tissue attached to it), with torques at positions(). Throw Error as reactions() does,
@@ -145,6 +152,8 @@ class Simulation {
   /// most volume there count (of equal ones the first). What follows from the stress follows from its mean.
   /// O(tets), parallel.
   [[nodiscard]] TissueState tissue_at_points() const;
+  /// The same from what tissue() has just told, for those who want both.
+  [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets) const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
   /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its

@@ -24,6 +24,7 @@ from ._core import (
     Wrench,
     version as __version__,
 )
+from ._bodies import SimulationBodies, SimulationBody
 from ._detect import detect
 from ._error import Error, NotConverged
 from ._mesh import ball, box, read_mesh, write_mesh
@@ -53,6 +54,8 @@ __all__ = [
     "Ramp",
     "RelaxReport",
     "Simulation",
+    "SimulationBodies",
+    "SimulationBody",
     "StepMetrics",
     "SurfaceTractions",
     "TissueState",

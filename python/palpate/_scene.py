@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
 from ._error import Error
@@ -95,7 +95,8 @@ class Model(_core.Model):
 
         points: (n, 3) positions at the start, at rest, m. tets: (m, 4) indices of its own points, from 0.
         material: needed unless the body is rigid.
-        fixed: points that do not move, as indices or as a mask (n).
+        fixed: points that do not move, as indices or as a mask (n); or a mask (n, 3) of the axes of the world along which
+            each point does not move: rollers, planes of symmetry.
         velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: besides, about the mean of its
             points, rad/s. gravity: in place of that of the simulation, m/s^2.
         obstacle: rigid: no point of it moves but by its motion. motion: rails that make it rigid and move it.
@@ -104,20 +105,32 @@ class Model(_core.Model):
         """
         label = f"body {len(self.bodies)}" if name is None else name
         positions = _arrays.points(points, "points")
-        mask = np.zeros(len(positions), np.uint8)
-        mask[_arrays.selection(fixed, "fixed", len(positions))] = 1
+        axes = self._fixed_axes(fixed, len(positions))
         velocities = self._velocities(positions, velocity, angular_velocity)
         own_gravity = None if gravity is None else _arrays.vector(gravity, "gravity")
         if (obstacle or motion is not None) and self_collision:
             raise Error("Model.add_body", "self_collision", "True for a rigid body", "False: a rigid body has one shape")
         body = self._add_body(
-            label, positions, _arrays.tets(tets, "tets"), material, (0.0, 0.0, 0.0), mask, obstacle, self_collision, motion
+            label, positions, _arrays.tets(tets, "tets"), material, (0.0, 0.0, 0.0), axes, obstacle, self_collision, motion
         )
         if velocities.any():
             self._set_velocities(body, velocities)
         if own_gravity is not None:
             self._set_gravity(body, own_gravity)
         return body
+
+    @staticmethod
+    def _fixed_axes(fixed: ArrayLike, count: int) -> NDArray[np.uint8]:
+        """Of each point the sum of 1 (x), 2 (y) and 4 (z)."""
+        flags = np.asarray(fixed)
+        if flags.dtype == np.bool_ and flags.ndim == 2:
+            if flags.shape != (count, 3):
+                raise Error("fixed", "", f"a mask of shape {flags.shape}", f"shape ({count},) or ({count}, 3), or indices")
+            bits: NDArray[np.uint8] = (flags @ np.array([1, 2, 4])).astype(np.uint8)
+            return bits
+        axes = np.zeros(count, np.uint8)
+        axes[_arrays.selection(fixed, "fixed", count)] = 7
+        return axes
 
     @staticmethod
     def _velocities(positions: _arrays.Floats, velocity: ArrayLike, angular_velocity: ArrayLike) -> _arrays.Floats:
@@ -145,9 +158,11 @@ class Model(_core.Model):
         """
         self._attach(body, self._selection(body, points, "points"), to, stiffness)
 
-    def prescribe(self, body: int, points: ArrayLike, motion: _core.Motion) -> None:
-        """Moves points of a body that deforms (indices or a mask, in its own numbers) by a motion of their own."""
-        self._prescribe(body, self._selection(body, points, "points"), motion)
+    def prescribe(self, body: int, points: ArrayLike, motion: _core.Motion) -> int:
+        """Moves points of a body that deforms (indices or a mask, in its own numbers) by a motion of their own; returns its
+        number, for Simulation.move_prescribed() and its like.
+        """
+        return self._prescribe(body, self._selection(body, points, "points"), motion)
 
     def load(self, body: int, points: ArrayLike, force: ArrayLike, *, ramp: _core.Ramp | None = None) -> None:
         """A force, N, shared equally by points of a body (indices or a mask, in its own numbers), times the ramp's factor;

@@ -6,12 +6,13 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _arrays, _core
+from ._bodies import SimulationBodies, pose_of
 from ._error import Error, NotConverged
 from ._progress import bar
 from ._scene import Model, scene_dict, scene_of
@@ -92,7 +93,7 @@ class Simulation(_core.Simulation):
     def __repr__(self) -> str:
         try:
             metrics = self.metrics
-            return (f"<palpate.Simulation: step {metrics.step}, t = {metrics.time:.6g} s, {len(self.bodies)} bodies, "
+            return (f"<palpate.Simulation: step {metrics.step}, t = {metrics.time:.6g} s, {len(self._bodies)} bodies, "
                     f"{metrics.detection.contacts} contacts>")
         except Error:  # another thread is in a step of it
             return "<palpate.Simulation: busy in another thread>"
@@ -150,9 +151,14 @@ class Simulation(_core.Simulation):
         self._change(settings("Simulation.change", merged))
         self._settings = merged
 
+    @property
+    def bodies(self) -> SimulationBodies:
+        """All bodies in one index space; each of them, bodies["probe"], can be asked and driven by itself."""
+        return SimulationBodies(self)
+
     def body_number(self, body: int | str) -> int:
         """The number of a body, from its name or number. Raises Error where there is none."""
-        bodies = self.bodies
+        bodies = self._bodies
         if isinstance(body, str):
             names = [bodies[number].name for number in range(len(bodies))]
             if body not in names:
@@ -166,21 +172,32 @@ class Simulation(_core.Simulation):
         """Another motion in place of that of a body: its points are where the motion has them at the end of the next
         step, wherever they were. Raises Error, and changes nothing, on a body without a motion.
         """
-        self._set_motion(self.body_number(body), motion)
+        self._set_motion(self._motion_of(self.body_number(body)), motion)
 
     def move_to(
-        self, body: int | str, translate: ArrayLike, quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+        self, body: int | str, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None
     ) -> None:
         """Puts a body with a motion at a pose by the end of the next step, at constant speed, and holds it there.
 
-        translate: (3) shift from where the body is without its motion, m. quaternion: (w, x, y, z) of its turn about the
-        centre of its motion. Raises Error, and changes nothing, on a body without a motion.
+        pose: (3) shift from where the body is without its motion, m; or a rigid map as a (4, 4) matrix, which takes
+        points from there to where they shall be; or a Keyframe, whose time does not count. quaternion: beside a shift,
+        (w, x, y, z) of the turn about the centre of its motion. Raises Error, and changes nothing, on a body without a
+        motion and on what is no pose.
         """
-        turn = np.asarray(quaternion, dtype=np.float64)
-        if turn.shape != (4,):
-            raise Error("Simulation.move_to", "quaternion", f"an array of shape {turn.shape}", "four numbers")
-        w, x, y, z = turn.tolist()
-        self._move_to(self.body_number(body), _arrays.vector(translate, "translate"), (w, x, y, z))
+        self._place(self._motion_of(self.body_number(body)), pose, quaternion)
+
+    def set_prescribed(self, number: int, motion: _core.Motion) -> None:
+        """Another motion for points that Model.prescribe() moves; number: what it returned. As set_motion()."""
+        self._set_motion(number, motion)
+
+    def move_prescribed(
+        self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None
+    ) -> None:
+        """Puts points that Model.prescribe() moves at a pose; number: what it returned. As move_to()."""
+        self._place(number, pose, quaternion)
+
+    def _place(self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None) -> None:
+        self._move_to(number, *pose_of(pose, quaternion, self._motion(number).center))
 
     def set_force(self, point: int, force: ArrayLike) -> None:
         """Loads a point (of all points) with a force, N, from the next step on, in place of the one before."""
@@ -197,7 +214,7 @@ class Simulation(_core.Simulation):
         """Loads surface triangles (indices or a mask, of bodies.triangles) with a pressure, Pa, against their outward
         normals, from the next step on, in place of the one before; 0 takes it off. It follows the surface.
         """
-        self._set_pressure(_arrays.selection(triangles, "triangles", len(self.bodies.triangles)), pressure)
+        self._set_pressure(_arrays.selection(triangles, "triangles", len(self._bodies.triangles)), pressure)
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
         """Puts points (indices or a mask; None: all but those on rails) elsewhere, (n, 3), m; the contacts are those there
@@ -205,13 +222,14 @@ class Simulation(_core.Simulation):
         """
         chosen = self._free() if points is None else self._points(points)
         values = _arrays.points(positions, "positions")
-        if points is None and len(values) == len(self.bodies.points_rest):
+        if points is None and len(values) == len(self._bodies.points_rest):
             values = values[chosen]
         self._set_positions(chosen, self._rows(values, len(chosen), "positions"))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
         """Gives points (indices or a mask, of all points) other velocities, (n, 3) or (3) for all, m/s. Raises Error, and
-        changes nothing, on a point that is fixed or on rails and a number that is not finite.
+        changes nothing, on a point that is fixed or on rails, a velocity along an axis that is fixed, and a number that is
+        not finite.
         """
         chosen = self._points(points)
         self._set_velocities(chosen, self._rows(velocities, len(chosen), "velocities"))
@@ -236,7 +254,28 @@ class Simulation(_core.Simulation):
         reactions=True.
         """
         number = self.body_number(body)
-        return self._reaction_of_motion(number, self._about(number, about))
+        return self._reaction_of_motion(self._motion_of(number), self._about(number, about))
+
+    def reaction_of_prescribed(self, number: int, about: ArrayLike = (0.0, 0.0, 0.0)) -> _core.Wrench:
+        """What moving points by Model.prescribe() took during the last step; number: what it returned. Force and torque
+        about a point. Needs reactions=True.
+        """
+        return self._reaction_of_motion(number, _arrays.vector(about, "about"))
+
+    def field(self, name: str, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
+        """A field by the name that scenes and frames have for it (`output.fields`), as it is now, of all bodies. (n) or
+        (n, components), n points or tets. Symmetric tensors have xx, yy, zz, xy, yz, xz; SI units, or those of a scene.
+
+        Of points and tets, of tissue:
+        deformation_gradient (n, 9), strain (n, 6), stress (n, 6) Pa, von_mises (n) Pa, pressure (n) Pa,
+        principal_stress (n, 3) Pa, principal_directions (n, 9), energy_density (n) J/m^3, plastic_strain (n, 6),
+        volume_ratio (n). Those of points are means over the tets around, not across borders of materials.
+        Of points: contact_force (n, 3) N, contact_traction (n, 3) Pa, contact_pressure (n) Pa, reaction (n, 3) N.
+        tissue(), tissue_at_points(), tractions() and reactions tell the same in other shapes. Raises Error on another name.
+        """
+        if of not in ("points", "tets"):
+            raise Error("Simulation.field", "of", repr(of), "'points' or 'tets'")
+        return self._field(name, of == "tets")
 
     def center_of_mass(self, body: int | str) -> _arrays.Floats:
         """(3) centre of mass of a body as it is now, m."""
@@ -246,7 +285,7 @@ class Simulation(_core.Simulation):
         return _arrays.vector(self._center_of_mass(body) if about is None else about, "about")
 
     def _points(self, points: ArrayLike) -> _arrays.Indices:
-        return _arrays.selection(points, "points", len(self.bodies.points_rest))
+        return _arrays.selection(points, "points", len(self._bodies.points_rest))
 
     def _free(self) -> _arrays.Indices:
         return np.flatnonzero(~np.asarray(self._on_rails(), dtype=bool)).astype(np.int32)
@@ -271,7 +310,7 @@ class Simulation(_core.Simulation):
         """
         from ._view import grid_of
 
-        grid = grid_of(self.positions, self.bodies, self.contacts)
+        grid = grid_of(self.positions, self._bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
         for name, on_points, values in self._fields(list(fields)):
             (grid.point_data if on_points else grid.cell_data)[name] = values

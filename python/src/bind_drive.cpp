@@ -49,11 +49,13 @@ void bind_changes(Bound& simulation) {
              s.idle().set_velocities(values_of(points), points_of(values));
            })
       .def("_set_motion",
-           [](Simulation& s, Index body, Motion motion) { s.set_motion(body, std::move(motion)); })
+           [](Simulation& s, Index number, Motion motion) { s.idle().set_motion(number, std::move(motion)); })
       .def("_move_to",
-           [](Simulation& s, Index body, const Three& translate, const std::array<double, 4>& quaternion) {
-             s.move_to(body, {0.0, vector_of_three(translate), quaternion});
+           [](Simulation& s, Index number, const Three& translate, const std::array<double, 4>& quaternion) {
+             s.idle().move_to(number, {0.0, vector_of_three(translate), quaternion});
            })
+      .def("_motion_of", &Simulation::motion_of)
+      .def("_motion", [](Simulation& s, Index number) { return s.idle().motion(number); })
       .def("_change", [](Simulation& s, const Scene& scene) { s.change(scene); })
       .def("_grab",
            [](Simulation& s, Index point, const Three& target, double stiffness) {
@@ -99,8 +101,8 @@ void bind_forces_of(Bound& simulation) {
              return s.idle().reaction_of_body(body, vector_of_three(about));
            })
       .def("_reaction_of_motion",
-           [](Simulation& s, Index body, const Three& about) {
-             return s.idle().reaction_of_motion(s.motion_of(body), vector_of_three(about));
+           [](Simulation& s, Index number, const Three& about) {
+             return s.idle().reaction_of_motion(number, vector_of_three(about));
            })
       .def(
           "_fields",
@@ -116,6 +118,13 @@ void bind_forces_of(Bound& simulation) {
             return list;
           },
           nb::sig("def _fields(self, names: list[str]) -> list[tuple[str, bool, typing.Any]]"))
+      .def(
+          "_field",
+          [](Simulation& s, const std::string& name, bool of_tets) {
+            FieldArray field = field_array(s.idle(), name, of_tets);
+            return moved_rows(std::move(field.values), field.info->components);
+          },
+          nb::sig("def _field(self, name: str, of_tets: bool) -> numpy.typing.NDArray[numpy.float64]"))
       .def("_on_rails", [](Simulation& s) { return s.on_rails(); })
       .def("_center_of_mass",
            [](Simulation& s, Index body) {

@@ -223,8 +223,10 @@ void bind_model(nb::module_& m) {
           [](Model& model, Index body, const ArrayIn<Index, -1>& points, Index to,
              std::optional<double> stiffness) { model.attach(body, values_of(points), to, stiffness); },
           nb::arg("body"), nb::arg("points"), nb::arg("to"), nb::arg("stiffness").none())
-      .def("_prescribe", [](Model& model, Index body, const ArrayIn<Index, -1>& points,
-                            Motion motion) { model.prescribe(body, values_of(points), std::move(motion)); })
+      .def("_prescribe",
+           [](Model& model, Index body, const ArrayIn<Index, -1>& points, Motion motion) {
+             return model.prescribe(body, values_of(points), std::move(motion));
+           })
       .def(
           "_load",
           [](Model& model, Index body, const ArrayIn<Index, -1>& points, const Three& force,

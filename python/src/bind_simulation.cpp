@@ -80,7 +80,7 @@ void bind_simulation(nb::module_& m) {
           nb::arg("model"), nb::arg("scene"), nb::arg("threads"))
       .def("step", &Simulation::step, doc::Simulation_step)
       .def_prop_ro(
-          "bodies", [](Simulation& s) -> const Bodies& { return s.idle().bodies(); },
+          "_bodies", [](Simulation& s) -> const Bodies& { return s.idle().bodies(); },
           nb::rv_policy::reference_internal, doc::Simulation_bodies)
       .def_prop_ro(
           "positions", [](Simulation& s) { return copied<double>(s.idle().positions()); },

@@ -64,9 +64,7 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
 
   const std::size_t all = data_.bodies.points_rest().size();
   data_.fixed_points.resize(all, rigid ? 1 : 0);
-  for (std::size_t p = 0; p < options.fixed.size(); ++p) {
-    if (options.fixed[p] != 0) data_.fixed_points[all - n_points + p] = 1;
-  }
+  fix(options.fixed, all);
   data_.motion_of_point.resize(all, options.motion ? static_cast<Index>(data_.motions.size()) : -1);
   if (options.motion) data_.motions.push_back(std::move(*options.motion));
   if (!data_.forces.empty()) data_.forces.resize(all);
@@ -76,6 +74,21 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
     data_.velocities.resize(all, options.velocity);
   }
   return body;
+}
+
+/// The points of the last body.
+void Model::fix(std::span<const std::uint8_t> axes, std::size_t all) {
+  constexpr std::uint8_t every_axis = 7;
+  const bool some = std::ranges::any_of(axes, [](std::uint8_t a) { return a != 0 && a != every_axis; });
+  if (some || !data_.fixed_axes.empty()) data_.fixed_axes.resize(all, 0);
+  for (std::size_t p = 0; p < axes.size(); ++p) {
+    const std::size_t point = all - axes.size() + p;
+    if (axes[p] == every_axis) {
+      data_.fixed_points[point] = 1;
+    } else if (axes[p] != 0) {
+      data_.fixed_axes[point] = axes[p];
+    }
+  }
 }
 
 void Model::add_region(Index body, std::span<const Index> tets, const Material& material) {
@@ -134,10 +147,12 @@ void Model::follow(const Body& tissue, std::span<const Index> points, Index moti
   for (const Index point : points) at(data_.motion_of_point, tissue.points.begin + point) = motion;
 }
 
-void Model::prescribe(Index body, std::span<const Index> points, Motion motion) {
+Index Model::prescribe(Index body, std::span<const Index> points, Motion motion) {
   const Body& tissue = body_at(body, "Model.prescribe");
-  follow(tissue, points, static_cast<Index>(data_.motions.size()), "Model.prescribe");
+  const auto number = static_cast<Index>(data_.motions.size());
+  follow(tissue, points, number, "Model.prescribe");
   data_.motions.push_back(std::move(motion));
+  return number;
 }
 
 void Model::load(Index body, std::span<const Index> points, const Vec3& force, std::optional<Ramp> ramp) {

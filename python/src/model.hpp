@@ -17,7 +17,7 @@ struct BodyOptions {
   std::string name;
   std::optional<Material> material;
   Vec3 velocity{};
-  std::vector<std::uint8_t> fixed;  ///< (n_points) or empty
+  std::vector<std::uint8_t> fixed;  ///< (n_points) axes, as Model::fixed_axes has them; or empty
   bool obstacle = false;
   bool self_collision = false;
   std::optional<Motion> motion;
@@ -34,7 +34,8 @@ class Model {
   void add_region(Index body, std::span<const Index> tets, const Material& material);
   /// To a body with a motion, or by springs to one that deforms.
   void attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness);
-  void prescribe(Index body, std::span<const Index> points, Motion motion);
+  /// Returns the number of the motion.
+  Index prescribe(Index body, std::span<const Index> points, Motion motion);
   void load(Index body, std::span<const Index> points, const Vec3& force, std::optional<Ramp> ramp);
   /// On the surface triangles all of whose corners are among the points.
   void load_surface(Index body, std::span<const Index> points, SurfaceLoad load);
@@ -52,6 +53,7 @@ class Model {
 
  private:
   void tie(const Body& tissue, std::span<const Index> points, Index to, std::optional<double> stiffness);
+  void fix(std::span<const std::uint8_t> axes, std::size_t all);
   void follow(const Body& tissue, std::span<const Index> points, Index motion, const char* what);
   [[nodiscard]] const Body& body_at(Index body, const char* what) const;
   [[nodiscard]] Index point_at(const Body& body, Index point, const char* what) const;

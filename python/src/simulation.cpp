@@ -31,7 +31,6 @@ Simulation::Simulation(const Model& model, const Scene& scene, int threads)
   }
   on_rails_.resize(data.bodies.points_rest().size());
   for (std::size_t p = 0; p < data.motion_of_point.size(); ++p) on_rails_[p] = data.motion_of_point[p] >= 0;
-  for (const Motion& motion : data.motions) motion_centers_.push_back(motion.center);
   SimulationSettings settings = scene.settings;
   settings.detection.self_collision = model.self_collision();
   const nanobind::gil_scoped_release release;
@@ -87,18 +86,6 @@ Index Simulation::motion_of(Index body) const {
                 "a body that was given one");
   }
   return motion;
-}
-
-void Simulation::set_motion(Index body, Motion motion) {
-  const Index number = motion_of(body);
-  const Vec3 center = motion.center;
-  idle().set_motion(number, std::move(motion));
-  at(motion_centers_, number) = center;
-}
-
-void Simulation::move_to(Index body, const Keyframe& pose) {
-  const Index number = motion_of(body);
-  idle().set_motion(number, {at(motion_centers_, number), {pose}, Interpolation::linear});
 }
 
 void Simulation::change(const Scene& scene) {

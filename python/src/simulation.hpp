@@ -41,9 +41,6 @@ class Simulation {
   ContactForces acting_contacts();
   /// Strain and stress of the tets, or of the points. Lets other Python threads run.
   TissueState tissue(bool at_points);
-  /// From the next step on: a body with a motion goes by another one, or to a pose at the end of that step.
-  void set_motion(Index body, Motion motion);
-  void move_to(Index body, const Keyframe& pose);
   /// The body's motion. Throws Error where it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// (n_points) 1 where a motion moves a point.
@@ -62,7 +59,6 @@ class Simulation {
   std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
   std::vector<Index> motion_of_body_;         ///< (n_bodies), or -1
   std::vector<std::uint8_t> on_rails_;        ///< (n_points)
-  std::vector<Vec3> motion_centers_;          ///< (n_motions), m
   std::optional<RelaxReport> relaxed_;
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;

@@ -122,6 +122,14 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   }
   for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_})
     vector->resize(points);
+  for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
+}
+
+void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
+                              std::span<const std::uint8_t> axes) {
+  holds_ = AxisHolds(bodies, materials, axes, free_, masses_);
+  holds_.mark(held_axes_);
+  holds_.stop(velocities_);
 }
 
 /// The mass share and the stiffness factors of the matrix, linearise().
@@ -229,6 +237,7 @@ void Dynamics::compute_right_side() {
     right_side_[i] = padded(unpadded(free_right_side_[i]) + time_step_ * couplings_.start_force(point) -
                             couplings_.product(point));
   });
+  holds_.hold(time_step_, base_velocities_, right_side_);
 }
 
 /// The last step's dv; without one, that of free fall, which then is exact at any tolerance. The solver drops
@@ -334,6 +343,7 @@ bool Dynamics::follow_turns() {
 
 /// Where the solution leads to.
 void Dynamics::find_end() {
+  holds_.stop(base_velocities_, solution_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     mean_velocities_[i] = unpadded(base_velocities_[i]) + unpadded(solution_[i]);
     end_positions_[i] = positions_[i];
@@ -342,6 +352,7 @@ void Dynamics::find_end() {
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     at(end_positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
   }
+  holds_.keep(positions_, end_positions_);
 }
 
 void Dynamics::end_step() {
@@ -351,6 +362,7 @@ void Dynamics::end_step() {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       if (system_.free()[i] != 0) velocities_[i] -= turns_.excess_velocity(body_of_point_[i], positions_[i]);
     });
+    holds_.stop(velocities_);
   }
   std::swap(positions_, end_positions_);
   updated_ = false;
@@ -384,10 +396,15 @@ void Dynamics::set_positions(std::span<const Vec3> positions) {
 void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
   check_points(values, name);
   for (std::size_t i = 0; i < values.size(); ++i) target[i] = system_.free()[i] != 0 ? values[i] : Vec3{};
+  holds_.stop(target);
 }
 
 void Dynamics::set_velocities(std::span<const Vec3> velocities) {
   set_moving(velocities, "velocities", velocities_);
+}
+
+void Dynamics::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
+  for (std::size_t i = 0; i < points.size(); ++i) at(velocities_, points[i]) = velocities[i];
 }
 
 void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {

@@ -10,6 +10,7 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
+#include "fem/axis_holds.hpp"
 #include "fem/block_matrix.hpp"
 #include "fem/body_turns.hpp"
 #include "fem/conjugate_gradients.hpp"
@@ -65,6 +66,11 @@ class Dynamics {
            std::vector<std::uint8_t> obstacle_bodies, parallel::Threads threads);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
+
+  /// Free points do not move along these axes from the next step on (AxisHolds): the couplings of each step
+  /// must have those of holds() among them. Once, before the first step.
+  void set_fixed_axes(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes);
+  [[nodiscard]] const AxisHolds& holds() const { return holds_; }
 
   /// One implicit Euler step of length h with one linearisation of the tissue (Baraff & Witkin, "Large steps
   /// in cloth simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
@@ -129,7 +135,8 @@ class Dynamics {
   void find_held_elements();
   /// Between the last solve() and end_step(): the force that each point that is not free needs from outside,
   /// couplings apart, so that Newton's law holds there in the discrete form of step(): (n_points x 3), N,
-  /// zero at free points. The loads are those of begin_step(). O(n_points + elements at such points).
+  /// zero at free points but along axes that are held. The loads are those of begin_step(). O(n_points +
+  /// elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 
@@ -152,6 +159,8 @@ class Dynamics {
     return masses_;
   }  ///< (n_points), kg, also of obstacles
   [[nodiscard]] std::span<const std::uint8_t> free_points() const { return free_; }  ///< (n_points) 1: moves
+  /// (n_points) axes along which a point is not free: 7 where it is not free at all.
+  [[nodiscard]] std::span<const std::uint8_t> held_axes() const { return held_axes_; }
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
   [[nodiscard]] const Elements& elements() const { return elements_; }
 
@@ -161,6 +170,8 @@ class Dynamics {
   void set_positions(std::span<const Vec3> positions);
   void set_velocities(std::span<const Vec3> velocities);
   void set_velocity_changes(std::span<const Vec3> changes);
+  /// Velocities of some points that are free along them, finite: checked by the caller. O(points).
+  void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
   /// The same for values per element, of the lengths of plastic_strains() and inversion_clocks(). A strain
   /// is taken where the material can yield and stays zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
@@ -217,8 +228,10 @@ class Dynamics {
   std::vector<double> masses_;
   Elements elements_;
   std::vector<std::uint8_t> free_;
-  std::vector<std::uint8_t> rigid_;   ///< (n_bodies)
-  std::vector<Index> held_elements_;  ///< with a corner that is not free
+  std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
+  AxisHolds holds_;
+  std::vector<std::uint8_t> held_axes_;  ///< (n_points)
+  std::vector<Index> held_elements_;     ///< with a corner that is not free along all axes
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;

@@ -4,7 +4,7 @@
 #include "fem/dynamics.hpp"
 #include "fem/padded_vectors.hpp"
 
-// What holds the points that are not free.
+// What holds the points that are not free, or not along all axes.
 namespace palpate::fem {
 namespace {
 
@@ -31,7 +31,8 @@ void Dynamics::find_held_elements() {
   held_elements_.clear();
   for (Index e = 0; e < elements_.size(); ++e) {
     const Tet& corners = at(elements_.corners(), e);
-    if (std::ranges::any_of(corners, [&](Index p) { return at(free_, p) == 0; })) held_elements_.push_back(e);
+    if (std::ranges::any_of(corners, [&](Index p) { return at(held_axes_, p) != 0; }))
+      held_elements_.push_back(e);
   }
 }
 
@@ -40,19 +41,20 @@ void Dynamics::holding_forces(const Vec3& gravity, std::span<const Vec3> externa
   const auto elastic = elements_.point_forces();
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     forces[i] = {};
-    if (free_[i] != 0) continue;
+    if (held_axes_[i] == 0) continue;
     const Vec3 acceleration = (1.0 / time_step_) * (mean_velocities_[i] - velocities_[i]);
     forces[i] = masses_[i] * (acceleration - gravity) - unpadded(elastic[i]);
     if (!external_forces.empty()) forces[i] -= external_forces[i];
   }
   add_damping_forces(forces);
   add_stiff_forces(forces);
+  for (std::size_t i = 0; i < masses_.size(); ++i) forces[i] = along(held_axes_[i], forces[i]);
 }
 
 /// Damping by mass acts where there is tissue.
 void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
-    if (free_[i] == 0 && at(rigid_, body_of_point_[i]) == 0)
+    if (held_axes_[i] != 0 && at(rigid_, body_of_point_[i]) == 0)
       forces[i] += (masses_[i] * point_mass_damping_[i]) * mean_velocities_[i];
   }
 }
@@ -70,7 +72,7 @@ void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
       add_outer(stiff.g, 1.0, velocity, stiff.gradients[k]);
     }
     for (std::size_t k = 0; k < 4; ++k) {
-      if (at(free_, corners[k]) == 0) at(forces, corners[k]) += (1.0 / time_step_) * stiff.at_corner(k);
+      if (at(held_axes_, corners[k]) != 0) at(forces, corners[k]) += (1.0 / time_step_) * stiff.at_corner(k);
     }
   }
 }

@@ -143,14 +143,18 @@ std::string VtuArrays::bytes(const VtuArray& array, std::int64_t count) const {
   return BinaryArray(source_, array, structure_, data).read(static_cast<std::uint64_t>(count) * number_bytes);
 }
 
-std::vector<double> VtuArrays::reals(const VtuArray& array, std::int64_t count) const {
+std::vector<double> VtuArrays::reals_or_nan(const VtuArray& array, std::int64_t count) const {
   if (array.format == VtuArray::Format::ascii) {
     TextScanner scanner(source_, text_.substr(0, array.end));
     scanner.set_position(array.begin);
     const std::string what = "a number of " + array.name;
     return read_ascii<double>(scanner, array, count, [&](TextScanner& s) { return s.number(what.c_str()); });
   }
-  std::vector<double> values = decode_reals(bytes(array, count), array.type, structure_.swapped);
+  return decode_reals(bytes(array, count), array.type, structure_.swapped);
+}
+
+std::vector<double> VtuArrays::reals(const VtuArray& array, std::int64_t count) const {
+  std::vector<double> values = reals_or_nan(array, count);
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) continue;
     throw Error(source_, fmt::format("array {}, number {}", array.name, i), fmt::format("{}", values[i]),

@@ -41,6 +41,8 @@ class StructureReader {
         piece.strips.count = integer(grid_.strips_count);
     } else if (is_at({"VTKFile", grid_.type, "Piece", "Points", "DataArray"})) {
       open_array(result_.pieces.back().coordinates, "Points");
+    } else if (is_at({"VTKFile", grid_.type, "Piece", "PointData", "DataArray"})) {
+      open_point_data(result_.pieces.back().point_data);
     } else if (is_at({"VTKFile", grid_.type, "Piece", grid_.cells, "DataArray"})) {
       open_array_of(result_.pieces.back().cells);
     } else if (!grid_.strips.empty() && is_at({"VTKFile", grid_.type, "Piece", grid_.strips, "DataArray"})) {
@@ -76,14 +78,19 @@ class StructureReader {
     return absent;
   }
 
-  std::int64_t integer(std::string_view name) {
-    const std::string_view digits = attribute(name);
+  /// A whole number, 0 or more.
+  static std::optional<std::int64_t> count(std::string_view digits) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc{} || end != digits.data() + digits.size() || value < 0) {
-      fail(fmt::format("{}={}", name, in_quotes(digits)), "a whole number, 0 or more");
-    }
+    if (error != std::errc{} || end != digits.data() + digits.size() || value < 0) return std::nullopt;
     return value;
+  }
+  static bool is_count(std::string_view digits) { return count(digits).has_value(); }
+
+  std::int64_t integer(std::string_view name) {
+    const std::optional<std::int64_t> value = count(attribute(name));
+    if (!value) fail(fmt::format("{}={}", name, in_quotes(attribute(name))), "a whole number, 0 or more");
+    return *value;
   }
 
   [[noreturn]] void fail(const std::string& found, const std::string& expected) {
@@ -124,29 +131,43 @@ class StructureReader {
     }
   }
 
+  /// What a mesh does not need is no reason to refuse it: what cannot be read is left out.
+  void open_point_data(std::vector<VtuArray>& arrays) {
+    const std::string_view format = attribute("format", "ascii");
+    const bool known = format == "ascii" || format == "binary" || format == "appended";
+    if (!known || scalar_type(attribute("type")) == nullptr ||
+        !is_count(attribute("NumberOfComponents", "1")) ||
+        (format == "appended" && !is_count(attribute("offset"))))
+      return;
+    read_array(arrays.emplace_back(), attribute("Name"));
+  }
+
   void open_array(std::optional<VtuArray>& array, std::string_view name) {
     if (array) fail(fmt::format("a second array of {}", name), "one");
+    read_array(array.emplace(), name);
+  }
+
+  void read_array(VtuArray& array, std::string_view name) {
     const ScalarType* type = scalar_type(attribute("type"));
     if (type == nullptr) {
       fail(fmt::format("type={} of {}", in_quotes(attribute("type")), name),
            "a type of numbers such as Float64 or Int32");
     }
-    array.emplace();
-    array->name = name;
-    array->type = *type;
-    array->begin = tag_.end;
-    array->end = tag_.end;
-    if (!attribute("NumberOfComponents").empty()) array->components = integer("NumberOfComponents");
+    array.name = name;
+    array.type = *type;
+    array.begin = tag_.end;
+    array.end = tag_.end;
+    if (!attribute("NumberOfComponents").empty()) array.components = integer("NumberOfComponents");
     const std::string_view format = attribute("format", "ascii");
     if (format == "appended") {
-      array->format = VtuArray::Format::appended;
-      array->offset = static_cast<std::uint64_t>(integer("offset"));
+      array.format = VtuArray::Format::appended;
+      array.offset = static_cast<std::uint64_t>(integer("offset"));
     } else if (format == "binary") {
-      array->format = VtuArray::Format::binary;
+      array.format = VtuArray::Format::binary;
     } else if (format != "ascii") {
       fail(fmt::format("format={} of {}", in_quotes(format), name), "ascii, binary or appended");
     }
-    if (!tag_.closes) array_ = &*array;
+    if (!tag_.closes) array_ = &array;
   }
 
   /// The content of AppendedData is not XML where its encoding is raw: finds its end from the end of the

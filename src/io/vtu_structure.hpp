@@ -47,6 +47,7 @@ struct VtuPiece {
   std::optional<VtuArray> coordinates;
   VtuCells cells;
   VtuCells strips;
+  std::vector<VtuArray> point_data;  ///< those whose type of numbers is known
 };
 
 /// The outline of a .vtu file, before any number of an array is read.

@@ -9,10 +9,20 @@
 
 #include "geometry/vector.hpp"
 #include "scene/near.hpp"
+#include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
+
+constexpr std::uint8_t every_axis = 7;
+
+/// "xz" as Model::fixed_axes has it.
+std::uint8_t axes_of(const std::string& names) {
+  unsigned axes = 0;
+  for (const char name : names) axes |= 1U << static_cast<unsigned>(name - 'x');
+  return static_cast<std::uint8_t>(axes);
+}
 
 /// Fills in what a model knows of the points of one body.
 class BodyPoints {
@@ -31,6 +41,7 @@ class BodyPoints {
     fill_rigid(at(motions, body));
     fill_fixed();
     fill_attached();
+    fill_prescribed();
     fill_velocity();
     fill_loads();
     fill_gravity();
@@ -49,9 +60,36 @@ class BodyPoints {
   }
   void fill_fixed() {
     for (std::size_t s = 0; s < body_.fixed.size(); ++s) {
-      for (const Index i : select_(body_.fixed[s], path("fixed", s))) {
-        at(model_.fixed_points, range_.begin + i) = 1;
+      const Fixation& fixation = body_.fixed[s];
+      const std::uint8_t axes = axes_of(fixation.axes);
+      const bool whole = axes == every_axis;
+      if (!whole) model_.fixed_axes.resize(model_.bodies.points_rest().size());
+      for (const Index i : select_(fixation.points, path("fixed", s))) {
+        if (whole) {
+          at(model_.fixed_points, range_.begin + i) = 1;
+        } else {
+          at(model_.fixed_axes, range_.begin + i) |= axes;
+        }
       }
+    }
+  }
+  /// Motions of their own, after those of bodies.
+  void fill_prescribed() {
+    for (std::size_t s = 0; s < body_.prescribed.size(); ++s) {
+      const Prescription& prescription = body_.prescribed[s];
+      const std::string where = path("prescribed", s);
+      const auto motion = static_cast<Index>(model_.motions.size());
+      for (const Index i : select_(prescription.points, where)) {
+        Index& there = at(model_.motion_of_point, range_.begin + i);
+        if (there >= 0 || at(model_.fixed_points, range_.begin + i) != 0) {
+          throw Error(scene_.source, where,
+                      "point " + std::to_string(i) +
+                          (there >= 0 ? ", which follows another motion" : ", which is fixed"),
+                      "points that nothing else holds");
+        }
+        there = motion;
+      }
+      model_.motions.push_back(motion_of(prescription.motion));
     }
   }
   void fill_attached() {

@@ -44,7 +44,7 @@ class Sources {
     return *tets_;
   }
   const TissueState& points() {
-    if (!points_) points_ = simulation_.tissue_at_points();
+    if (!points_) points_ = simulation_.tissue_at_points(tets());
     return *points_;
   }
   const SurfaceTractions& surface() {
@@ -91,10 +91,15 @@ FieldArrays field_arrays(const Simulation& simulation, std::span<const std::stri
   return arrays;
 }
 
-std::vector<double> point_scalars(const Simulation& simulation, const std::string& name) {
+FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets) {
   const FieldInfo& info = known_field(name);
-  std::vector<double> values = Sources(simulation).at_points(info);
-  const auto width = static_cast<std::size_t>(info.components);
+  if (of_tets && !info.of_tets) throw Error("fields", "", "'" + name + "' of tets", "a field of tissue");
+  Sources sources(simulation);
+  return {&info, of_tets ? of_tissue(sources.tets(), info.name) : sources.at_points(info)};
+}
+
+std::vector<double> row_sizes(std::vector<double> values, int components) {
+  const auto width = static_cast<std::size_t>(components);
   if (width == 1) return values;
   std::vector<double> lengths(values.size() / width);
   for (std::size_t i = 0; i < lengths.size(); ++i) {
@@ -103,6 +108,11 @@ std::vector<double> point_scalars(const Simulation& simulation, const std::strin
     lengths[i] = std::sqrt(squares);
   }
   return lengths;
+}
+
+std::vector<double> point_scalars(const Simulation& simulation, const std::string& name) {
+  FieldArray field = field_array(simulation, name, false);
+  return row_sizes(std::move(field.values), field.info->components);
 }
 
 }  // namespace palpate

@@ -25,6 +25,13 @@ struct FieldArrays {
 /// wanted that the last step did not note; at the start, before the first step, they are zero.
 [[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
 
+/// One of them, of points or of tets. Throws Error as above, and where contacts or reactions are wanted of
+/// tets.
+[[nodiscard]] FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets);
+
+/// Of each row its number, or the length of its vector.
+[[nodiscard]] std::vector<double> row_sizes(std::vector<double> values, int components);
+
 /// One number for each point: the field, or the length of a vector. NaN where it has no value.
 [[nodiscard]] std::vector<double> point_scalars(const Simulation& simulation, const std::string& name);
 

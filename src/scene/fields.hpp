@@ -86,9 +86,19 @@ void describe(Visitor& v, NearSelection& near) {
   v.optional("box", near.box);
 }
 
+/// Whether a text names one to three axes, none twice.
+inline bool names_axes(std::string_view axes) {
+  const auto counted = [&](char axis) { return std::ranges::count(axes, axis); };
+  return !axes.empty() && std::ranges::all_of(axes, [](char c) { return 'x' <= c && c <= 'z'; }) &&
+         counted('x') <= 1 && counted('y') <= 1 && counted('z') <= 1;
+}
+
 template <class Visitor>
-void describe(Visitor& v, Selection& selection) {
-  v.one_of(selection, {"box", "sphere", "points", "near"});
+void describe(Visitor& v, Fixation& fixation) {
+  v.one_of(fixation.points, {"box", "sphere", "points", "near"});
+  v.field("axes", fixation.axes);
+  v.rule(names_axes(fixation.axes), "axes", "'" + fixation.axes + "'",
+         "some of the letters x, y and z, as \"xz\"");
 }
 
 template <class Visitor>
@@ -113,6 +123,12 @@ void describe(Visitor& v, SceneMotion& motion) {
   const auto late = std::adjacent_find(motion.keyframes.begin(), motion.keyframes.end(),
                                        [](const auto& a, const auto& b) { return b.time <= a.time; });
   v.rule(late == motion.keyframes.end(), "keyframes", "times that do not grow", "one later than the other");
+}
+
+template <class Visitor>
+void describe(Visitor& v, Prescription& prescription) {
+  v.one_of(prescription.points, {"box", "sphere", "points", "near"});
+  v.required("motion", prescription.motion);
 }
 
 template <class Visitor>
@@ -167,6 +183,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("material", body.material);
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
+  v.list("prescribed", body.prescribed);
   v.field("obstacle", body.obstacle);
   v.field("self_collision", body.self_collision);
   v.optional("motion", body.motion);
@@ -187,6 +204,7 @@ void describe(Visitor& v, SceneBody& body) {
     v.rule(list.empty() || !is_rigid(body), key, "it in a rigid body", "a body that deforms");
   };
   only_soft(body.regions, "regions");
+  only_soft(body.prescribed, "prescribed");
   only_soft(body.attached, "attached");
   only_soft(body.loads, "loads");
   only_soft(body.grabs, "grabs");

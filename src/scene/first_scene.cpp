@@ -94,8 +94,8 @@ SceneBody soft_body(const std::string& name, const std::string& file, const Plac
                .stiffness_damping = 0.01};
   if (!options.drop) {
     const Vec3 room = placed.size;
-    body.fixed.emplace_back(BoxSelection{rounded(Vec3{-room.x, -room.y, -held * height}),
-                                         rounded(Vec3{room.x, room.y, held * height})});
+    body.fixed.push_back({BoxSelection{rounded(Vec3{-room.x, -room.y, -held * height}),
+                                       rounded(Vec3{room.x, room.y, held * height})}});
   }
   return body;
 }

@@ -12,15 +12,11 @@
 #include "geometry/vector.hpp"
 #include "scene/body_mesh.hpp"
 #include "scene/body_points.hpp"
+#include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
-
-Turn turn_of(const Rotation& rotation) {
-  return rotation.quaternion ? palpate::turn_of(*rotation.quaternion)
-                             : turn_about(rotation.axis, rotation.angle);
-}
 
 Vec3 place(const Transform& transform, const Turn& turn, const Vec3& point) {
   const Vec3 scaled{transform.scale.x * point.x, transform.scale.y * point.y, transform.scale.z * point.z};
@@ -55,16 +51,6 @@ void add_all_regions(const Scene& scene, Model& model) {
     model.material_of_tet.resize(end, body);
     add_regions(scene, body, model);
   }
-}
-
-Motion motion_of(const SceneMotion& scene_motion) {
-  Motion motion{scene_motion.center, {}, scene_motion.interpolation};
-  for (const SceneKeyframe& key : scene_motion.keyframes) {
-    const Turn turn = turn_of(key.rotate);
-    motion.keyframes.push_back(
-        {key.time, key.translate, {turn.scalar, turn.vector.x, turn.vector.y, turn.vector.z}});
-  }
-  return motion;
 }
 
 /// Of rigid bodies that name none: its density counts, as their mass.

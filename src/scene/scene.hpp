@@ -75,6 +75,12 @@ struct NearSelection {
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
 
+/// Points that do not move, or only across some axes of the world.
+struct Fixation {
+  Selection points;
+  std::string axes{"xyz"};  ///< along which they do not move: x, y and z, each at most once
+};
+
 /// Selects tets by their 0-based index in the body's own mesh.
 struct TetSelection {
   std::vector<Index> indices;
@@ -106,6 +112,11 @@ struct Attachment {
   Selection points;
   std::optional<double> stiffness{};  ///< of each spring; only where `to` deforms
 };
+/// Points of a body that deforms that are moved: the displacement of a part of it is prescribed.
+struct Prescription {
+  Selection points;
+  SceneMotion motion;
+};
 /// A load on selected points, or on the surface triangles all of whose corners are selected: one of three.
 struct Load {
   std::optional<Vec3> force{};       ///< shared equally by the points
@@ -126,12 +137,13 @@ struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
-  std::optional<Material> material;   ///< always there for a body that is not an obstacle
-  Vec3 velocity{};                    ///< of all free points at the start, m/s
-  Vec3 angular_velocity{};            ///< besides, about the centre of mass at the start, rad/s
-  std::optional<Vec3> gravity{};      ///< in place of that of the scene
-  std::vector<Region> regions;        ///< other materials; of several for a tet the last counts
-  std::vector<Selection> fixed;       ///< points that do not move: the union of the selections
+  std::optional<Material> material;  ///< always there for a body that is not an obstacle
+  Vec3 velocity{};                   ///< of all free points at the start, m/s
+  Vec3 angular_velocity{};           ///< besides, about the centre of mass at the start, rad/s
+  std::optional<Vec3> gravity{};     ///< in place of that of the scene
+  std::vector<Region> regions;       ///< other materials; of several for a tet the last counts
+  std::vector<Fixation> fixed;       ///< points that do not move: the union of them
+  std::vector<Prescription> prescribed;
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
   bool self_collision = false;        ///< the body also touches itself
   std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it

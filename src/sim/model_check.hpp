@@ -25,11 +25,27 @@ inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
   return flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
 }
 
+/// The axes along which each point does not move, 0 to 7. Throws Error on another number.
+inline std::vector<std::uint8_t> axes_or_none(const Model& model) {
+  auto axes = flags_or_none(model.fixed_axes, model.bodies.points_rest().size(), "fixed_axes");
+  for (std::size_t p = 0; p < axes.size(); ++p) {
+    if (axes[p] > 7) {
+      throw Error("simulation", "fixed_axes[" + std::to_string(p) + "]", std::to_string(axes[p]),
+                  "a sum of 1 (x), 2 (y) and 4 (z)");
+    }
+  }
+  return axes;
+}
+
 /// 1 for each point that is fixed or on rails.
 inline std::vector<std::uint8_t> unfree_points(const Model& model) {
   auto flags = flags_or_none(model.fixed_points, model.bodies.points_rest().size(), "fixed_points");
   for (std::size_t p = 0; p < model.motion_of_point.size() && p < flags.size(); ++p) {
     if (model.motion_of_point[p] >= 0) flags[p] = 1;
+  }
+  const std::vector<std::uint8_t> axes = axes_or_none(model);
+  for (std::size_t p = 0; p < flags.size(); ++p) {
+    if (axes[p] == 7) flags[p] = 1;
   }
   return flags;
 }

@@ -124,6 +124,14 @@ void Rails::replace(Index number, Motion motion) {
   at(motions_, number) = std::move(motion);
 }
 
+void Rails::set_motions(std::vector<Motion> motions) {
+  if (motions.size() != motions_.size()) {
+    throw Error("motions", "", std::to_string(motions.size()) + " motions", std::to_string(motions_.size()));
+  }
+  for (std::size_t m = 0; m < motions.size(); ++m) check_motion(motions[m], element("", m));
+  motions_ = std::move(motions);
+}
+
 double Rails::end() const {
   double last = 0.0;
   for (const Motion& motion : motions_) last = std::max(last, motion.keyframes.back().time);

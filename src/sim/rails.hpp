@@ -29,6 +29,10 @@ class Rails {
   /// Another motion in the place of one. Throws Error, and changes nothing, on a number out of range and as
   /// the constructor does.
   void replace(Index number, Motion motion);
+  [[nodiscard]] std::span<const Motion> motions() const { return motions_; }
+  /// All of them. Throws Error, and changes nothing, on another number of motions and as the constructor
+  /// does.
+  void set_motions(std::vector<Motion> motions);
   /// Time of the last keyframe, s; 0 without motions. From then on nothing moves.
   [[nodiscard]] double end() const;
 

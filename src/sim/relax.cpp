@@ -86,6 +86,7 @@ class Relaxation {
         rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
         start_(rails_.start_positions(threads_, bodies_.points_rest())) {
+    dynamics_.set_fixed_axes(bodies_, materials_, axes_or_none(model));
     dynamics_.set_positions(start_);
     detector_.detect(dynamics_.positions());
   }
@@ -122,6 +123,7 @@ class Relaxation {
       law.stiffness *= factor_;
       fem::linearise(law, {.coefficient = 0.0, .time_step = time_step_}, {}, couplings_[c]);
     }
+    dynamics_.holds().append(time_step_, couplings_);
     last_.assign(dynamics_.positions().begin(), dynamics_.positions().end());
     dynamics_.step(time_step_, {}, {}, couplings_, solver_tolerance, solver_iterations);
     const bool moved = shorten_step(before);

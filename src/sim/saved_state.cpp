@@ -18,16 +18,6 @@ void describe(Archive& archive, Material& m) {
 }
 
 template <class Archive>
-void describe(Archive& archive, Keyframe& key) {
-  archive(key.time, key.translate, key.quaternion);
-}
-
-template <class Archive>
-void describe(Archive& archive, Motion& motion) {
-  archive(motion.center, motion.keyframes, motion.interpolation);
-}
-
-template <class Archive>
 void describe(Archive& archive, Tie& tie) {
   archive(tie.point, tie.tet, tie.stiffness);
 }
@@ -149,7 +139,7 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
   std::vector<Index> ends;
   for (const Body& body : bodies.bodies()) ends.push_back(body.points.end);
   return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
-                   model.obstacles),
+                   model.fixed_axes, model.obstacles),
            hash_of(model.materials, model.material_of_tet),
            hash_of(model.motions, model.motion_of_point, model.ties),
            hash_of(model.point_loads, model.surface_loads, model.gravity_of_body), hash_of(settings)}};

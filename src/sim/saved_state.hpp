@@ -19,7 +19,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 5};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 6};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -39,6 +39,7 @@ struct SavedState {
   std::vector<Vec3> forces;
   std::vector<double> pressures;
   std::vector<HeldGrab> grabs;
+  std::vector<Motion> motions;
   fem::DynamicsState dynamics;
   RememberedContacts contacts;
   std::vector<KeptContact> kept_contacts;
@@ -86,6 +87,17 @@ void describe(Archive& archive, HeldGrab& held) {
 }
 
 template <class Archive>
+void describe(Archive& archive, Keyframe& key) {
+  archive(key.time, key.translate, key.quaternion);
+}
+
+template <class Archive>
+void describe(Archive& archive, Motion& motion) {
+  archive(motion.center, motion.keyframes);
+  archive.choice(motion.interpolation, interpolation_names.size());
+}
+
+template <class Archive>
 void describe(Archive& archive, fem::SymmetricMatrix3& m) {
   archive(m.xx, m.yy, m.zz, m.xy, m.xz, m.yz);
 }
@@ -128,8 +140,8 @@ void describe(Archive& archive, DetectorMemory& m) {
 
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
-  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.dynamics,
-          s.contacts, s.kept_contacts, s.detector, s.contact_forces);
+  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
+          s.dynamics, s.contacts, s.kept_contacts, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

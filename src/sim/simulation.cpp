@@ -68,6 +68,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
     : fingerprint(fingerprint_of(model, s)),
       obstacles(rigid_bodies(model)),
       unfree(unfree_points(model)),
+      fixed_axes(axes_or_none(model)),
       bodies(std::move(model.bodies)),
       settings(checked(s)),
       threads(n),
@@ -88,6 +89,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
     at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
   }
   for (const Grab& grab : model.grabs) grabs.add(grab);
+  dynamics.set_fixed_axes(bodies, materials, fixed_axes);
   dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
   ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
               response);
@@ -262,6 +264,8 @@ void Simulation::State::advance() {
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   grab_couplings = couplings.size();
+  dynamics.holds().append(settings.time_step, couplings);
+  first_tie = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
   DetectorSteps::hold(detector);
@@ -367,6 +371,7 @@ SavedState Simulation::State::saved_state() const {
           .forces = loads.point_forces(),
           .pressures = loads.pressures(),
           .grabs = grabs.all(),
+          .motions = {rails.motions().begin(), rails.motions().end()},
           .dynamics = dynamics.state(),
           .contacts = DetectorSteps::table(detector).remembered(),
           .kept_contacts = response.kept(),
@@ -384,6 +389,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
   DetectorSteps::table(detector).set_remembered(saved.contacts);
+  rails.set_motions(saved.motions);
   response.set_kept(saved.kept_contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);

@@ -38,6 +38,19 @@ void Simulation::set_motion(Index number, Motion motion) {
   state_->slow_steps = 0;
 }
 
+const Motion& Simulation::motion(Index number) const {
+  const std::span<const Motion> motions = state_->rails.motions();
+  if (number < 0 || static_cast<std::size_t>(number) >= motions.size()) {
+    throw Error("simulation", "motion", std::to_string(number),
+                "less than " + std::to_string(motions.size()));
+  }
+  return at(motions, number);
+}
+
+void Simulation::move_to(Index number, const Keyframe& pose) {
+  set_motion(number, {motion(number).center, {pose}, Interpolation::linear});
+}
+
 void Simulation::set_force(Index point, const Vec3& force) {
   state_->loads.set_forces(std::array{point}, std::array{force});
 }
@@ -78,9 +91,13 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
       "velocities", points, velocities, s.bodies.points_rest().size(),
       [&](Index p) { return at(s.dynamics.free_points(), p) != 0; }, ", which does not move freely",
       "points that are neither fixed nor on rails");
-  fem::DynamicsState state = s.dynamics.state();
-  for (std::size_t i = 0; i < points.size(); ++i) at(state.velocities, points[i]) = velocities[i];
-  s.dynamics.set_state(state);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (fem::along(at(s.dynamics.held_axes(), points[i]), velocities[i]) == Vec3{}) continue;
+    throw Error("simulation", "velocities",
+                "point " + std::to_string(points[i]) + ", which moves along an axis that is fixed",
+                "zero along it");
+  }
+  s.dynamics.set_velocities(points, velocities);
   s.measure();
   s.slow_steps = 0;
 }

@@ -26,7 +26,7 @@ void check_index(const char* what, Index found, Index count) {
 void Simulation::State::take_forces() {
   step_forces.take(
       threads, couplings,
-      {.first_tie = grab_couplings, .first_contact = first_contact, .first_speculative = first_speculative},
+      {.first_tie = first_tie, .first_contact = first_contact, .first_speculative = first_speculative},
       response, settings.time_step, dynamics.mean_velocities());
   step_forces.sum_over_bodies(bodies, contact_forces);
   if (!records_reactions) {
@@ -38,8 +38,9 @@ void Simulation::State::take_forces() {
   for (std::size_t c = 0; c < couplings.size(); ++c) {
     for (std::size_t k = 0; k < 5; ++k) {
       const Index point = couplings[c].points[k];
-      if (point >= 0 && at(dynamics.free_points(), point) == 0)
-        at(reactions, point) -= couplings[c].coefficients[k] * step_forces.all()[c];
+      if (point < 0 || at(dynamics.held_axes(), point) == 0) continue;
+      at(reactions, point) -=
+          fem::along(at(dynamics.held_axes(), point), couplings[c].coefficients[k] * step_forces.all()[c]);
     }
   }
 }
@@ -121,8 +122,15 @@ TissueState Simulation::tissue() const {
 }
 
 TissueState Simulation::tissue_at_points() const {
+  return tissue_at_points(tissue());
+}
+TissueState Simulation::tissue_at_points(const TissueState& of_tets) const {
   const State& s = *state_;
-  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, tissue());
+  if (of_tets.size() != s.bodies.tets().size()) {
+    throw Error("simulation", "tissue", std::to_string(of_tets.size()) + " rows",
+                std::to_string(s.bodies.tets().size()) + ", one for each tet");
+  }
+  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, of_tets);
 }
 
 }  // namespace palpate

@@ -43,6 +43,7 @@ struct Simulation::State {
   Fingerprint fingerprint;              ///< of the model while it is whole
   std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
   std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
+  std::vector<std::uint8_t> fixed_axes;
   Bodies bodies;
   SimulationSettings settings;
   parallel::Threads threads;
@@ -56,8 +57,9 @@ struct Simulation::State {
   std::vector<Material> contact_materials;
   ContactResponse response;
   Ties ties;
-  std::vector<fem::Coupling> couplings;  ///< of the grabs, then of the ties, then of the contacts
+  std::vector<fem::Coupling> couplings;  ///< of grabs, held axes, ties, then contacts
   std::size_t grab_couplings = 0;
+  std::size_t first_tie = 0;          ///< in the couplings
   std::size_t first_contact = 0;      ///< in the couplings
   std::size_t first_speculative = 0;  ///< contact, in the couplings
   StepForces step_forces;

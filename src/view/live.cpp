@@ -37,9 +37,7 @@ Json vector_json(const Vec3& v) {
 Json fields_json() {
   Json list = Json::array();
   for (const FieldInfo& field : field_infos()) {
-    if (field.components > 3 || field.name == "reaction") continue;
-    const Dimension& d = field.dimension;
-    list.push_back({{"name", field.name}, {"title", field.title}, {"dimension", {d.mass, d.length, d.time}}});
+    if (can_be_colours(field) && field.name != "reaction") list.push_back(field_json(field));
   }
   return list;
 }
@@ -95,13 +93,13 @@ void LiveSource::advance() {
   Stopwatch watch;
   rails_.lead(simulation_, time(), simulation_.settings().time_step);
   lead_pulls();
-  simulation_.record_reactions(rails_.holds());
+  simulation_.record_reactions(!model_.motions.empty());
   knows_reactions_ = false;
   const StepMetrics& m = simulation_.step();
   const DetectionTimes& t = m.detection_seconds;
   seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
               t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
-  knows_reactions_ = rails_.holds();
+  knows_reactions_ = !model_.motions.empty();
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
 }
@@ -141,6 +139,19 @@ Json LiveSource::pulls_json() const {
                     {"target", vector_json(held.target - stage_.origin)},
                     {"force", vector_json(simulation_.grab_force(held.grab))},
                     {"most", held.most}});
+  }
+  return list;
+}
+
+/// With what holds the bodies on rails.
+Json LiveSource::forces() const {
+  Json list = wrenches_json(simulation_);
+  for (std::size_t m = 0; m < model_.motions.size() && knows_reactions_; ++m) {
+    const Index body = body_of_motion(static_cast<Index>(m));
+    if (body < 0) continue;
+    const Wrench motor =
+        simulation_.reaction_of_motion(static_cast<Index>(m), simulation_.center_of_mass(body));
+    list[static_cast<std::size_t>(body)]["held"] = wrench_json(motor);
   }
   return list;
 }

@@ -32,7 +32,7 @@ class LiveSource : public Source {
   void reset() override;
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
   [[nodiscard]] nlohmann::ordered_json counts() const override;
-  [[nodiscard]] nlohmann::ordered_json forces() const override { return wrenches_json(simulation_); }
+  [[nodiscard]] nlohmann::ordered_json forces() const override;
   [[nodiscard]] std::vector<double> field(const std::string& name) const override {
     return point_scalars(simulation_, name);
   }

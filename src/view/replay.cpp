@@ -9,6 +9,8 @@
 
 #include "geometry/vector.hpp"
 #include "io/file_bytes.hpp"
+#include "io/point_arrays.hpp"
+#include "scene/field_values.hpp"
 #include "scene/json_text.hpp"
 
 namespace palpate::view {
@@ -29,6 +31,9 @@ ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
   if (frames_.empty()) throw Error(collection.string(), "", "no frame", "one or more");
   steps_ = read_stored_times(folder / "metrics.csv");
   make_bodies(folder);
+  std::vector<std::string> names;
+  for (const Listed& body : listed_) names.push_back(body.name);
+  forces_ = StoredForces(folder / "forces.csv", names);
   std::vector<std::uint8_t> obstacles;
   obstacles.reserve(listed_.size());
   for (const Listed& body : listed_) obstacles.push_back(body.obstacle ? 1 : 0);
@@ -111,7 +116,27 @@ Json ReplaySource::about() const {
   json["mode"] = "replay";
   json["frames"] = frames_.size();
   json["motions"] = Json::array();
+  json["fields"] = stored_fields_json();
+  if (forces_.any()) json["forces"] = forces_.history();
   return json;
+}
+
+Json ReplaySource::stored_fields_json() const {
+  Json list = Json::array();
+  for (const io::PointArrayInfo& array : io::list_point_arrays(frames_.front().file)) {
+    const FieldInfo* const info = find_field(array.name);
+    if (info != nullptr && info->components == array.components && can_be_colours(*info))
+      list.push_back(field_json(*info));
+  }
+  return list;
+}
+
+std::vector<double> ReplaySource::field(const std::string& name) const {
+  const FieldInfo* const info = find_field(name);
+  if (info == nullptr || !can_be_colours(*info)) return {};
+  std::vector<double> values = io::read_point_array(frames_[frame_].file, name);
+  if (values.size() != static_cast<std::size_t>(info->components) * positions_.size()) return {};
+  return row_sizes(std::move(values), info->components);
 }
 
 Json ReplaySource::counts() const {

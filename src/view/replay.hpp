@@ -10,12 +10,14 @@
 #include "io/series_reader.hpp"
 #include "scene/scene.hpp"
 #include "view/source.hpp"
+#include "view/stored_forces.hpp"
 #include "view/stored_times.hpp"
 
 namespace palpate::view {
 
 /// The frames that `palpate run` left in a folder. Contacts are found anew at the stored positions, which
 /// gives what the run found: contacts depend on positions alone. Displacements count from the first frame.
+/// Fields are those that the run wrote into its frames, forces those of its forces.csv.
 class ReplaySource : public Source {
  public:
   /// Reads run.json, the list of frames and the first frame. Throws Error naming the file that is missing or
@@ -32,6 +34,9 @@ class ReplaySource : public Source {
   void reset() override { show(0); }
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
   [[nodiscard]] nlohmann::ordered_json counts() const override;
+  [[nodiscard]] nlohmann::ordered_json forces() const override { return forces_.at_time(time()); }
+  /// Of those that the frames have (`output.fields` of the scene).
+  [[nodiscard]] std::vector<double> field(const std::string& name) const override;
   [[nodiscard]] nlohmann::ordered_json settings() const override { return settings_json(scene_.settings); }
   void apply(Client client, const Change& change) override;
   void apply(Client client, const Pull& pull) override;
@@ -47,6 +52,7 @@ class ReplaySource : public Source {
   void make_bodies(const std::filesystem::path& folder);
   void show(std::size_t frame);
   [[nodiscard]] nlohmann::ordered_json about() const;
+  [[nodiscard]] nlohmann::ordered_json stored_fields_json() const;
 
   /// A body as run.json lists it.
   struct Listed {
@@ -57,6 +63,7 @@ class ReplaySource : public Source {
   };
   std::vector<io::SeriesFrame> frames_;
   std::vector<StoredStep> steps_;
+  StoredForces forces_;
   Scene scene_;
   std::vector<Listed> listed_;
   Bodies bodies_;

@@ -12,6 +12,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
+#include "scene/field_list.hpp"
 #include "scene/scene.hpp"
 #include "view/command.hpp"
 #include "view/surface.hpp"
@@ -56,7 +57,8 @@ class Source {
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   /// Counts of the state, for the page.
   [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
-  /// Per body what contacts do to it (wrenches_json()); empty where that is not known.
+  /// Per body what contacts do to it (wrenches_json()), and as "held" what holds it where that is known;
+  /// empty where nothing is.
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
   /// (n_points) numbers of a field; empty where this source has none of that name.
   [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }
@@ -80,6 +82,11 @@ nlohmann::ordered_json bodies_json(const Bodies& bodies, const Surface& surface,
 
 /// What Stage::about tells of any source.
 nlohmann::ordered_json about_json(const Scene& scene, const nlohmann::ordered_json& bodies, double diagonal);
+
+/// Whether a page can colour by a field: numbers and vectors.
+[[nodiscard]] bool can_be_colours(const FieldInfo& field);
+/// Name, title and dimension of a field, for Stage::about.
+nlohmann::ordered_json field_json(const FieldInfo& field);
 
 /// The counts of a detection, for Source::counts().
 nlohmann::ordered_json detection_json(const DetectionCounts& counts);

@@ -16,6 +16,10 @@ Json vector_json(const Vec3& v) {
 
 }  // namespace
 
+Json wrench_json(const Wrench& wrench) {
+  return {{"force", vector_json(wrench.force)}, {"torque", vector_json(wrench.torque)}};
+}
+
 Json wrenches_json(const Simulation& simulation) {
   const Index count = simulation.bodies().body_count();
   std::vector<Wrench> sums;
@@ -35,7 +39,7 @@ Json wrenches_json(const Simulation& simulation) {
   }
   Json list = Json::array();
   for (const Wrench& sum : sums) {
-    list.push_back({{"force", vector_json(sum.force)}, {"torque", vector_json(sum.torque)}});
+    list.push_back(wrench_json(sum));
   }
   return list;
 }

@@ -69,9 +69,9 @@ TEST(ReadScene, TakesTheCompleteExampleOfTheDocumentation) {
   EXPECT_EQ(std::get<BoxGenerator>(scene.bodies[1].source).cells[0], 10);
   EXPECT_EQ(scene.bodies[1].material.value().stiffness_damping, 0.002);
   ASSERT_EQ(scene.bodies[1].fixed.size(), 3U);
-  EXPECT_EQ(std::get<BoxSelection>(scene.bodies[1].fixed[0]).lower.x, -0.101);
-  EXPECT_EQ(std::get<SphereSelection>(scene.bodies[1].fixed[1]).radius, 0.015);
-  EXPECT_EQ(std::get<PointSelection>(scene.bodies[1].fixed[2]).indices, (std::vector<Index>{0, 1}));
+  EXPECT_EQ(std::get<BoxSelection>(scene.bodies[1].fixed[0].points).lower.x, -0.101);
+  EXPECT_EQ(std::get<SphereSelection>(scene.bodies[1].fixed[1].points).radius, 0.015);
+  EXPECT_EQ(std::get<PointSelection>(scene.bodies[1].fixed[2].points).indices, (std::vector<Index>{0, 1}));
   EXPECT_EQ(std::get<BallGenerator>(scene.bodies[2].source).resolution, 5);
   EXPECT_EQ(scene.bodies[2].transform.scale, (Vec3{1, 1, 1.2}));
   EXPECT_EQ(scene.bodies[2].transform.rotate.angle, 30.0);
@@ -278,8 +278,10 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   body.material->plastic_creep = 1.0 / 3.0;
   body.regions = {{BoxSelection{{0, 0, 0}, {1, 1, 1}}, {.young_modulus = 7}},
                   {TetSelection{{3, 1}}, {.plastic_maximum = 0.5}}};
-  body.fixed = {BoxSelection{{-1, -2, -3}, {1, 2, 3}}, SphereSelection{}, PointSelection{{4, 2}},
-                NearSelection{"membrane 0", 0.1, BoxSelection{{-1, -2, -3}, {1, 2, 3}}}};
+  body.fixed = {{BoxSelection{{-1, -2, -3}, {1, 2, 3}}},
+                {SphereSelection{}, "zx"},
+                {PointSelection{{4, 2}}},
+                {NearSelection{"membrane 0", 0.1, BoxSelection{{-1, -2, -3}, {1, 2, 3}}}}};
   body.attached = {{"membrane 0", PointSelection{{1}}, 1.0 / 3.0}};
   View& cut = scene.output.views.emplace_back();
   cut.name = "cut";
@@ -312,7 +314,8 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   EXPECT_EQ(std::get<TetSelection>(again.bodies[1].regions[1].tets).indices, (std::vector<Index>{3, 1}));
   EXPECT_EQ(again.bodies[1].regions[1].material.plastic_maximum, 0.5);
   ASSERT_EQ(again.bodies[1].fixed.size(), 4U);
-  const auto& near = std::get<NearSelection>(again.bodies[1].fixed[3]);
+  EXPECT_EQ(again.bodies[1].fixed[1].axes, "zx");
+  const auto& near = std::get<NearSelection>(again.bodies[1].fixed[3].points);
   EXPECT_EQ(near.body, "membrane 0");
   EXPECT_EQ(near.distance, 0.1);
   EXPECT_EQ(near.box->upper, (Vec3{1, 2, 3}));
@@ -324,8 +327,8 @@ TEST(WriteScene, GivesTheSameSceneBack) {
   EXPECT_FALSE(again.output.views[0].displacement);
   EXPECT_EQ(again.output.views[1].displacement->most, 1.0 / 7.0);
   EXPECT_TRUE(again.output.views[1].contacts);
-  EXPECT_EQ(std::get<BoxSelection>(again.bodies[1].fixed[0]).upper, (Vec3{1, 2, 3}));
-  EXPECT_EQ(std::get<PointSelection>(again.bodies[1].fixed[2]).indices, (std::vector<Index>{4, 2}));
+  EXPECT_EQ(std::get<BoxSelection>(again.bodies[1].fixed[0].points).upper, (Vec3{1, 2, 3}));
+  EXPECT_EQ(std::get<PointSelection>(again.bodies[1].fixed[2].points).indices, (std::vector<Index>{4, 2}));
   EXPECT_TRUE(again.bodies[0].obstacle);
 }
 

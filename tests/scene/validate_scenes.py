@@ -44,6 +44,9 @@ def broken_scenes(good):
         "quaternion and angle": lambda s: s["bodies"][1].update(rotate={"quaternion": [1, 0, 0, 0], "angle": 1}),
         "selection of two kinds": lambda s: s["bodies"][1].update(
             fixed=[{"points": [0], "sphere": {"center": [0, 0, 0], "radius": 1}}]),
+        "an axis twice": lambda s: s["bodies"][1].update(fixed=[{"points": [0], "axes": "xx"}]),
+        "no axis": lambda s: s["bodies"][1].update(fixed=[{"points": [0], "axes": ""}]),
+        "prescribed without a motion": lambda s: s["bodies"][1].update(prescribed=[{"points": [0]}]),
         "fractional index": lambda s: s["bodies"][1].update(fixed=[{"points": [0.5]}]),
         "motion without keyframes": lambda s: s["bodies"][0].update(motion={"keyframes": []}),
         "keyframe without time": lambda s: s["bodies"][0].update(motion={"keyframes": [{"translate": [0, 0, 1]}]}),

@@ -282,7 +282,7 @@ test("finds the server again after a restart", async () => {
 });
 
 test("replays stored results, with a slider, and exports", async () => {
-  const ran = spawnSync(command, ["run", "scene.json", "--out", "results", "--no-picture", "--quiet"], { cwd: folder });
+  const ran = spawnSync(command, ["run", "scene.json", "--out", "results", "--no-picture", "--quiet", "--set", 'output.fields=["von_mises", "contact_pressure", "stress"]'], { cwd: folder });
   assert.equal(ran.status, 0, String(ran.stderr));
   const server = await serve("results", { flags: ["--paused"] });
   const page = await open(server.address);
@@ -293,6 +293,19 @@ test("replays stored results, with a slider, and exports", async () => {
   await page.click("#canvas", { position: { x: 5, y: 5 } });
   await page.keyboard.press("b");
   await until("a frame back", async () => (await text(page, "frame-number")) === "12 of 21");
+  // Fields of the frames, and the forces of the run.
+  const offered = await page.$$eval("#colouring option", (options) => options.map((o) => o.value));
+  assert.deepEqual([...offered].sort(), ["body", "contact_pressure", "depth", "displacement", "von_mises"], "what is one number");
+  await page.selectOption("#colouring", "von_mises");
+  await until("a scale of stress", async () => /stress \((k|M|m|µ)?Pa\)/i.test(await text(page, "legend-title")));
+  await page.click("#forces summary");
+  const ink = () => page.evaluate(() => {
+    const canvas = document.getElementById("force-chart");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.reduce((sum, value, i) => sum + (i % 4 === 3 && value > 0 ? 1 : 0), 0);
+  });
+  await until("a chart of the run", async () => (await ink()) > 500);
+  await page.selectOption("#colouring", "body");
   const [picture] = await Promise.all([page.waitForEvent("download"), page.click("#picture")]);
   assert.equal(picture.suggestedFilename(), "two boxes.png");
   const png = readFileSync(await picture.path());

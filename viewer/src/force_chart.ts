@@ -1,4 +1,5 @@
-// Forces over the simulated time of the last frames: what contacts do to the bodies that feel most, what a hand pulls.
+// Forces over simulated time: what contacts do to the bodies that feel most, what a hand pulls. Of a running simulation
+// those of the last frames, of stored results those of the whole run, with a mark at the frame that is shown.
 import type { BodySet } from "./bodies";
 import { css, niceAbove, short } from "./colours";
 import type { Frame, Stage } from "./protocol";
@@ -15,16 +16,25 @@ const lines = 4;
 
 export class ForceChart {
   private samples: Sample[] = [];
+  /** Stored results: the time that is shown. */
+  private mark?: number;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly stage: Stage,
     private readonly bodies: BodySet,
   ) {
+    const { forces } = stage;
+    if (forces) this.samples = forces.times.map((time, i) => ({ time, bodies: forces.bodies.map((of) => of[i]!), held: 0 }));
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
   add(frame: Frame): void {
+    if (this.stage.forces) {
+      this.mark = frame.time;
+      this.draw();
+      return;
+    }
     if (!frame.forces) return;
     const last = this.samples.at(-1);
     if (last && frame.time < last.time) this.samples = [];
@@ -36,7 +46,7 @@ export class ForceChart {
   }
 
   clear(): void {
-    this.samples = [];
+    if (!this.stage.forces) this.samples = [];
     this.draw();
   }
 
@@ -47,6 +57,13 @@ export class ForceChart {
     const list = order.slice(0, lines).map((b) => ({ name: this.stage.bodies[b]!.name, colour: css(this.bodies.meshes[b]!.colour), of: (s: Sample) => s.bodies[b] ?? 0 }));
     if (this.samples.some((s) => s.held > 0)) list.push({ name: "hand", colour: "#d55e00", of: (s) => s.held });
     return list;
+  }
+
+  /** The sample that the mark is at, else the last. */
+  private shownSample(): Sample {
+    const { mark } = this;
+    const next = mark === undefined ? undefined : this.samples.find((s) => s.time >= mark - 1e-9 * Math.abs(mark));
+    return next ?? this.samples.at(-1)!;
   }
 
   private draw(): void {
@@ -73,11 +90,12 @@ export class ForceChart {
       const y = floor + 14 * (i + 1) + 4;
       context.fillRect(2, y - 6, 10, 3);
       context.fillStyle = style.color;
-      const now = line.of(this.samples.at(-1)!);
+      const now = line.of(this.shownSample());
       context.fillText(`${line.name}: ${short(unit.factor * now)} ${unit.name}`, 16, y);
     });
     context.fillStyle = style.color;
     context.fillRect(0, floor, width, 1);
+    if (this.mark !== undefined) context.fillRect(((this.mark - begin) / span) * (width - 1), 14, 1, floor - 14);
     context.fillText(top > 0 ? `${short(unit.factor * top)} ${unit.name}` : "no forces yet", 2, 10);
   }
 }

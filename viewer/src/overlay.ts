@@ -3,7 +3,7 @@ import * as three from "three";
 import type { BodySet } from "./bodies";
 import { niceBelow, short } from "./colours";
 import { byId } from "./parts";
-import type { Frame, Stage } from "./protocol";
+import type { Frame, Stage, Wrench } from "./protocol";
 import type { SceneView } from "./scene_view";
 import { forceText, inWords, torque } from "./units";
 
@@ -64,7 +64,7 @@ export function showScaleBar(view: SceneView, unit: string): void {
   if (bar.textContent !== text) bar.textContent = text;
 }
 
-/** The name of the body under the mouse, and what contacts do to it where the server tells. */
+/** The name of the body under the mouse, and what contacts do to it and what holds it where the server tells. */
 export class Hover {
   private body: number | null = null;
   private place = { x: 0, y: 0 };
@@ -88,9 +88,13 @@ export class Hover {
     if (element.hidden || this.body === null) return;
     const wrench = frame?.forces?.[this.body];
     const lines = [stage.bodies[this.body]!.name];
-    if (wrench && Math.hypot(...wrench.force) > 0) {
-      lines.push(`contacts: ${forceText(wrench.force, stage.units)}, ${inWords(Math.hypot(...wrench.torque), stage.units, torque)}`);
-    }
+    const add = (name: string, of?: Wrench) => {
+      if (of && Math.hypot(...of.force) > 0) {
+        lines.push(`${name}: ${forceText(of.force, stage.units)}, ${inWords(Math.hypot(...of.torque), stage.units, torque)}`);
+      }
+    };
+    add("contacts", wrench);
+    add("held by", wrench?.held);
     element.textContent = lines.join("\n");
     element.style.transform = `translate(${this.place.x + 14}px, ${this.place.y + 16}px)`;
   }

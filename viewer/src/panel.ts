@@ -35,7 +35,7 @@ export class Panel {
   strength = 1;
   private readonly settings?: SettingsPanel;
   private readonly developer: DeveloperPanel;
-  private readonly forces?: ForceChart;
+  private forces?: ForceChart;
   private readonly scale: ScaleControl;
   private readonly warnings = make("table", { id: "warnings" });
   private readonly pick = make("div", { class: "pick", id: "pick" });
@@ -52,22 +52,29 @@ export class Panel {
     this.scale = new ScaleControl(stage, bodies, () => actions.look());
     place.replaceChildren(this.warnings, this.bodyList(), this.cut(), this.colours(), this.point());
     if (live && stage.motions.length > 0) place.append(this.motions());
+    if (live || stage.forces) place.append(this.forceSection(live));
     if (live) {
-      const canvas = make("canvas", { class: "chart", id: "force-chart", "aria-label": "Forces over the last frames", role: "img" });
-      this.forces = new ForceChart(canvas, stage, bodies);
-      const forces = section("Forces", false, canvas, make("small", {}, "Of contacts on each body, and of the hand."));
-      forces.id = "forces";
-      forces.addEventListener("toggle", () => {
-        this.shown.forces = forces.open;
-        actions.look();
-      });
       this.settings = new SettingsPanel(stage, (settings) => actions.send("change", { ...settings }));
-      place.append(forces, this.settings.element);
+      place.append(this.settings.element);
     }
     const layers = [this.layer("Border edges and crossings", "borders"), this.layer("Grid cells that hold a point", "cells")];
     this.developer = new DeveloperPanel(stage, this.settings ? [...layers, this.settings.developer] : layers);
     place.append(this.developer.element);
     this.showPick([]);
+  }
+
+  private forceSection(live: boolean): HTMLElement {
+    const label = live ? "Forces over the last frames" : "Forces over the run";
+    const canvas = make("canvas", { class: "chart", id: "force-chart", "aria-label": label, role: "img" });
+    this.forces = new ForceChart(canvas, this.stage, this.bodies);
+    const note = live ? "Of contacts on each body, and of the hand." : "Of contacts on each body, over the run.";
+    const element = section("Forces", false, canvas, make("small", {}, note));
+    element.id = "forces";
+    element.addEventListener("toggle", () => {
+      this.shown.forces = element.open;
+      this.actions.look();
+    });
+    return element;
   }
 
   /** The first view of the scene that shows its bodies as they are; without one, everything. */

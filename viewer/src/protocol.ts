@@ -57,6 +57,7 @@ export interface Stage {
   /** Towards which side of the patient x, y and z point: "LPS". */
   axes?: string;
   fields?: FieldInfo[];
+  forces?: ForceHistory;
   frames?: number;
   typical_stiffness?: number;
   settings: Settings;
@@ -80,10 +81,20 @@ export interface RailState {
   force?: Vector;
 }
 
-/** What contacts do to a body. */
-export interface BodyWrench {
+export interface Wrench {
   force: Vector;
   torque: Vector;
+}
+
+/** What contacts do to a body, and what holds it where that is known. */
+export interface BodyWrench extends Wrench {
+  held?: Wrench;
+}
+
+/** Sizes of the contact forces on the bodies over a run that is stored. */
+export interface ForceHistory {
+  times: number[];
+  bodies: number[][];
 }
 
 export interface Counts {
