@@ -5,19 +5,29 @@ import { spawn } from "node:child_process";
 import { readdirSync, readFileSync } from "node:fs";
 import { launch, webgl } from "../tests/browser.mjs";
 
-/** Seconds of the processor that the renderer of the browser and what draws for it have used: a busy machine does not count. */
+/** Seconds of the processor that the page (scripts, layout) and what rasterises for it have used: a busy machine does not count. */
 function seconds() {
-  let ticks = 0;
+  const ticks = { renderer: 0, "gpu-process": 0 };
   for (const id of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
     try {
-      if (!/--type=(gpu-process|renderer)/.test(readFileSync(`/proc/${id}/cmdline`, "latin1"))) continue;
+      const type = /--type=(gpu-process|renderer)/.exec(readFileSync(`/proc/${id}/cmdline`, "latin1"))?.[1];
+      if (!type || !descends(id)) continue;
       const fields = readFileSync(`/proc/${id}/stat`, "latin1").split(") ")[1].split(" ");
-      ticks += Number(fields[11]) + Number(fields[12]);
+      ticks[type] += Number(fields[11]) + Number(fields[12]);
     } catch {
       // has ended meanwhile
     }
   }
-  return ticks / 100;
+  return { page: ticks.renderer / 100, raster: ticks["gpu-process"] / 100 };
+}
+
+/** Whether a process is one of ours: others may have browsers too. */
+function descends(id) {
+  for (let up = Number(id); up > 1; ) {
+    if (up === process.pid) return true;
+    up = Number(readFileSync(`/proc/${up}/stat`, "latin1").split(") ")[1].split(" ")[1]);
+  }
+  return false;
 }
 
 const [command, scene, width = "1440", height = "900"] = process.argv.slice(2);
@@ -49,9 +59,10 @@ for (let i = 0; i < 60; ++i) {
   await page.keyboard.press("ArrowLeft");
   await page.waitForTimeout(30);
 }
-const used = seconds() - before;
+const after = seconds();
 const times = (await page.evaluate(() => window.frameTimes)).sort((a, b) => a - b);
 const ms = (i) => times[Math.min(i, times.length - 1)].toFixed(1);
-console.log(`${scene}, ${width} x ${height}: ${times.length} frames, ms: least ${ms(0)}, median ${ms(times.length >> 1)}, largest ${ms(times.length - 1)}; processor ${((1000 * used) / times.length).toFixed(1)} ms a frame`);
+const each = (what) => ((1000 * (after[what] - before[what])) / times.length).toFixed(1);
+console.log(`${scene}, ${width} x ${height}: ${times.length} frames, ms: least ${ms(0)}, median ${ms(times.length >> 1)}, largest ${ms(times.length - 1)}; processor a frame: page ${each("page")} ms, rasterising ${each("raster")} ms`);
 await browser.close();
 child.kill();
