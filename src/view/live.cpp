@@ -158,9 +158,9 @@ Json LiveSource::rails_json() const {
 
 Index LiveSource::spring(const Held& held) {
   const Index point = at(surface_.points(), held.vertex);
-  const Vec3 going = simulation_.settings().time_step * at(simulation_.velocities(), point);
   const double stiffness =
-      limited_stiffness(at(positions(), point), going, held.target, held.stiffness, held.most);
+      limited_stiffness({held.stiffness, limits_.mass(point), held.most}, at(positions(), point),
+                        at(simulation_.velocities(), point), simulation_.settings().time_step, held.target);
   return simulation_.grab({point, held.target, stiffness});
 }
 

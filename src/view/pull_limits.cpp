@@ -1,7 +1,9 @@
 #include "view/pull_limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
@@ -42,10 +44,9 @@ std::vector<double> softest_around(const Bodies& bodies, std::span<const Materia
   return softest;
 }
 
-double modulus_of(const Model& model, Index tet) {
+const Material& material_of(const Model& model, Index tet) {
   const Index body = model.bodies.body_of(at(model.bodies.tets(), tet));
-  return at(model.materials, model.material_of_tet.empty() ? body : at(model.material_of_tet, tet))
-      .young_modulus;
+  return at(model.materials, model.material_of_tet.empty() ? body : at(model.material_of_tet, tet));
 }
 
 /// (n_points) What the tets at each point take.
@@ -54,7 +55,7 @@ std::vector<double> tet_limits(const Model& model) {
   const auto count = static_cast<Index>(model.bodies.tets().size());
   for (Index t = 0; t < count; ++t) {
     const Tet& tet = at(model.bodies.tets(), t);
-    const double share = PullLimits::largest_strain * modulus_of(model, t) / 3.0;
+    const double share = PullLimits::largest_strain * material_of(model, t).young_modulus / 3.0;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto corner = [&](std::size_t k) { return at(model.bodies.points_rest(), tet[(i + k) % 4]); };
       at(forces, tet[i]) += share * 0.5 * length(cross(corner(2) - corner(1), corner(3) - corner(1)));
@@ -68,7 +69,7 @@ std::vector<double> softest_at_points(const Model& model) {
   std::vector<double> moduli(model.bodies.points_rest().size(), std::numeric_limits<double>::max());
   const auto count = static_cast<Index>(model.bodies.tets().size());
   for (Index t = 0; t < count; ++t) {
-    const double modulus = modulus_of(model, t);
+    const double modulus = material_of(model, t).young_modulus;
     for (const Index point : at(model.bodies.tets(), t)) {
       at(moduli, point) = std::min(at(moduli, point), modulus);
     }
@@ -93,30 +94,32 @@ std::vector<std::uint8_t> held_bodies(const Model& model) {
   return held;
 }
 
-double mass_of(const Model& model, Index body) {
-  double mass = 0.0;
-  const auto [begin, end] = at(model.bodies.bodies(), body).tets;
-  for (Index t = begin; t < end; ++t) {
+/// (n_points) A quarter of each tet.
+std::vector<double> point_masses(const Model& model) {
+  std::vector<double> masses(model.bodies.points_rest().size(), 0.0);
+  const auto count = static_cast<Index>(model.bodies.tets().size());
+  for (Index t = 0; t < count; ++t) {
     const Tet& tet = at(model.bodies.tets(), t);
     const auto corner = [&](std::size_t i) { return at(model.bodies.points_rest(), tet[i]); };
-    const Index material = model.material_of_tet.empty() ? body : at(model.material_of_tet, t);
-    mass += at(model.materials, material).density *
-            dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0)) / 6.0;
+    const double volume =
+        dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0)) / 6.0;
+    for (const Index point : tet) at(masses, point) += 0.25 * material_of(model, t).density * volume;
   }
-  return mass;
+  return masses;
 }
 
 }  // namespace
 
 PullLimits::PullLimits(const Model& model, std::span<const Material> of_bodies, std::span<const double> edges,
                        double time_step)
-    : forces_(model.bodies.points_rest().size(), 0.0) {
+    : masses_(point_masses(model)), forces_(masses_.size(), 0.0) {
   const Bodies& bodies = model.bodies;
   const std::vector<double> softest = softest_around(bodies, of_bodies, model.obstacles);
   const std::vector<std::uint8_t> held = held_bodies(model);
   const std::vector<double> of_tets = tet_limits(model);
   const std::vector<double> moduli = softest_at_points(model);
   for (Index b = 0; b < bodies.body_count(); ++b) {
+    const Range points = at(bodies.bodies(), b).points;
     double surface = 0.0;
     const auto [begin, end] = at(bodies.bodies(), b).triangles;
     for (Index t = begin; t < end; ++t) {
@@ -128,19 +131,23 @@ PullLimits::PullLimits(const Model& model, std::span<const Material> of_bodies, 
     }
     double most = largest_squeeze * at(softest, b) * 0.25 * surface;
     if (at(held, b) == 0) {
-      most = std::min(most, largest_leap * mass_of(model, b) * at(edges, b) / (time_step * time_step));
+      const double mass = std::accumulate(masses_.begin() + points.begin, masses_.begin() + points.end, 0.0);
+      most = std::min(most, largest_leap * mass * at(edges, b) / (time_step * time_step));
     }
-    const Range points = at(bodies.bodies(), b).points;
     for (Index p = points.begin; p < points.end; ++p) {
       at(forces_, p) = std::min({at(forces_, p), at(of_tets, p), most});
     }
   }
 }
 
-double limited_stiffness(const Vec3& point, const Vec3& going, const Vec3& target, double stiffness,
-                         double most) {
-  const double force = stiffness * std::max(length(target - point), length(target - point - going));
-  return force > most ? stiffness * (most / force) : stiffness;
+double limited_stiffness(const PullSpring& spring, const Vec3& point, const Vec3& velocity, double time_step,
+                         const Vec3& target) {
+  const Vec3 stretch = target - point;
+  const double distance = std::max(length(stretch), length(stretch - time_step * velocity));
+  // The root s of the stiffness: distance s^2 + 2 sqrt(mass) speed s = most.
+  const double damped = std::sqrt(spring.mass) * length(velocity);
+  const double root = spring.most / (damped + std::sqrt(damped * damped + distance * spring.most));
+  return std::min(spring.stiffness, root * root);
 }
 
 }  // namespace palpate::view

@@ -10,7 +10,7 @@ namespace palpate::view {
 
 /// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out, or throws bodies
 /// about. The least of
-/// - what stretches the tissue around the point by about a third of its own size: largest_strain times a
+/// - what stretches the tissue around the point by about a tenth of its own size: largest_strain times a
 /// third of
 ///   Young's modulus times area, of the surface triangles there or, at corners less, of the faces opposite
 ///   the point in its tets,
@@ -21,7 +21,7 @@ namespace palpate::view {
 ///   edges within a time step from rest.
 class PullLimits {
  public:
-  static constexpr double largest_strain = 0.3;
+  static constexpr double largest_strain = 0.1;
   static constexpr double largest_squeeze = 0.1;
   static constexpr double largest_leap = 0.2;  ///< as what is on rails follows a hand
 
@@ -33,16 +33,24 @@ class PullLimits {
 
   /// The largest force of a pull, in the unit of the scene; 0 at a point inside.
   [[nodiscard]] double force(Index point) const { return forces_[static_cast<std::size_t>(point)]; }
+  [[nodiscard]] double mass(Index point) const { return masses_[static_cast<std::size_t>(point)]; }
 
  private:
+  std::vector<double> masses_;  ///< (n_points)
   std::vector<double> forces_;  ///< (n_points)
 };
 
-/// The stiffness of a spring that pulls no harder than `most` at the start of a step, where the point is, and
-/// at its end, where it is going: `stiffness`, or less. The spring gives way, in place of its target: so a
-/// hand far away pulls with `most` all through a step. \param going  the way of the point in a step at its
-/// velocity
-[[nodiscard]] double limited_stiffness(const Vec3& point, const Vec3& going, const Vec3& target,
-                                       double stiffness, double most);
+/// A spring whose damper is critical for the mass of its point, as Simulation::grab() makes it.
+struct PullSpring {
+  double stiffness = 0.0;  ///< that it would like to have
+  double mass = 0.0;       ///< of the point
+  double most = 0.0;       ///< force, of spring and damper together
+};
+
+/// The stiffness with which spring and damper pull no harder than `most` at the start of a step, where the
+/// point is, and at its end, where it is going: that of the spring, or less. The spring gives way, in place
+/// of its target: so a hand far away pulls with about `most` all through a step.
+[[nodiscard]] double limited_stiffness(const PullSpring& spring, const Vec3& point, const Vec3& velocity,
+                                       double time_step, const Vec3& target);
 
 }  // namespace palpate::view

@@ -108,11 +108,20 @@ TEST(PullLimits, DoNotThrowAFreeBodyFarInAStep) {
 }
 
 TEST(PullLimits, MakeASpringGiveWay) {
+  const PullSpring spring{.stiffness = 100, .mass = 0.0, .most = 2};
   const Vec3 still{};
-  EXPECT_EQ(limited_stiffness({0, 0, 0}, still, {0, 0, 0.01}, 100, 2), 100);
-  EXPECT_DOUBLE_EQ(limited_stiffness({0, 0, 0}, still, {0, 3, 4}, 100, 2), 0.4) << "5 m away with 2 N";
-  EXPECT_DOUBLE_EQ(limited_stiffness({0, 0, 0}, {0, -3, -4}, {0, 3, 4}, 100, 2), 0.2) << "going away, 10 m";
-  EXPECT_DOUBLE_EQ(limited_stiffness({0, 0, 0}, {0, 3, 4}, {0, 3, 4}, 100, 2), 0.4) << "coming";
+  EXPECT_EQ(limited_stiffness(spring, {0, 0, 0}, still, 0.1, {0, 0, 0.01}), 100);
+  EXPECT_DOUBLE_EQ(limited_stiffness(spring, {0, 0, 0}, still, 0.1, {0, 3, 4}), 0.4) << "5 m away with 2 N";
+  EXPECT_DOUBLE_EQ(limited_stiffness(spring, {0, 0, 0}, {0, -30, -40}, 0.1, {0, 3, 4}), 0.2)
+      << "going away, 10 m";
+  EXPECT_DOUBLE_EQ(limited_stiffness(spring, {0, 0, 0}, {0, 30, 40}, 0.1, {0, 3, 4}), 0.4) << "coming";
+}
+
+/// Spring and damper, 2 sqrt(k m), of a point that flees.
+TEST(PullLimits, CountTheDamper) {
+  const PullSpring spring{.stiffness = 1000, .mass = 0.01, .most = 2};
+  const double k = limited_stiffness(spring, {0, 0, 0}, {0, 0, -3}, 0.01, {0, 0, 1});
+  EXPECT_NEAR(k * 1.03 + 2 * std::sqrt(k * 0.01) * 3, 2, 1e-12);
 }
 
 }  // namespace
