@@ -10,7 +10,7 @@ namespace palpate::view {
 
 /// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out, or throws bodies
 /// about. The least of
-/// - what stretches the tissue around the point by about a tenth of its own size: largest_strain times a
+/// - what stretches the tissue around the point by about a fifth of its own size: largest_strain times a
 /// third of
 ///   Young's modulus times area, of the surface triangles there or, at corners less, of the faces opposite
 ///   the point in its tets,
@@ -21,7 +21,7 @@ namespace palpate::view {
 ///   edges within a time step from rest.
 class PullLimits {
  public:
-  static constexpr double largest_strain = 0.1;
+  static constexpr double largest_strain = 0.2;
   static constexpr double largest_squeeze = 0.1;
   static constexpr double largest_leap = 0.2;  ///< as what is on rails follows a hand
 
