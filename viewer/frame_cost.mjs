@@ -1,57 +1,103 @@
 // What it costs the page to draw a frame of a scene, on whatever draws here (in headless Chromium: the software renderer).
 //   node viewer/frame_cost.mjs build/release/apps/palpate/palpate scenes/eye.json [WIDTH HEIGHT]
-// Turns the view 60 times and waits after each frame until it is drawn; prints least, median and largest milliseconds, and those of the processor.
+// Milliseconds of the processor a frame, of the page (scripts, layout) and of what rasterises for it: a busy machine does not count. Of an
+// empty canvas of that size, which is what the browser itself takes; while the view is turned; while the simulation runs, in real time.
 import { spawn } from "node:child_process";
 import { readdirSync, readFileSync } from "node:fs";
 import { launch, webgl } from "../tests/browser.mjs";
 
-/** Seconds of the processor that the renderer of the browser and what draws for it have used: a busy machine does not count. */
+/** Seconds of the processor that the page and what rasterises for it have used. */
 function seconds() {
-  let ticks = 0;
+  const ticks = { renderer: 0, "gpu-process": 0 };
   for (const id of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
     try {
-      if (!/--type=(gpu-process|renderer)/.test(readFileSync(`/proc/${id}/cmdline`, "latin1"))) continue;
+      const type = /--type=(gpu-process|renderer)/.exec(readFileSync(`/proc/${id}/cmdline`, "latin1"))?.[1];
+      if (!type || !descends(id)) continue;
       const fields = readFileSync(`/proc/${id}/stat`, "latin1").split(") ")[1].split(" ");
-      ticks += Number(fields[11]) + Number(fields[12]);
+      ticks[type] += Number(fields[11]) + Number(fields[12]);
     } catch {
       // has ended meanwhile
     }
   }
-  return ticks / 100;
+  return { page: ticks.renderer / 100, raster: ticks["gpu-process"] / 100 };
+}
+
+/** Whether a process is one of ours: others may have browsers too. */
+function descends(id) {
+  for (let up = Number(id); up > 1; ) {
+    if (up === process.pid) return true;
+    up = Number(readFileSync(`/proc/${up}/stat`, "latin1").split(") ")[1].split(" ")[1]);
+  }
+  return false;
 }
 
 const [command, scene, width = "1440", height = "900"] = process.argv.slice(2);
+const viewport = { width: Number(width), height: Number(height) };
+const browser = await launch(webgl);
+
+/** Counts pictures that are drawn with WebGL, and waits until each is there. */
+function count() {
+  const real = window.requestAnimationFrame.bind(window);
+  window.frames_drawn = 0;
+  let drawn = false;
+  for (const name of ["clear", "drawElements"]) {
+    const own = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...values) { drawn = this; return own.apply(this, values); };
+  }
+  window.requestAnimationFrame = (draw) => real((now) => {
+    draw(now);
+    if (!drawn) return;
+    drawn.readPixels(0, 0, 1, 1, drawn.RGBA, drawn.UNSIGNED_BYTE, new Uint8Array(4));
+    drawn = false;
+    ++window.frames_drawn;
+  });
+}
+
+/** Tells what a frame takes while something is done. */
+async function measure(page, what, act) {
+  await page.waitForTimeout(1000);
+  const drawn = () => page.evaluate(() => window.frames_drawn);
+  const [before, first] = [seconds(), await drawn()];
+  await act();
+  const [after, last] = [seconds(), await drawn()];
+  const each = (part) => ((1000 * (after[part] - before[part])) / (last - first)).toFixed(1);
+  console.log(`${what}: ${last - first} frames; a frame: page ${each("page")} ms, rasterising ${each("raster")} ms`);
+}
+
+const empty = await browser.newPage({ viewport });
+await empty.addInitScript(count);
+await empty.goto("about:blank");
+await empty.setContent(`<style>body { margin: 0 }</style><canvas width="${width}" height="${height}"></canvas>`);
+await measure(empty, `an empty canvas of ${width} x ${height}`, () => empty.evaluate(() => new Promise((resolve) => {
+  const gl = document.querySelector("canvas").getContext("webgl2", { antialias: true, stencil: true });
+  let left = 60;
+  const draw = () => {
+    gl.clearColor(left / 60, 0.5, 0.5, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    if (--left > 0) requestAnimationFrame(draw);
+    else resolve();
+  };
+  requestAnimationFrame(draw);
+})));
+await empty.close();
+
 const child = spawn(command, ["view", scene, "--json", "--no-browser", "--paused", "--threads", "1"], { stdio: ["ignore", "pipe", "inherit"] });
 const line = await new Promise((resolve) => child.stdout.once("data", (data) => resolve(String(data))));
-const browser = await launch(webgl);
-const page = await browser.newPage({ viewport: { width: Number(width), height: Number(height) } });
-await page.addInitScript(() => {
-  const real = window.requestAnimationFrame.bind(window);
-  window.frameTimes = [];
-  window.requestAnimationFrame = (draw) => real((now) => {
-    const begin = performance.now();
-    draw(now);
-    const canvas = document.getElementById("canvas");
-    const gl = canvas.getContext("webgl2");
-    if (!gl || !window.counting) return;
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until all is drawn
-    const took = performance.now() - begin;
-    if (took > 3) window.frameTimes.push(took);
-  });
-});
+const page = await browser.newPage({ viewport });
+await page.addInitScript(count);
 await page.goto(JSON.parse(line).address);
 while (!(await page.textContent("#clock")).startsWith("t = ")) await page.waitForTimeout(50);
-await page.waitForTimeout(1000);
 await page.focus("#canvas");
-await page.evaluate(() => (window.counting = true));
-const before = seconds();
-for (let i = 0; i < 60; ++i) {
-  await page.keyboard.press("ArrowLeft");
-  await page.waitForTimeout(30);
-}
-const used = seconds() - before;
-const times = (await page.evaluate(() => window.frameTimes)).sort((a, b) => a - b);
-const ms = (i) => times[Math.min(i, times.length - 1)].toFixed(1);
-console.log(`${scene}, ${width} x ${height}: ${times.length} frames, ms: least ${ms(0)}, median ${ms(times.length >> 1)}, largest ${ms(times.length - 1)}; processor ${((1000 * used) / times.length).toFixed(1)} ms a frame`);
+await measure(page, `${scene}, turned`, async () => {
+  for (let i = 0; i < 60; ++i) {
+    await page.keyboard.press("ArrowLeft");
+    await page.waitForTimeout(30);
+  }
+});
+await measure(page, `${scene}, running`, async () => {
+  await page.click("#play");
+  await page.waitForTimeout(6000);
+  await page.click("#play");
+});
 await browser.close();
 child.kill();

@@ -1,5 +1,5 @@
 // Makes the pictures of the docs with the page itself, in a headless browser.
-//   node viewer/pictures.mjs build/release/apps/palpate/palpate docs/gallery
+//   node viewer/pictures.mjs build/release/apps/palpate/palpate docs/viewer [animation|eye|skull|stacking|ct|stored ...]
 // Needs chromium, and img2webp (Debian: webp) for the animation.
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -82,36 +82,65 @@ async function animation() {
   child.kill();
 }
 
-/** The page at the size of a desk and of a phone, in both themes, with the panel where there is room. */
-async function looks() {
-  for (const [scene, end, prepare] of [
-    ["eye", 0.6, async () => {}],
-    ["skull", 0.8, async () => {}],
-    ["stacking", 0.3, async (page) => {
-      await page.selectOption("#colouring", "depth");
-      await page.check("#cut");
-    }],
-  ]) {
-    const { child, address } = await serve(`scenes/${scene}.json`, "--paused", "--speed", "max");
-    for (const [name, size] of [["desk", { width: 1440, height: 900 }], ["phone", { width: 390, height: 844 }]]) {
-      const page = await open(address, size);
-      if ((await time(page)) < end) await playTo(page, end);
-      if (name === "phone") await page.click("#panel-toggle");
-      await prepare(page);
-      if (name === "phone") await page.click("#panel-toggle");
-      await page.click("#fit");
-      for (const theme of ["light", "dark"]) {
-        await page.waitForTimeout(1500);
-        await page.screenshot({ path: join(folder, `viewer-${scene}-${name}-${theme}.png`) });
-        await page.click("#theme");
-      }
-      await page.close();
-    }
-    child.kill();
+/** Stored results of a scene, in a folder that is gone at the end. */
+function store(scene, steps) {
+  const place = mkdtempSync(join(tmpdir(), "palpate-pictures-"));
+  process.on("exit", () => rmSync(place, { recursive: true }));
+  const made = spawnSync(command, ["run", scene, "--steps", String(steps), "--out", join(place, "results"), "--no-picture", "--quiet"]);
+  if (made.status !== 0) throw new Error(String(made.stderr));
+  return join(place, "results");
+}
+
+const asItIs = async () => {};
+
+/** Name of the pictures; what is shown; until when it runs; what is done then. */
+const shown = {
+  eye: [() => "scenes/eye.json", 0.6, asItIs],
+  skull: [() => "scenes/skull.json", 0.8, asItIs],
+  stacking: [() => "scenes/stacking.json", 0.3, async (page) => {
+    await page.selectOption("#colouring", "depth");
+    await page.check("#cut");
+  }],
+  // './dev run scenes/skull-ct.json' makes its meshes.
+  ct: [() => "scenes/skull-ct.json", 0.8, async (page) => { await page.selectOption("#scene-view", "tissues"); }],
+  stored: [() => store("scenes/eye.json", 130), 1.3, async (page) => { await page.selectOption("#colouring", "displacement"); }],
+};
+
+/** Plays to a time; in stored results the slider goes to their end. */
+async function showEnd(page, end) {
+  if (await page.isVisible("#seek")) {
+    await page.focus("#seek");
+    await page.keyboard.press("End");
+    await waitFor(page, async () => (await time(page)) >= end - 1e-9);
+  } else if ((await time(page)) < end) {
+    await playTo(page, end);
   }
 }
 
+/** The page at the size of a desk and of a phone, in both themes, with the panel where there is room. */
+async function look(what) {
+  const [scene, end, prepare] = shown[what];
+  const { child, address } = await serve(scene(), "--paused", "--speed", "max");
+  for (const [name, size] of [["desk", { width: 1440, height: 900 }], ["phone", { width: 390, height: 844 }]]) {
+    const page = await open(address, size);
+    await showEnd(page, end);
+    if (name === "phone") await page.click("#panel-toggle");
+    await prepare(page);
+    if (name === "phone") await page.click("#panel-toggle");
+    await page.click("#fit");
+    for (const theme of ["light", "dark"]) {
+      await page.waitForTimeout(1500);
+      await page.screenshot({ path: join(folder, `viewer-${what}-${name}-${theme}.png`) });
+      await page.click("#theme");
+    }
+    await page.close();
+  }
+  child.kill();
+}
+
 const wanted = process.argv.slice(4);
-const pictures = { animation, looks };
-for (const [name, make] of Object.entries(pictures)) if (wanted.length === 0 || wanted.includes(name)) await make();
+for (const name of ["animation", ...Object.keys(shown)]) {
+  if (wanted.length > 0 && !wanted.includes(name)) continue;
+  await (name === "animation" ? animation() : look(name));
+}
 await browser.close();

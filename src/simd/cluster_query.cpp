@@ -145,7 +145,7 @@ void filter(const PointRows& rows, ClusterBlock& block) {
     block.first_candidate[c] = static_cast<std::uint32_t>(first);
     for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
       const PointRange row = block.rows[r];
-      for (std::uint32_t e = row.begin; e < row.end; e += lanes()) {
+      for (std::uint32_t e = row.begin; e < row.end; e += static_cast<std::uint32_t>(lanes())) {
         const Int name = hn::LoadU(ints, rows.names + e);
         const auto keep = hn::And(in_box(rows.words + e, name), hn::FirstN(ints, row.end - e));
         count += store_kept(hn::And(name, unmarked), keep, candidates + count);

@@ -52,7 +52,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
       // A fifth of an edge in a step: what tissue in contact can follow.
       rails_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
-      limits_(simulation_.bodies(), simulation_.contact_materials(), model_.obstacles),
+      limits_(model_, simulation_.contact_materials(), edge_lengths_, scene.settings.time_step),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
 
 Index LiveSource::body_of_motion(Index motion) const {
@@ -169,7 +169,9 @@ Json LiveSource::rails_json() const {
 
 Index LiveSource::spring(const Held& held) {
   const Index point = at(surface_.points(), held.vertex);
-  const double stiffness = limited_stiffness(at(positions(), point), held.target, held.stiffness, held.most);
+  const double stiffness =
+      limited_stiffness({held.stiffness, limits_.mass(point), held.most}, at(positions(), point),
+                        at(simulation_.velocities(), point), simulation_.settings().time_step, held.target);
   return simulation_.grab({point, held.target, stiffness});
 }
 

@@ -8,28 +8,49 @@
 
 namespace palpate::view {
 
-/// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out. The lesser of
-/// - what stretches the tissue around the point by about a third of its own size: largest_strain times
-///   Young's modulus times a third of the area at rest of the surface triangles there,
+/// How hard a point of tissue may be pulled; a hand that pulls harder turns tets inside out, or throws bodies
+/// about. The least of
+/// - what stretches the tissue around the point by about a fifth of its own size: largest_strain times a
+/// third of
+///   Young's modulus times area, of the surface triangles there or, at corners less, of the faces opposite
+///   the point in its tets,
 /// - what presses the whole body into the softest that lies against it (their boxes meet): largest_squeeze
-///   times Young's modulus of that times a quarter of the body's surface, a ball's cross-section.
+///   times Young's modulus of that times a quarter of the body's surface, a ball's cross-section,
+/// - for a body that nothing holds (no point fixed, on rails or tied), what moves all of it by largest_leap
+/// mean
+///   edges within a time step from rest.
 class PullLimits {
  public:
-  static constexpr double largest_strain = 0.3;
+  static constexpr double largest_strain = 0.2;
   static constexpr double largest_squeeze = 0.1;
+  static constexpr double largest_leap = 0.2;  ///< as what is on rails follows a hand
 
-  /// \param rigid  (n_bodies) 1: a body that does not deform; empty: none. O(points + triangles + bodies^2).
-  PullLimits(const Bodies& bodies, std::span<const Material> materials, std::span<const std::uint8_t> rigid);
+  /// \param of_bodies  (n_bodies) mean material of each
+  /// \param edges      (n_bodies) mean length of an edge
+  /// O(points + triangles + tets + bodies^2).
+  PullLimits(const Model& model, std::span<const Material> of_bodies, std::span<const double> edges,
+             double time_step);
 
   /// The largest force of a pull, in the unit of the scene; 0 at a point inside.
   [[nodiscard]] double force(Index point) const { return forces_[static_cast<std::size_t>(point)]; }
+  [[nodiscard]] double mass(Index point) const { return masses_[static_cast<std::size_t>(point)]; }
 
  private:
+  std::vector<double> masses_;  ///< (n_points)
   std::vector<double> forces_;  ///< (n_points)
 };
 
-/// The stiffness of a spring that pulls no harder than `most` from where the point is: `stiffness`, or less.
-/// The spring gives way, in place of its target: so a hand far away pulls with `most` all through a step.
-[[nodiscard]] double limited_stiffness(const Vec3& point, const Vec3& target, double stiffness, double most);
+/// A spring whose damper is critical for the mass of its point, as Simulation::grab() makes it.
+struct PullSpring {
+  double stiffness = 0.0;  ///< that it would like to have
+  double mass = 0.0;       ///< of the point
+  double most = 0.0;       ///< force, of spring and damper together
+};
+
+/// The stiffness with which spring and damper pull no harder than `most` at the start of a step, where the
+/// point is, and at its end, where it is going: that of the spring, or less. The spring gives way, in place
+/// of its target: so a hand far away pulls with about `most` all through a step.
+[[nodiscard]] double limited_stiffness(const PullSpring& spring, const Vec3& point, const Vec3& velocity,
+                                       double time_step, const Vec3& target);
 
 }  // namespace palpate::view

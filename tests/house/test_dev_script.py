@@ -58,8 +58,9 @@ class DevScript(unittest.TestCase):
             (["bench", "--compare"], "--compare needs a report"),
             (["bench", "--compare", "nowhere.json"], "there is no file '/nowhere.json'"),
             (["bench", "instructions", "--fast"], "bench instructions takes --keep, found '--fast'"),
-            (["wheel", "now"], "wheel takes --python PY, found 'now'"),
+            (["wheel", "now"], "wheel takes --python PY and --arch aarch64, found 'now'"),
             (["wheel", "--python"], "--python needs a Python"),
+            (["wheel", "--arch", "arm"], "--arch takes aarch64, found 'arm'"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
         ]:
             with self.subTest(arguments=arguments):

@@ -1,5 +1,6 @@
 """The wheels of ./dev wheel in bare virtual environments: no compiler, no library of ours in reach."""
 
+import json
 import os
 import re
 import subprocess
@@ -87,3 +88,57 @@ def test_the_package_works_and_has_the_bits_of_the_command(venv, command, root, 
     assert "contacts, the deepest" in output
 
 
+RECIPE = """
+import json, sys
+import rattler_build as conda
+
+recipe = conda.Stage0Recipe.from_file(sys.argv[1])
+for name in ("linux-64", "linux-aarch64"):
+    platform = conda.PlatformConfig(target_platform=name, build_platform=name, host_platform=name)
+    variants = conda.VariantConfig({"c_stdlib": ["sysroot"], "c_stdlib_version": ["2.28"]})
+    one, = recipe.render(variants, conda.RenderConfig(platform=platform))
+    print(json.dumps(one.recipe.to_dict()))
+"""
+
+
+def test_the_conda_recipe_is_one_and_is_of_this_version(wheel, root):
+    """Not built: that needs the packages of conda-forge."""
+    python, = (root / "build").glob("wheel-python-3.11/bin/python")
+    rendered = [json.loads(line) for line in run(python, "-c", RECIPE, root / "conda/recipe.yaml").splitlines()]
+    assert len(rendered) == 2
+    for one in rendered:
+        assert one["package"] == {"name": "palpate", "version": wheel.name.split("-")[1]}
+        assert one["requirements"]["run"] == ["python >=3.10", "numpy >=1.23"]
+    assert rendered[0]["requirements"]["build"][0] == "gxx_linux-64" and rendered[1]["requirements"]["build"][0] == "gxx_linux-aarch64"
+
+
+@pytest.fixture(scope="module")
+def arm(root, tmp_path_factory):
+    """The wheel for 64-bit Arm and NumPy in a folder, and how to run a program of Arm there: on a Debian with Python and nothing else, in qemu."""
+    run(root / "dev", "wheel", "--python", "/usr/bin/python3", "--arch", "aarch64", env=os.environ)
+    found, = (root / "dist").glob("palpate-*-cp311-*_aarch64.whl")
+    assert re.search(r"-manylinux_2_\d+_aarch64\.whl$", found.name), found.name
+    bare = root / "build/aarch64/bare"
+    run("python3", root / "python/tools/sysroot.py", "arm64", bare, "python3", "libstdc++6", env=os.environ)
+    site = tmp_path_factory.mktemp("arm")
+    run(root / "build/wheel-python-3.11/bin/python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--target", site, "--platform", "manylinux_2_36_aarch64",
+        "--platform", "manylinux_2_35_aarch64", "--platform", "manylinux_2_28_aarch64", "--platform", "manylinux_2_27_aarch64", "--platform", "manylinux2014_aarch64", "--only-binary", ":all:",
+        "--python-version", "3.11", found, env=os.environ)
+
+    def emulate(program, *arguments, **options):
+        environment = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent", "PYTHONPATH": str(site)}
+        return run("qemu-aarch64-static", "-L", bare, program, *arguments, env=environment, **options)
+
+    return site, bare, emulate
+
+
+def test_the_wheel_of_arm_runs(arm, venv, root, tmp_path):
+    """Package and command end in one state; positions are those of this machine but for rounding. No picture: that takes minutes in qemu."""
+    site, bare, emulate = arm
+    scene = root / "scenes/ball-on-plate.json"
+    code = "import palpate, sys; s = palpate.Simulation(sys.argv[1]); s.run(3); print(s.state_hash, *s.positions.ravel())"
+    hash_, *there = emulate(bare / "usr/bin/python3.11", "-I", "-c", f"import sys; sys.path.insert(0, {str(site)!r}); {code}", scene, cwd=tmp_path).split()
+    here = run(venv / "bin/python", "-I", "-c", code, scene, cwd=tmp_path).split()[1:]
+    assert [float(x) for x in there] == pytest.approx([float(x) for x in here], abs=1e-9)
+    emulate(site / "palpate/bin/palpate", "run", scene, "--steps", "3", "--no-picture", "--out", tmp_path / "arm", cwd=tmp_path)
+    assert f'"state_hash": "{hash_}"' in (tmp_path / "arm/run.json").read_text()

@@ -1,8 +1,10 @@
 // Hands that hold tissue and jerk it as hard as they can, in the scenes that people open first: no pull turns
 // tets inside out, keeps a step from converging or blows up a run.
 #include <algorithm>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -30,6 +32,7 @@ std::unique_ptr<LiveSource> source_of(const std::string& name) {
 struct Worst {
   double force = 0.0;  ///< over what the tissue can take
   std::int64_t inverted = 0;
+  std::int64_t inverted_at_end = 0;
   std::int64_t not_converged = 0;
 };
 
@@ -82,17 +85,25 @@ Worst hold_and_jerk(LiveSource& source, double seconds, std::uint64_t seed) {
       worst.force = std::max(worst.force, length(force) / pull["most"].get<double>());
     }
     worst.inverted = counts["inverted_tets"]["most"];
+    worst.inverted_at_end = counts["inverted_tets"]["now"];
     worst.not_converged = counts["steps_not_converged"];
   }
   return worst;
 }
 
-void expect_it_takes_pulls(const std::string& scene, double seconds) {
+/// What is allowed for a moment.
+struct Momentary {
+  double force = 1.05;  ///< over what the tissue can take
+  std::int64_t inverted = 0;
+};
+
+void expect_it_takes_pulls(const std::string& scene, double seconds, const Momentary& allowed = {}) {
   const auto source = source_of(scene);
   const Worst worst = hold_and_jerk(*source, seconds, 5);
-  EXPECT_LE(worst.force, 1.05) << "beside the spring its damper";
+  EXPECT_LE(worst.force, allowed.force);
   EXPECT_GT(worst.force, 0.5) << "the hand did pull";
-  EXPECT_EQ(worst.inverted, 0);
+  EXPECT_LE(worst.inverted, allowed.inverted);
+  EXPECT_EQ(worst.inverted_at_end, 0);
   EXPECT_EQ(worst.not_converged, 0);
 }
 
@@ -100,16 +111,61 @@ class Pulls : public ::testing::TestWithParam<const char*> {};
 TEST_P(Pulls, HeldAndJerkedDoNoHarm) {
   expect_it_takes_pulls(GetParam(), 0.3);
 }
-/// The same for a minute of simulated time: minutes of the clock.
+/// The same for a minute of simulated time: minutes of the clock. The coarse bars and blocks of the gallery
+/// are thrown about then: one or two tets are inside out for a moment, and a point that is thrown back feels
+/// more for a step.
 TEST_P(Pulls, DISABLED_AMinuteOfThemDoesNoHarm) {
-  expect_it_takes_pulls(GetParam(), 60.0);
+  const bool gallery = std::string(GetParam()).starts_with("examples");
+  expect_it_takes_pulls(GetParam(), 60.0, gallery ? Momentary{.force = 1.5, .inverted = 2} : Momentary{});
+}
+/// The name of a scene's file, as GoogleTest takes it.
+std::string name_of(const ::testing::TestParamInfo<const char*>& scene) {
+  std::string name = std::filesystem::path(scene.param).stem();
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Pulls,
                          ::testing::Values("scenes/eye.json", "scenes/skull.json", "scenes/stacking.json"),
-                         [](const auto& scene) {
-                           const std::string file = scene.param;
-                           return file.substr(7, file.size() - 12);
-                         });
+                         name_of);
+/// The scenes of docs/gallery.md, but for the tower.
+INSTANTIATE_TEST_SUITE_P(Gallery, Pulls,
+                         ::testing::Values("examples/scenes/attached.json", "examples/scenes/belt.json",
+                                           "examples/scenes/everything.json", "examples/scenes/fold.json",
+                                           "examples/scenes/grab.json", "examples/scenes/incline-slide.json",
+                                           "examples/scenes/incline-stick.json", "examples/scenes/jaw.json",
+                                           "examples/scenes/load.json", "examples/scenes/plastic.json",
+                                           "examples/scenes/press.json", "examples/scenes/regions.json",
+                                           "examples/scenes/two-stiffnesses.json"),
+                         name_of);
+/// Ten stiff blocks on each other: steps in which they are pulled about need more iterations than the scene
+/// allows, and say so (docs/viewer.md). All else holds.
+TEST(PullsTower, TurnNoTetInsideOut) {
+  const auto source = source_of("examples/scenes/tower.json");
+  const Worst worst = hold_and_jerk(*source, 0.1, 5);
+  EXPECT_GT(worst.force, 0.0);
+  EXPECT_EQ(worst.inverted, 0);
+}
+/// No other scene of the gallery is left out.
+TEST(PullsGallery, HasEveryScene) {
+  const auto& suite = *::testing::UnitTest::GetInstance();
+  std::set<std::string> tested;
+  for (int s = 0; s < suite.total_test_suite_count(); ++s) {
+    const auto& tests = *suite.GetTestSuite(s);
+    if (std::string(tests.name()) != "Gallery/Pulls") continue;
+    for (int t = 0; t < tests.total_test_count(); ++t) {
+      const std::string name = tests.GetTestInfo(t)->name();
+      if (!name.starts_with("DISABLED_")) tested.insert(name.substr(name.find('/') + 1));
+    }
+  }
+  std::set<std::string> files;
+  for (const auto& file : std::filesystem::directory_iterator(PALPATE_SOURCE_DIR "/examples/scenes")) {
+    std::string name = file.path().stem();
+    std::replace(name.begin(), name.end(), '-', '_');
+    files.insert(name);
+  }
+  files.erase("tower");
+  EXPECT_EQ(tested, files);
+}
 
 }  // namespace
 }  // namespace palpate::view
