@@ -31,7 +31,7 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
                                            .direction = outcome.direction,
                                            .force = all_[i],
                                            .status = outcome.status,
-                                           .speculative = i >= ranges.first_speculative || outcome.depth < 0.0};
+                                           .speculative = i >= ranges.first_speculative};
   });
   const auto first = all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_tie);
   ties_.assign(first, all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_contact));
