@@ -55,7 +55,7 @@ struct Material {
   std::optional<double> plastic_yield{};    ///< strain, >= 0; none: never yields. Needs model corotational
   double plastic_creep = 0.0;               ///< 1/s, >= 0
   std::optional<double> plastic_maximum{};  ///< strain, >= 0; none: no bound
-  MaterialModel model = MaterialModel::corotational;
+  MaterialModel model = MaterialModel::corotational;  ///< law of elasticity
   /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
   /// C01 / (C10 + C01).
   double mooney_fraction = 0.5;

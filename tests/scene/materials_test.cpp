@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 Scene read(const std::string& material) {
-  return read_scene_text(R"({"bodies": [{"ball": {"radius": 0.1, "resolution": 1}, "material": )" + material + "}]}",
-                         "s.json");
+  return read_scene_text(
+      R"({"name": "s", "bodies": [{"ball": {"radius": 0.1, "resolution": 1}, "material": )" + material + "}]}", "s.json");
 }
 
 std::string refused(const std::string& material) {
@@ -24,7 +24,8 @@ std::string refused(const std::string& material) {
 }
 
 TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
-  const Scene scene = read(R"({"model": "mooney-rivlin", "mooney_fraction": 0.25, "fibres": {"direction": [0, 1, 2],
+  const Scene scene =
+      read(R"({"model": "mooney-rivlin", "mooney_fraction": 0.25, "fibres": {"direction": [0, 1, 2],
     "stiffness": 3, "exponent": 0.5, "active_stress": 7, "activation": {"times": [0, 1], "factors": [0, 0.75]}}})");
   const Scene again = read_scene_text(write_scene(scene), "again.json");
   for (const Scene* s : {&scene, &again}) {
@@ -42,9 +43,11 @@ TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
 
 TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
   EXPECT_NE(refused(R"({"model": "stable-neo-hokean"})").find("'stable-neo-hookean'"), std::string::npos);
-  EXPECT_NE(refused(R"({"fibres": {"stiffness": 1}})").find("material.fibres: found them with the model corotational"),
+  EXPECT_NE(refused(R"({"fibres": {"stiffness": 1}})")
+                .find("material.fibres: found them with the model corotational"),
             std::string::npos);
-  EXPECT_NE(refused(R"({"model": "mooney-rivlin", "plastic_yield": 0.1, "plastic_creep": 1})").find("plastic_yield"),
+  EXPECT_NE(refused(R"({"model": "mooney-rivlin", "plastic_yield": 0.1, "plastic_creep": 1})")
+                .find("plastic_yield"),
             std::string::npos);
   EXPECT_NE(refused(R"({"model": "mooney-rivlin", "fibres": {"direction": [0, 0, 0], "stiffness": 1}})")
                 .find("fibres.direction: found a zero vector"),
