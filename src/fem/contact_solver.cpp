@@ -15,7 +15,7 @@ constexpr double drift_share = 0.1;
 /// Of the estimate of the error from the changes of the solution, with multigrid.
 constexpr double safety = 2.0;
 /// The preconditioner takes the contacts anew after so many iterations.
-constexpr int renewal = 8;
+constexpr int renewal = 16;
 /// Times that the true residual is looked at before a solve that rounding stops is given up.
 constexpr int most_looks = 4;
 

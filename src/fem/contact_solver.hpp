@@ -102,6 +102,7 @@ class ContactSolver {
   std::vector<double> masses_;     ///< z_i^T M z_j
   std::vector<double> of_guess_;   ///< z_i^T M x at c = 0
   std::vector<double> of_change_;  ///< scratch
+  std::vector<float> scaled_;      ///< scratch
   std::vector<double> totals_;     ///< scratch
   std::vector<double> sums_;       ///< scratch
   std::vector<double> partial_;    ///< scratch

@@ -16,10 +16,16 @@ using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
 
 /// M v of a chunk of rows that begins with the value `from`.
 void weigh(std::span<const float> masses, std::size_t from, std::span<const float> v, ChunkOfRows& heavy) {
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    const std::size_t row = simd::slice_rows * ((from + i) / simd::slice_values) +
-                            (from + i) % simd::slice_values % simd::slice_rows;
-    heavy[i] = row < masses.size() ? masses[row] * v[i] : 0.0F;
+  const std::size_t first = simd::slice_rows * (from / simd::slice_values);
+  for (std::size_t slice = 0; simd::slice_values * slice < v.size(); ++slice) {
+    for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
+      const std::size_t row = first + simd::slice_rows * slice + lane;
+      const float mass = row < masses.size() ? masses[row] : 0.0F;
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t i = simd::slice_values * slice + simd::slice_rows * e + lane;
+        heavy[i] = mass * v[i];
+      }
+    }
   }
 }
 
@@ -35,6 +41,7 @@ void ContactSolver::resize(const Run& run) {
   constexpr std::size_t most = ReducedStep::largest;
   masses_.resize(most * most);
   for (auto* list : {&of_guess_, &of_change_}) list->resize(most);
+  scaled_.resize(most);
   totals_.resize(2 * most + 3);
   make_room(sums_, (2 * most + 3) * parallel::chunk_count(slices, slice_grain));
 }
@@ -108,8 +115,10 @@ void ContactSolver::project_guess(const Run& run) {
         weigh(run.problem.system->masses(), from, std::span(guess_).subspan(from, to - from), heavy);
         for (std::size_t d = 0; 2 * d < width; ++d) {
           double* sum = &sums_[width * chunk + 2 * d];
-          sum[0] = simd::dot_floats(direction(d) + from, &base_residual_[from], to - from);
-          sum[1] = simd::dot_floats(direction(d) + from, heavy.data(), to - from);
+          const simd::TwoSums sums =
+              simd::dot_two(direction(d) + from, &base_residual_[from], heavy.data(), to - from);
+          sum[0] = sums.first;
+          sum[1] = sums.second;
         }
       });
   for (std::size_t d = 0; 2 * d < width; ++d) {
@@ -157,6 +166,7 @@ void ContactSolver::put_forces(const Run& run) {
 void ContactSolver::compute_residual(Run& run) {
   put_forces(run);
   const auto c = reduced_.solution();
+  for (std::size_t d = 0; d < c.size(); ++d) scaled_[d] = static_cast<float>(c[d] / run.scale);
   const simd::CouplingRows couplings = run.problem.stiffened->couplings().rows();
   const auto inverse_masses = run.problem.system->inverse_masses();
   const std::size_t rows = run.points().size();
@@ -168,11 +178,8 @@ void ContactSolver::compute_residual(Run& run) {
                          const std::size_t from = simd::slice_values * begin;
                          const std::size_t count = simd::slice_values * (end - begin);
                          std::copy_n(&base_residual_[from], count, &residual_[from]);
-                         for (std::size_t d = 0; d < c.size(); ++d) {
-                           if (c[d] == 0.0) continue;
-                           simd::subtract_floats(static_cast<float>(c[d] / run.scale), product(d) + from,
-                                                 &residual_[from], count);
-                         }
+                         simd::subtract_combination({product(0) + from, values_, c.size()}, scaled_.data(),
+                                                    &residual_[from], count);
                          for (std::size_t row = simd::slice_rows * begin;
                               row < std::min(simd::slice_rows * end, rows); ++row) {
                            float* r = &residual_[place_of(row)];
@@ -265,8 +272,10 @@ void ContactSolver::add_products(const Run& run, std::size_t d) {
                          weigh(run.problem.system->masses(), from, {z, count}, heavy);
                          double* sum = &sums_[width * chunk];
                          for (std::size_t k = 0; k <= d; ++k) {
-                           sum[2 * k] = simd::dot_floats(direction(k) + from, product(d) + from, count);
-                           sum[2 * k + 1] = simd::dot_floats(direction(k) + from, heavy.data(), count);
+                           const simd::TwoSums sums =
+                               simd::dot_two(direction(k) + from, product(d) + from, heavy.data(), count);
+                           sum[2 * k] = sums.first;
+                           sum[2 * k + 1] = sums.second;
                          }
                          sum[2 * d + 2] = simd::dot_floats(z, &base_residual_[from], count);
                          sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
@@ -282,17 +291,18 @@ void ContactSolver::add_products(const Run& run, std::size_t d) {
 void ContactSolver::flush(Run& run) {
   const auto c = reduced_.solution();
   const auto points = run.points();
-  parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
-    if (points[row] < 0) return;
-    Vec3 sum;
-    for (std::size_t d = 0; d < c.size(); ++d) {
-      const float* z = direction(d) + place_of(row);
-      sum += c[d] * Vec3{static_cast<double>(z[0]), static_cast<double>(z[simd::slice_rows]),
-                         static_cast<double>(z[2 * simd::slice_rows])};
+  parallel::for_each(run.threads, values_ / simd::slice_values, slice_grain, [&](std::size_t slice) {
+    alignas(64) std::array<double, simd::slice_values> sum;
+    simd::combine_in_double({direction(0) + simd::slice_values * slice, values_, c.size()}, c.data(),
+                            sum.data(), sum.size());
+    for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
+      const std::size_t row = simd::slice_rows * slice + lane;
+      if (row >= points.size() || points[row] < 0) continue;
+      simd::Padded3& x = at(run.x, points[row]);
+      x = padded(unpadded(x) +
+                 Vec3{sum[lane], sum[simd::slice_rows + lane], sum[2 * simd::slice_rows + lane]});
+      set_row(guess_, row, unpadded(x));
     }
-    simd::Padded3& x = at(run.x, points[row]);
-    x = padded(unpadded(x) + sum);
-    set_row(guess_, row, unpadded(x));
   });
   weigh_guess(run);
   reduced_.rebase(run.threads);
@@ -329,6 +339,7 @@ void ContactSolver::shrink(Run& run) {
 void ContactSolver::move_directions(const Run& run, std::size_t kept) {
   const auto change = reduced_.change();
   const std::size_t size = reduced_.directions();
+  for (std::size_t d = 0; d < size; ++d) scaled_[d] = -static_cast<float>(change[d]);
   const std::size_t slices = values_ / simd::slice_values;
   parallel::for_chunks(
       run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -338,8 +349,7 @@ void ContactSolver::move_directions(const Run& run, std::size_t kept) {
         for (float* list : {directions_.data(), products_.data()}) {
           const auto part = [&](std::size_t d) { return list + values_ * d + from; };
           sum.fill(0.0F);
-          for (std::size_t d = 0; d < size; ++d)
-            simd::subtract_floats(-static_cast<float>(change[d]), part(d), sum.data(), count);
+          simd::subtract_combination({part(0), values_, size}, scaled_.data(), sum.data(), count);
           std::copy_n(sum.data(), count, part(0));
           for (std::size_t k = 0; k < kept; ++k) std::copy_n(part(size - kept + k), count, part(k + 1));
         }

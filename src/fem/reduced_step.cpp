@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t grain = 64;
 /// |F| that is left, by what was.
 constexpr double reduction = 0.1;
-constexpr int most_rounds = 6;
+constexpr int most_rounds = 2;
 /// A slope so flat is none.
 constexpr double flat = 0.1;
 
@@ -34,14 +34,30 @@ void ReducedStep::begin(std::size_t most) {
 void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction) {
   laws_ = laws;
   friction_ = friction;
-  for (auto* list :
-       {&base_velocities_, &base_forces_, &velocities_, &forces_, &trial_velocities_, &trial_forces_})
-    resize_with_room(*list, laws.size());
+  constexpr std::size_t lanes = simd::law_lanes;
+  const std::size_t whole_groups = (laws.size() + lanes - 1) / lanes * lanes;
+  for (auto* list : {&base_velocities_, &base_forces_, &velocities_, &forces_, &trial_velocities_,
+                     &trial_forces_, &step_velocities_})
+    assign_with_room(*list, whole_groups, Vec3{});
   resize_with_room(rates_, 3 * stride_ * laws.size());
-  resize_with_room(bounds_, laws.size());
-  resize_with_room(weights_, laws.size());
-  resize_with_room(changes_, laws.size());
+  assign_with_room(bounds_, whole_groups, 0.0);
+  resize_with_room(weights_, whole_groups);
+  resize_with_room(changes_, whole_groups);
   make_room(partial_, parallel::chunk_count(laws.size(), grain) * stride_ * stride_);
+  const std::size_t numbers = simd::law_values / lanes * whole_groups;
+  if (law_rows_.capacity() < numbers) law_rows_.reserve(numbers + numbers / 8);
+  law_rows_.assign(numbers, 0.0);
+  for (std::size_t k = 0; k < laws.size(); ++k) {
+    const ContactLaw& law = laws[k];
+    const Vec3& n = law.direction;
+    const Vec3 pull = law.stiffness * law.slip;
+    double* row = &law_rows_[simd::law_values * (k / lanes) + k % lanes];
+    for (const double value : {law.stiffness * law.depth, law.resistance(friction.time_step), n.x, n.y, n.z,
+                               pull.x, pull.y, pull.z}) {
+      *row = value;
+      row += lanes;
+    }
+  }
   forget_stiffness();
 }
 
@@ -59,9 +75,11 @@ void ReducedStep::update(const parallel::Threads& threads) {
   std::ranges::fill(c_, 0.0);
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
     velocities_[k] = base_velocities_[k];
-    base_forces_[k] = contact_force(laws_[k], friction_, base_velocities_[k]).whole(laws_[k].direction);
+    base_forces_[k] = {};
     forces_[k] = {};
   });
+  find_forces(threads, base_velocities_, false, trial_forces_);
+  base_forces_.swap(trial_forces_);
 }
 
 void ReducedStep::rebase(const parallel::Threads& threads) {
@@ -133,18 +151,43 @@ void ReducedStep::project(const parallel::Threads& threads, std::span<const doub
   }
 }
 
-/// F at c, with the bounds of friction as they are or by Coulomb's law; and velocities and forces there.
-void ReducedStep::evaluate(const parallel::Threads& threads, std::span<const double> c, bool with_bounds,
-                           std::vector<Vec3>& u, std::vector<Vec3>& forces, std::vector<double>& f) {
+/// J step_, so that a search along step_ needs no J.
+void ReducedStep::find_step_velocities(const parallel::Threads& threads) {
+  std::fill(step_.begin() + static_cast<std::ptrdiff_t>(size_), step_.end(), 0.0);
   parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::combine_rates(rates(), c.data(), base_velocities_.data(), u.data(), begin, end);
-    for (std::size_t k = begin; k < end; ++k) {
-      const Vec3 force = with_bounds ? force_with_bound(laws_[k], friction_, u[k], bounds_[k])
-                                     : contact_force(laws_[k], friction_, u[k]).whole(laws_[k].direction);
-      forces[k] = force - base_forces_[k];
-    }
+    simd::combine_rates(rates(), step_.data(), step_velocities_.data(), begin, end);
   });
-  project(threads, c, forces, f);
+}
+
+simd::ContactLawRows ReducedStep::law_rows(bool with_bounds) const {
+  return {.values = law_rows_.data(),
+          .friction = friction_.coefficient,
+          .bounds = with_bounds ? bounds_.data() : nullptr};
+}
+
+/// Forces at these velocities, less those at c = 0: by Coulomb's law, or with the bounds as they are.
+void ReducedStep::find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities,
+                              bool with_bounds, std::vector<Vec3>& forces) const {
+  parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::contact_forces(law_rows(with_bounds), velocities.data(), base_forces_.data(), forces.data(), begin,
+                         end);
+  });
+}
+
+/// Trial velocities and forces at that share of step_.
+void ReducedStep::try_share(const parallel::Threads& threads, double share, bool with_bounds) {
+  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
+    trial_velocities_[k] = velocities_[k] + share * step_velocities_[k];
+  });
+  find_forces(threads, trial_velocities_, with_bounds, trial_forces_);
+  for (std::size_t k = 0; k < size_; ++k) trial_c_[k] = c_[k] + share * step_[k];
+}
+
+void ReducedStep::accept_trial() {
+  std::swap(c_, trial_c_);
+  std::swap(velocities_, trial_velocities_);
+  std::swap(forces_, trial_forces_);
+  std::fill(c_.begin() + static_cast<std::ptrdiff_t>(size_), c_.end(), 0.0);
 }
 
 /// Rows and columns of new directions in stiffness_, with the weights that it has.
@@ -177,18 +220,18 @@ void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
   const std::size_t n = padded(size_);
   assign_with_room(partial_, chunks * stride_ * n, 0.0);
-  parallel::for_chunks(
-      threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        for (std::size_t k = begin; k < end; ++k) {
-          const Matrix3 now = with_bounds
-                                  ? derivative_with_bound(laws_[k], friction_, velocities_[k], bounds_[k])
-                                  : derivative(laws_[k], friction_, velocities_[k]);
-          changes_[k] = now - weights_[k];
-          weights_[k] = now;
-        }
-        simd::add_stiffness(rates(), changes_.front().values.data(), partial_.data() + stride_ * n * chunk,
-                            begin, end);
-      });
+  parallel::for_chunks(threads, laws_.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         simd::contact_derivatives(law_rows(with_bounds), velocities_.data(),
+                                                   changes_.front().values.data(), begin, end);
+                         for (std::size_t k = begin; k < end; ++k) {
+                           const Matrix3 now = changes_[k];
+                           changes_[k] = now - weights_[k];
+                           weights_[k] = now;
+                         }
+                         simd::add_stiffness(rates(), changes_.front().values.data(),
+                                             partial_.data() + stride_ * n * chunk, begin, end);
+                       });
   for (std::size_t i = 0; i < size_; ++i) {
     for (std::size_t l = 0; l < size_; ++l) {
       double sum = stiffness_[stride_ * i + l];
@@ -264,16 +307,14 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   constexpr double enough = 0.3;
   assemble(threads, false);
   if (!solve_linear(f_, step_)) return false;
+  find_step_velocities(threads);
   double share = 1.0;
   for (int i = 0; i < halvings; ++i, share *= 0.5) {
-    for (std::size_t k = 0; k < size_; ++k) trial_c_[k] = c_[k] + share * step_[k];
-    std::fill(trial_c_.begin() + static_cast<std::ptrdiff_t>(size_), trial_c_.end(), 0.0);
-    evaluate(threads, trial_c_, false, trial_velocities_, trial_forces_, trial_f_);
+    try_share(threads, share, false);
+    project(threads, trial_c_, trial_forces_, trial_f_);
     const double found = norm(trial_f_);
     if (!(found < (1.0 - enough * share) * size_of_f_)) continue;
-    std::swap(c_, trial_c_);
-    std::swap(velocities_, trial_velocities_);
-    std::swap(forces_, trial_forces_);
+    accept_trial();
     std::swap(f_, trial_f_);
     size_of_f_ = found;
     return true;
@@ -281,53 +322,75 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   return false;
 }
 
-/// Along step_ from c, with the bounds of friction as they are: falls with the share.
-double ReducedStep::slope(const parallel::Threads& threads, double share) {
-  for (std::size_t k = 0; k < size_; ++k) trial_c_[k] = c_[k] + share * step_[k];
-  std::fill(trial_c_.begin() + static_cast<std::ptrdiff_t>(size_), trial_c_.end(), 0.0);
-  evaluate(threads, trial_c_, true, trial_velocities_, trial_forces_, trial_f_);
-  double sum = 0.0;
-  for (std::size_t k = 0; k < size_; ++k) sum += step_[k] * trial_f_[k];
-  return sum;
+/// The share of step_ at which the convex function that the bounds of friction give is least, about; 0 where
+/// it rises from the start. O(contacts) a trial.
+double ReducedStep::search_line(const parallel::Threads& threads) {
+  constexpr int halvings = 8;
+  constexpr double furthest = 64.0;
+  double constant = 0.0;
+  double curvature = 0.0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    double along_c = 0.0;
+    double along_step = 0.0;
+    for (std::size_t j = 0; j < size_; ++j) {
+      along_c += gram_[stride_ * i + j] * c_[j];
+      along_step += gram_[stride_ * i + j] * step_[j];
+    }
+    constant += step_[i] * (g_[i] - along_c);
+    curvature += step_[i] * along_step;
+  }
+  // step^T F: how fast the function falls.
+  const auto slope = [&](double share) {
+    try_share(threads, share, true);
+    const double work = parallel::sum(threads, laws_.size(), partial_, [&](std::size_t k) {
+      return dot(step_velocities_[k], trial_forces_[k]);
+    });
+    return constant - share * curvature + friction_.time_step * work;
+  };
+  const double at_start = slope(0.0);
+  if (!(at_start > 0.0)) return 0.0;
+  double low = 0.0;
+  double high = 1.0;
+  double at_high = slope(high);
+  while (high < furthest && at_high > flat * at_start) {
+    low = high;
+    high *= 2.0;
+    at_high = slope(high);
+  }
+  for (int k = 0; k < halvings && std::abs(at_high) > flat * at_start; ++k) {
+    const double middle = 0.5 * (low + high);
+    const double at_middle = slope(middle);
+    if (at_middle > flat * at_start) {
+      low = middle;
+    } else {
+      high = middle;
+      at_high = at_middle;
+    }
+  }
+  return high;
 }
 
 /// Minimises the convex function that the bounds of friction at c give; false where that moves nothing.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;
-  constexpr int halvings = 8;
-  constexpr double furthest = 64.0;
-  for (std::size_t k = 0; k < laws_.size(); ++k)
+  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
     bounds_[k] = friction_.coefficient * contact_force(laws_[k], friction_, velocities_[k]).normal;
-  evaluate(threads, c_, true, velocities_, forces_, f_);
+  });
+  find_forces(threads, velocities_, true, forces_);
+  project(threads, c_, forces_, f_);
   const double first = norm(f_);
   for (int i = 0; i < most_steps && norm(f_) > flat * first; ++i) {
     assemble(threads, true);
     if (!solve_linear(f_, step_)) break;
-    double at_start = 0.0;
-    for (std::size_t k = 0; k < size_; ++k) at_start += step_[k] * f_[k];
-    if (!(at_start > 0.0)) break;
-    double low = 0.0;
-    double high = 1.0;
-    double at_high = slope(threads, high);
-    while (high < furthest && at_high > flat * at_start) {
-      low = high;
-      high *= 2.0;
-      at_high = slope(threads, high);
-    }
-    for (int k = 0; k < halvings && std::abs(at_high) > flat * at_start; ++k) {
-      const double middle = 0.5 * (low + high);
-      const double at_middle = slope(threads, middle);
-      if (at_middle > flat * at_start) {
-        low = middle;
-      } else {
-        high = middle;
-        at_high = at_middle;
-      }
-    }
-    for (std::size_t k = 0; k < size_; ++k) c_[k] += high * step_[k];
-    evaluate(threads, c_, true, velocities_, forces_, f_);
+    find_step_velocities(threads);
+    const double share = search_line(threads);
+    if (share == 0.0) break;
+    try_share(threads, share, true);
+    accept_trial();
+    project(threads, c_, forces_, f_);
   }
-  evaluate(threads, c_, false, velocities_, forces_, f_);
+  find_forces(threads, velocities_, false, forces_);
+  project(threads, c_, forces_, f_);
   const double found = norm(f_);
   const bool moved = found != size_of_f_;
   size_of_f_ = found;

@@ -6,6 +6,8 @@
 
 #include "fem/contact_law.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
+#include "simd/contact_laws.hpp"
 #include "simd/direction_rows.hpp"
 
 namespace palpate::fem {
@@ -59,9 +61,12 @@ class ReducedStep {
 
  private:
   [[nodiscard]] simd::ContactRates rates() const;
-  void find_velocities(const parallel::Threads& threads, std::span<const double> c, std::vector<Vec3>& u);
-  void evaluate(const parallel::Threads& threads, std::span<const double> c, bool with_bounds,
-                std::vector<Vec3>& u, std::vector<Vec3>& forces, std::vector<double>& f);
+  void find_step_velocities(const parallel::Threads& threads);
+  [[nodiscard]] simd::ContactLawRows law_rows(bool with_bounds) const;
+  void find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities, bool with_bounds,
+                   std::vector<Vec3>& forces) const;
+  void try_share(const parallel::Threads& threads, double share, bool with_bounds);
+  void accept_trial();
   void project(const parallel::Threads& threads, std::span<const double> c, std::span<const Vec3> forces,
                std::vector<double>& f);
   void assemble(const parallel::Threads& threads, bool with_bounds);
@@ -72,9 +77,10 @@ class ReducedStep {
   bool solve_linear(std::span<const double> f, std::vector<double>& step);
   bool step_newton(const parallel::Threads& threads);
   bool step_convex(const parallel::Threads& threads);
-  double slope(const parallel::Threads& threads, double share);
+  double search_line(const parallel::Threads& threads);
 
   std::span<const ContactLaw> laws_;
+  simd::AlignedVector<double> law_rows_;  ///< of the laws, in groups
   StepFriction friction_{};
   std::size_t most_ = 0;
   std::size_t stride_ = 0;  ///< of rows of directions
@@ -90,13 +96,14 @@ class ReducedStep {
   std::vector<Vec3> forces_;           ///< there, less base_forces_, N
   std::vector<Vec3> trial_velocities_;
   std::vector<Vec3> trial_forces_;
-  std::vector<double> rates_;      ///< (contacts x 3 x stride): J
-  std::vector<double> bounds_;     ///< of friction, N
-  std::vector<Matrix3> weights_;   ///< -df/du of the contacts that stiffness_ is of, N s/m
-  std::vector<Matrix3> changes_;   ///< of them, scratch
-  std::vector<double> stiffness_;  ///< (stride x stride) sum_k J_k^T H_k J_k
-  std::size_t assembled_ = 0;      ///< directions that it has
-  std::vector<double> matrix_;     ///< (size x stride), scratch
+  std::vector<Vec3> step_velocities_;  ///< what step_ changes of the velocities
+  std::vector<double> rates_;          ///< (contacts x 3 x stride): J
+  std::vector<double> bounds_;         ///< of friction, N
+  std::vector<Matrix3> weights_;       ///< -df/du of the contacts that stiffness_ is of, N s/m
+  std::vector<Matrix3> changes_;       ///< of them, scratch
+  std::vector<double> stiffness_;      ///< (stride x stride) sum_k J_k^T H_k J_k
+  std::size_t assembled_ = 0;          ///< directions that it has
+  std::vector<double> matrix_;         ///< (size x stride), scratch
   std::vector<double> partial_;
   std::vector<double> f_, trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;

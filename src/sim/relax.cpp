@@ -114,7 +114,8 @@ class Relaxation {
   bool step() {
     const double before = deepest();
     couplings_.clear();
-    response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, couplings_);
+    response_.compute(threads_, bodies_, contacts(), dynamics_.positions(), still_, time_step_, 0.0,
+                      couplings_);
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
       fem::ContactLaw law = response_.laws()[c];
       law.stiffness *= factor_;

@@ -112,9 +112,10 @@ void ContactResponse::update_chatter_damping(RememberedContact& contact, const V
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies,
                               const Contacts& contacts, std::span<const Vec3> positions,
-                              std::span<const Vec3> velocities, double time_step,
+                              std::span<const Vec3> velocities, double time_step, double fall,
                               std::vector<fem::Coupling>& couplings) {
   memory_.update(contacts);
+  kept_.begin();
   sides_.begin(threads, bodies, positions, contacts.size());
   time_step_ = time_step;
   const std::size_t first = couplings.size();
@@ -128,6 +129,27 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
     compute_one(bodies, contacts, c, positions, velocities, search, couplings[first + c]);
   });
+  kept_.make_room(contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    kept_.add(kept_contact(bodies, contacts.point[c], contacts.body[c], contacts.tet[c], contacts.weights[c],
+                           contacts.depth[c], contacts.direction[c], laws_[c].stiffness, positions));
+  }
+  append_near(threads, bodies, contacts, positions, velocities, fall, couplings);
+}
+
+void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies,
+                                  const Contacts& contacts, std::span<const Vec3> positions,
+                                  std::span<const Vec3> velocities, double fall,
+                                  std::vector<fem::Coupling>& couplings) {
+  const auto near = kept_.near(threads, bodies, contacts, positions, velocities, time_step_, fall);
+  resize_with_room(speculative_, near.size());
+  parallel::for_each(threads, near.size(), grain, [&](std::size_t i) {
+    const NearContact& contact = near[i];
+    const KeptContact& kept = contact.kept;
+    speculative_[i] = speculative(coupling_of(kept.point, at(bodies.tets(), kept.tet), contact.weights),
+                                  -contact.gap, contact.direction, velocities, kept);
+  });
+  append_speculative(couplings);
 }
 
 /// f(i, search) for each i < size, with a search that is no other thread's.
@@ -172,33 +194,48 @@ void ContactResponse::compute_one(const Bodies& bodies, const Contacts& contacts
   remembered.lost = 0;
 }
 
-void ContactResponse::compute_speculative(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                                          std::span<const Vec3> positions_end,
-                                          std::span<const Vec3> velocities_end, ExitSearch& search,
-                                          Speculative& contact) const {
+ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Contacts& contacts,
+                                                  std::size_t c, std::span<const Vec3> positions_end,
+                                                  std::span<const Vec3> velocities_end,
+                                                  ExitSearch& search) const {
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
   const Vec3& r = contacts.direction[c];
   const double k = sides_.share(bodies, positions_end, contacts, c, search) *
                    stiffness(at(bodies.body_of_point(), point), body);
-  contact.coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), contacts.weights[c]);
-  const Vec3 velocity = fem::relative(contact.coupling, velocities_end);
+  const auto& weights = contacts.weights[c];
+  const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
   // Where it was before the step, along the straight way that it came: outside.
-  const double depth = std::min(contacts.depth[c] + time_step_ * dot(velocity, r), 0.0);
-  contact.law = {.stiffness = k, .damping = 0.0, .depth = depth, .slip = {}, .direction = r};
-  contact.force =
-      fem::contact_force(contact.law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal;
-  contact.remembered = {.point = point,
-                        .body = body,
-                        .seen = 1,
-                        .speculative = true,
-                        .slip = {},
-                        .force = (k * depth) * r,
-                        .direction = r,
-                        .velocity = velocity,
-                        .stiffness = k,
-                        .chatter_damping = 0.0,
-                        .side = {}};
+  const double depth =
+      std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
+  return speculative(
+      coupling, depth, r, velocities_end,
+      kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
+}
+
+/// Without damping, and nothing remembered.
+ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& coupling, double depth,
+                                                          const Vec3& direction,
+                                                          std::span<const Vec3> velocities,
+                                                          const KeptContact& kept) const {
+  const Vec3 velocity = fem::relative(coupling, velocities);
+  const fem::ContactLaw law{
+      .stiffness = kept.stiffness, .damping = 0.0, .depth = depth, .slip = {}, .direction = direction};
+  return {.law = law,
+          .coupling = coupling,
+          .remembered = {.point = kept.point,
+                         .body = kept.body,
+                         .seen = 1,
+                         .speculative = true,
+                         .slip = {},
+                         .force = (kept.stiffness * depth) * direction,
+                         .direction = direction,
+                         .velocity = velocity,
+                         .stiffness = kept.stiffness,
+                         .chatter_damping = 0.0,
+                         .side = {}},
+          .kept = kept,
+          .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
@@ -208,25 +245,30 @@ double ContactResponse::add_speculative(const parallel::Threads& threads, const 
   memory_.list_unknown(contacts, unknown_);
   resize_with_room(speculative_, unknown_.size());
   for_each_searching(threads, unknown_.size(), [&](std::size_t i, ExitSearch& search) {
-    compute_speculative(bodies, contacts, unknown_[i], positions_end, velocities_end, search,
-                        speculative_[i]);
+    speculative_[i] = met(bodies, contacts, unknown_[i], positions_end, velocities_end, search);
   });
   std::erase_if(speculative_, [](const Speculative& contact) { return contact.force == 0.0; });
-  const double met = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
+  const double met_with = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
     return speculative_[i].force * speculative_[i].force;
   });
-  if (met <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
+  if (met_with <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
+  append_speculative(couplings);
+  return acting > 0.0 ? std::sqrt(met_with) / acting : std::numeric_limits<double>::infinity();
+}
+
+void ContactResponse::append_speculative(std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
   make_room(added_, speculative_.size());
+  kept_.make_room(speculative_.size());
   added_.clear();
   for (const Speculative& contact : speculative_) {
+    kept_.add(contact.kept);
     laws_.push_back(contact.law);
     couplings.push_back(contact.coupling);
     added_.push_back(contact.remembered);
   }
   memory_.add(added_);
-  return acting > 0.0 ? std::sqrt(met) / acting : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace palpate

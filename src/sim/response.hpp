@@ -12,6 +12,7 @@
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
 #include "sim/contact_memory.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/side_shares.hpp"
 
 namespace palpate {
@@ -74,10 +75,12 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; what contacts remember is kept from call to call. O(contacts), parallel.
+  /// call and to the next; what contacts remember is kept from call to call. Behind them come, as speculative
+  /// ones, contacts of the last step that are near (KeptContacts). \param fall  what gravity moves in the
+  /// step, m. O(contacts log contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
-               std::vector<fem::Coupling>& couplings);
+               double fall, std::vector<fem::Coupling>& couplings);
 
   /// Compares the contacts where the step leads to (`contacts`, found at `positions_end`) with those that it
   /// knows. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`:
@@ -97,11 +100,16 @@ class ContactResponse {
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
   /// After a step that failed: forgets its compute(), so that what contacts remember is as before.
-  void undo() { memory_.undo(); }
+  void undo() {
+    memory_.undo();
+    kept_.undo();
+  }
 
   /// What contacts remember between steps: part of the state that a resumed run needs.
   [[nodiscard]] const std::vector<RememberedContact>& remembered() const { return memory_.all(); }
   void set_remembered(std::vector<RememberedContact> contacts) { memory_.set_all(std::move(contacts)); }
+  [[nodiscard]] const std::vector<KeptContact>& kept() const { return kept_.all(); }
+  void set_kept(std::vector<KeptContact> contacts) { kept_.set_all(std::move(contacts)); }
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
@@ -113,14 +121,22 @@ class ContactResponse {
     fem::ContactLaw law;
     fem::Coupling coupling;
     RememberedContact remembered;
+    KeptContact kept;
     double force = 0.0;  ///< along the direction, if nothing stops it, N
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
-  /// Law and coupling of an unknown contact at the end of the step, and what is remembered of it.
-  void compute_speculative(const Bodies& bodies, const Contacts& contacts, std::size_t c,
-                           std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
-                           ExitSearch& search, Speculative& contact) const;
+  /// Of an unknown contact at the end of the step.
+  [[nodiscard]] Speculative met(const Bodies& bodies, const Contacts& contacts, std::size_t c,
+                                std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
+                                ExitSearch& search) const;
+  [[nodiscard]] Speculative speculative(const fem::Coupling& coupling, double depth, const Vec3& direction,
+                                        std::span<const Vec3> velocities, const KeptContact& kept) const;
+  /// Contacts of the last step whose points are near.
+  void append_near(const parallel::Threads& threads, const Bodies& bodies, const Contacts& contacts,
+                   std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
+                   std::vector<fem::Coupling>& couplings);
+  void append_speculative(std::vector<fem::Coupling>& couplings);
   void compute_one(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, ExitSearch& search,
                    fem::Coupling& coupling);
@@ -130,11 +146,12 @@ class ContactResponse {
 
   ResponseSettings settings_;
   ContactMemory memory_;
+  KeptContacts kept_;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
   std::vector<std::size_t> unknown_;      ///< scratch of add_speculative()
-  std::vector<Speculative> speculative_;  ///< scratch of add_speculative()
-  std::vector<RememberedContact> added_;  ///< scratch of add_speculative()
+  std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
+  std::vector<RememberedContact> added_;  ///< the same
   std::vector<double> partial_;           ///< scratch
   std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles

@@ -119,6 +119,17 @@ void check_contacts(const std::vector<RememberedContact>& contacts, const Bodies
   }
 }
 
+void check_kept(const std::vector<KeptContact>& contacts, const Bodies& bodies) {
+  for (const KeptContact& c : contacts) {
+    check_index("kept contact.point", c.point, 0, bodies.points_rest().size());
+    check_index("kept contact.body", c.body, 0, bodies.bodies().size());
+    check_index("kept contact.tet", c.tet, 0, bodies.tets().size());
+    check_finite("kept contact", {c.distances[0], c.distances[1], c.distances[2]});
+    check_finite("kept contact", {c.distances[3], c.foot[0], c.foot[1]});
+    check_finite("kept contact", {c.foot[2], c.foot[3], c.stiffness});
+  }
+}
+
 void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodies) {
   for (const ActedContact& c : contacts) {
     for (const Index point : c.points) check_index("acting contact", point, 0, bodies.points_rest().size());
@@ -160,6 +171,7 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
     check_finite("grab", {held.grab.stiffness, 0.0, 0.0});
   }
   check_contacts(saved.contacts, bodies);
+  check_kept(saved.kept_contacts, bodies);
   constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // counts as a double in the time
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {

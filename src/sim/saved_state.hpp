@@ -12,12 +12,13 @@
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
 #include "sim/contact_memory.hpp"
+#include "sim/kept_contacts.hpp"
 #include "sim/grabs.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 4};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 5};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -39,6 +40,7 @@ struct SavedState {
   std::vector<HeldGrab> grabs;
   fem::DynamicsState dynamics;
   std::vector<RememberedContact> contacts;
+  std::vector<KeptContact> kept_contacts;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
   std::vector<ActedContact> acting_contacts;
@@ -100,6 +102,11 @@ void describe(Archive& archive, RememberedContact& c) {
 }
 
 template <class Archive>
+void describe(Archive& archive, KeptContact& c) {
+  archive(c.point, c.body, c.tet, c.distances, c.foot, c.stiffness);
+}
+
+template <class Archive>
 void describe(Archive& archive, ActedContact& c) {
   archive(c.points, c.weights, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
@@ -120,7 +127,7 @@ void describe(Archive& archive, DetectorMemory& m) {
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.dynamics,
-          s.contacts, s.detector, s.contact_forces);
+          s.contacts, s.kept_contacts, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

@@ -280,8 +280,9 @@ void Simulation::State::advance() {
   grab_couplings = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
-  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(),
-                   settings.time_step, couplings);
+  const double h = settings.time_step;
+  response.compute(threads, bodies, detector.contacts(), dynamics.positions(), dynamics.velocities(), h,
+                   h * h * length(settings.gravity), couplings);
   first_speculative = couplings.size();
   metrics.forces_seconds = watch.lap();
   try {
@@ -380,6 +381,7 @@ SavedState Simulation::State::saved_state() const {
           .grabs = grabs.all(),
           .dynamics = dynamics.state(),
           .contacts = response.remembered(),
+          .kept_contacts = response.kept(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
           .acting_contacts = step_forces.contacts(),
@@ -395,6 +397,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
   response.set_remembered(saved.contacts);
+  response.set_kept(saved.kept_contacts);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
   if (saved.records_reactions) dynamics.find_held_elements();

@@ -8,23 +8,66 @@ inline bool is_zero(const double* m) {
   return zero;
 }
 
-inline double dot_floats(const float* a, const float* b, std::size_t n) {
-  std::array<double, slice_rows> lanes{};
-  for (std::size_t i = 0; i < n; i += slice_rows) {
-    for (std::size_t k = 0; k < slice_rows; ++k)
-      lanes[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
+/// Sums of products by lanes: a slice at a time in float, which many lanes take at once.
+struct LaneSums {
+  alignas(64) std::array<double, slice_rows> lanes{};
+
+  void add_slice(const float* a, const float* b) {
+    for (std::size_t k = 0; k < slice_rows; ++k) {
+      const float x = a[k] * b[k];
+      const float y = a[slice_rows + k] * b[slice_rows + k];
+      const float z = a[2 * slice_rows + k] * b[2 * slice_rows + k];
+      lanes[k] += static_cast<double>(x + y + z);
+    }
   }
-  double sum = 0.0;
-  for (const double lane : lanes) sum += lane;
-  return sum;
+  [[nodiscard]] double sum() const {
+    double total = 0.0;
+    for (const double lane : lanes) total += lane;
+    return total;
+  }
+};
+
+inline double dot_floats(const float* a, const float* b, std::size_t n) {
+  LaneSums sums;
+  for (std::size_t i = 0; i < n; i += slice_values) sums.add_slice(a + i, b + i);
+  return sums.sum();
 }
 
-inline void subtract_floats(float s, const float* b, float* a, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) a[i] -= s * b[i];
+inline TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n) {
+  LaneSums first;
+  LaneSums second;
+  for (std::size_t i = 0; i < n; i += slice_values) {
+    first.add_slice(a + i, b + i);
+    second.add_slice(a + i, c + i);
+  }
+  return {first.sum(), second.sum()};
 }
 
-inline void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u,
-                          std::size_t begin, std::size_t end) {
+inline void subtract_combination(const FloatVectors& vectors, const float* s, float* a, std::size_t n) {
+  for (std::size_t i = 0; i < n; i += slice_values) {
+    alignas(64) std::array<float, slice_values> sum;
+    for (std::size_t k = 0; k < slice_values; ++k) sum[k] = a[i + k];
+    for (std::size_t v = 0; v < vectors.count; ++v) {
+      const float* from = vectors.values + vectors.stride * v + i;
+      for (std::size_t k = 0; k < slice_values; ++k) sum[k] -= s[v] * from[k];
+    }
+    for (std::size_t k = 0; k < slice_values; ++k) a[i + k] = sum[k];
+  }
+}
+
+inline void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n) {
+  for (std::size_t i = 0; i < n; i += slice_values) {
+    alignas(64) std::array<double, slice_values> sum{};
+    for (std::size_t v = 0; v < vectors.count; ++v) {
+      const float* from = vectors.values + vectors.stride * v + i;
+      for (std::size_t k = 0; k < slice_values; ++k) sum[k] += s[v] * static_cast<double>(from[k]);
+    }
+    for (std::size_t k = 0; k < slice_values; ++k) a[i + k] = sum[k];
+  }
+}
+
+inline void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin,
+                          std::size_t end) {
   constexpr std::size_t lanes = direction_lanes;
   for (std::size_t k = begin; k < end; ++k) {
     std::array<double, 3> sums{};
@@ -36,7 +79,7 @@ inline void combine_rates(const ContactRates& rates, const double* c, const Vec3
       }
       for (const double part : parts) sums[e] += part;
     }
-    u[k] = {base[k].x + sums[0], base[k].y + sums[1], base[k].z + sums[2]};
+    u[k] = {sums[0], sums[1], sums[2]};
   }
 }
 

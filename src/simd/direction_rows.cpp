@@ -24,12 +24,17 @@ namespace plain {
 double dot_floats(const float* a, const float* b, std::size_t n) {
   return plain::dot_floats(a, b, n);
 }
-void subtract_floats(float s, const float* b, float* a, std::size_t n) {
-  plain::subtract_floats(s, b, a, n);
+TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n) {
+  return plain::dot_two(a, b, c, n);
 }
-void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
-                   std::size_t end) {
-  plain::combine_rates(rates, c, base, u, begin, end);
+void subtract_combination(const FloatVectors& vectors, const float* s, float* a, std::size_t n) {
+  plain::subtract_combination(vectors, s, a, n);
+}
+void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n) {
+  plain::combine_in_double(vectors, s, a, n);
+}
+void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end) {
+  plain::combine_rates(rates, c, u, begin, end);
 }
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end) {
@@ -46,7 +51,9 @@ void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i
 }  // namespace scalar
 
 HWY_EXPORT(dot_floats);
-HWY_EXPORT(subtract_floats);
+HWY_EXPORT(dot_two);
+HWY_EXPORT(subtract_combination);
+HWY_EXPORT(combine_in_double);
 HWY_EXPORT(combine_rates);
 HWY_EXPORT(project_forces);
 HWY_EXPORT(add_stiffness);
@@ -55,12 +62,17 @@ HWY_EXPORT(add_stiffness_row);
 double dot_floats(const float* a, const float* b, std::size_t n) {
   return HWY_DYNAMIC_DISPATCH(dot_floats)(a, b, n);
 }
-void subtract_floats(float s, const float* b, float* a, std::size_t n) {
-  HWY_DYNAMIC_DISPATCH(subtract_floats)(s, b, a, n);
+TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n) {
+  return HWY_DYNAMIC_DISPATCH(dot_two)(a, b, c, n);
 }
-void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
-                   std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(combine_rates)(rates, c, base, u, begin, end);
+void subtract_combination(const FloatVectors& vectors, const float* s, float* a, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(subtract_combination)(vectors, s, a, n);
+}
+void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(combine_in_double)(vectors, s, a, n);
+}
+void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(combine_rates)(rates, c, u, begin, end);
 }
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end) {

@@ -13,10 +13,25 @@ namespace palpate::simd {
 /// Directions go in groups of so many; rows are padded to them, with finite numbers.
 inline constexpr std::size_t direction_lanes = 8;
 
-/// Sum of a b; n is a multiple of slice_rows. By slice_rows lanes in double.
+/// Sums of a b; n is a multiple of slice_values. Slice by slice in float, by slice_rows lanes in double.
 double dot_floats(const float* a, const float* b, std::size_t n);
-/// a -= s b
-void subtract_floats(float s, const float* b, float* a, std::size_t n);
+/// `first`: a b, `second`: a c.
+struct TwoSums {
+  double first;
+  double second;
+};
+TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n);
+
+/// Vectors of a list: one every `stride` numbers.
+struct FloatVectors {
+  const float* values;
+  std::size_t stride;
+  std::size_t count;
+};
+/// a -= sum_i s_i v_i, of n numbers.
+void subtract_combination(const FloatVectors& vectors, const float* s, float* a, std::size_t n);
+/// a = sum_i s_i v_i, of n numbers.
+void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n);
 
 /// J of contacts: three rows of `stride` numbers for each, of which the first n, padded, count.
 struct ContactRates {
@@ -24,9 +39,8 @@ struct ContactRates {
   std::size_t stride;
   std::size_t n;
 };
-/// u_k = base_k + J_k c of contacts [begin, end).
-void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
-                   std::size_t end);
+/// u_k = J_k c of contacts [begin, end).
+void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end);
 /// sum += J_k^T f_k (n, padded).
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end);
@@ -41,9 +55,10 @@ void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i
 /// The same for the plainest target.
 namespace scalar {
 double dot_floats(const float* a, const float* b, std::size_t n);
-void subtract_floats(float s, const float* b, float* a, std::size_t n);
-void combine_rates(const ContactRates& rates, const double* c, const Vec3* base, Vec3* u, std::size_t begin,
-                   std::size_t end);
+TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n);
+void subtract_combination(const FloatVectors& vectors, const float* s, float* a, std::size_t n);
+void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n);
+void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end);
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end);
 void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,

@@ -57,6 +57,60 @@ TEST(ContactLaw, DerivativesAreThoseOfTheForces) {
   for (const int count : seen) EXPECT_GT(count, 20);
 }
 
+TEST(ContactLaw, KernelsHaveTheBitsOfTheLaw) {
+  palpate::test::Random random(23);
+  constexpr std::size_t count = 40;
+  constexpr std::size_t lanes = simd::law_lanes;
+  std::vector<ContactLaw> laws;
+  std::vector<double> rows(simd::law_values * count / lanes);
+  std::vector<Vec3> u(count);
+  std::vector<Vec3> base(count);
+  std::vector<double> bounds(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const ContactLaw law = laws.emplace_back(random_law(random));
+    u[k] = random.point(-0.5, 0.5);
+    base[k] = random.point(-0.5, 0.5);
+    bounds[k] = k % 3 == 0 ? 0.0 : 0.3;
+    if (k % 5 == 0) {  // no pull at all
+      laws[k].slip = {};
+      u[k] = 0.1 * law.direction;
+    }
+    const double r = law.resistance(friction.time_step);
+    const std::array values{law.stiffness * law.depth,
+                            r,
+                            law.direction.x,
+                            law.direction.y,
+                            law.direction.z,
+                            law.stiffness * laws[k].slip.x,
+                            law.stiffness * laws[k].slip.y,
+                            law.stiffness * laws[k].slip.z};
+    for (std::size_t e = 0; e < values.size(); ++e)
+      rows[simd::law_values * (k / lanes) + lanes * e + k % lanes] = values[e];
+  }
+  const auto check = [&](auto forces, auto derivatives, const char* target) {
+    for (const bool with_bounds : {false, true}) {
+      const simd::ContactLawRows list{.values = rows.data(),
+                                      .friction = friction.coefficient,
+                                      .bounds = with_bounds ? bounds.data() : nullptr};
+      std::vector<Vec3> f(count);
+      std::vector<Matrix3> h(count);
+      forces(list, u.data(), base.data(), f.data(), 0, count);
+      derivatives(list, u.data(), h.front().values.data(), 0, count);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Vec3 whole = with_bounds ? force_with_bound(laws[k], friction, u[k], bounds[k])
+                                       : contact_force(laws[k], friction, u[k]).whole(laws[k].direction);
+        EXPECT_EQ(f[k], whole - base[k]) << target << ' ' << k;
+        const Matrix3 slope = with_bounds ? derivative_with_bound(laws[k], friction, u[k], bounds[k])
+                                          : derivative(laws[k], friction, u[k]);
+        EXPECT_EQ(h[k], slope) << target << ' ' << k;
+      }
+    }
+  };
+  check(simd::scalar::contact_forces, simd::scalar::contact_derivatives, "scalar");
+  palpate::test::for_each_simd_target(
+      [&](const char* target) { check(simd::contact_forces, simd::contact_derivatives, target); });
+}
+
 TEST(ReducedStep, BringsTheResidualOfTheWholeToZero) {
   // Random contacts in the span of random directions, solved again and again: F by sums written out.
   palpate::test::Random random(11);
@@ -137,13 +191,21 @@ TEST(DirectionRows, HaveTheSameBitsOnEveryTarget) {
   std::fill_n(weights.begin() + 9, 9, 0.0);
   std::vector<Vec3> vectors(contacts);
   for (Vec3& v : vectors) v = random.point(-1, 1);
-  const auto run = [&](auto dot_of, auto subtract, auto combine, auto project, auto add, auto add_row) {
+  const auto run = [&](auto dot_of, auto dot_two_of, auto subtract, auto combine_vectors, auto combine,
+                       auto project, auto add, auto add_row) {
     std::vector<double> results{dot_of(a.data(), b.data(), a.size())};
+    const simd::TwoSums sums = dot_two_of(a.data(), b.data(), a.data(), a.size());
+    results.insert(results.end(), {sums.first, sums.second});
     std::vector<float> c = a;
-    subtract(0.3F, b.data(), c.data(), c.size());
+    const std::array<float, 3> scales{0.3F, -0.7F, 1.9F};
+    const simd::FloatVectors parts{.values = b.data(), .stride = 48, .count = 3};
+    subtract(parts, scales.data(), c.data(), c.size() - 96);
     results.insert(results.end(), c.begin(), c.end());
+    std::vector<double> combined(b.size() - 96);
+    combine_vectors(parts, values.data(), combined.data(), combined.size());
+    results.insert(results.end(), combined.begin(), combined.end());
     std::vector<Vec3> u(contacts);
-    combine(rates, values.data(), vectors.data(), u.data(), 1, contacts);
+    combine(rates, values.data(), u.data(), 1, contacts);
     for (const Vec3& v : u) results.insert(results.end(), {v.x, v.y, v.z});
     std::vector<double> sum(stride * stride + 2 * stride);
     project(rates, vectors.data(), sum.data(), 0, contacts);
@@ -165,11 +227,12 @@ TEST(DirectionRows, HaveTheSameBitsOnEveryTarget) {
     return results;
   };
   const auto twin =
-      run(simd::scalar::dot_floats, simd::scalar::subtract_floats, simd::scalar::combine_rates,
-          simd::scalar::project_forces, simd::scalar::add_stiffness, simd::scalar::add_stiffness_row);
+      run(simd::scalar::dot_floats, simd::scalar::dot_two, simd::scalar::subtract_combination,
+          simd::scalar::combine_in_double, simd::scalar::combine_rates, simd::scalar::project_forces,
+          simd::scalar::add_stiffness, simd::scalar::add_stiffness_row);
   palpate::test::for_each_simd_target([&](const char* target) {
-    EXPECT_EQ(run(simd::dot_floats, simd::subtract_floats, simd::combine_rates, simd::project_forces,
-                  simd::add_stiffness, simd::add_stiffness_row),
+    EXPECT_EQ(run(simd::dot_floats, simd::dot_two, simd::subtract_combination, simd::combine_in_double,
+                  simd::combine_rates, simd::project_forces, simd::add_stiffness, simd::add_stiffness_row),
               twin)
         << target;
   });

@@ -26,7 +26,7 @@ struct Pressed {
     contacts = detector.contacts();
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> result;
-    response.compute(parallel::Threads(2), bodies, contacts, bodies.points_rest(), velocities, time_step,
+    response.compute(parallel::Threads(2), bodies, contacts, bodies.points_rest(), velocities, time_step, 0.0,
                      result);
     for (std::size_t c = 0; c < result.size(); ++c) {
       const Vec3 u = fem::relative(result[c], velocities);
@@ -153,7 +153,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
     Detector detector(bodies, {}, {}, 1);
     detector.detect(positions);
     couplings.clear();
-    response.compute(parallel::Threads(1), bodies, detector.contacts(), positions, velocities, h, couplings);
+    response.compute(parallel::Threads(1), bodies, detector.contacts(), positions, velocities, h, 0.0, couplings);
     return couplings.empty() ? 0.0 : response.laws().front().damping;
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
@@ -193,7 +193,7 @@ TEST(ContactResponse, FadesOutOverARim) {
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> couplings;
     response.compute(parallel::Threads(1), bodies, detector.contacts(), bodies.points_rest(),
-                     std::vector<Vec3>(masses.size()), 0.01, couplings);
+                     std::vector<Vec3>(masses.size()), 0.01, 0.0, couplings);
     double force = 0.0;
     for (std::size_t c = 0; c < couplings.size(); ++c) {
       if (couplings[c].points[0] != bodies.bodies()[1].points.begin) continue;
