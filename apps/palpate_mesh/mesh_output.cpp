@@ -51,11 +51,11 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
 }
 
 /// Soft tissue between fat and muscle, in Pa and g/mm^3; the user knows better.
-constexpr Material tissue{.young_modulus = 20e3,
-                          .poisson_ratio = 0.45,
-                          .density = 1e-3,
-                          .mass_damping = 5.0,
-                          .stiffness_damping = 0.02};
+const Material tissue{.young_modulus = 20e3,
+                      .poisson_ratio = 0.45,
+                      .density = 1e-3,
+                      .mass_damping = 5.0,
+                      .stiffness_damping = 0.02};
 
 SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions& options) {
   SceneBody body;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <initializer_list>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -9,7 +11,38 @@
 
 namespace palpate {
 
-/// Isotropic elastic material of a soft body, with Rayleigh damping C = mass_damping M + stiffness_damping K
+/// A factor over time: linear between the times, constant before the first and after the last; 1 without any.
+struct Ramp {
+  std::vector<double> times{};    ///< s, growing
+  std::vector<double> factors{};  ///< one for each
+};
+
+/// The law of elasticity of a material (docs/materials.md has energies and sources). With small strains all
+/// are Hooke's law of its Young's modulus and Poisson ratio.
+enum class MaterialModel {
+  corotational,        ///< linear in the strain of the turned tet: fastest, for strains of some 10 %
+  stable_neo_hookean,  ///< Smith, de Goes & Kim 2018: large strains; defined for every deformation
+  mooney_rivlin,       ///< the same with a term in the second invariant
+};
+inline constexpr std::array<std::string_view, 3> material_model_names{"corotational", "stable-neo-hookean",
+                                                                      "mooney-rivlin"};
+
+/// One family of fibres in tissue that else is isotropic (Holzapfel, Gasser & Ogden 2000), with an active
+/// tension of muscle. Needs another model than corotational.
+///
+/// With lambda the stretch along the fibres, their energy per volume at rest is
+/// stiffness / (2 exponent) (exp(exponent E^2) - 1) for E = lambda^2 - 1 > 0, and none in compression;
+/// active fibres pull with active_stress times their activation, as force per area at rest.
+struct Fibres {
+  Vec3 direction{1.0, 0.0, 0.0};  ///< at rest, of any length but zero
+  double stiffness = 0.0;         ///< Pa, >= 0
+  double exponent = 0.0;          ///< >= 0; 0: stiffness E^2 / 2
+  double active_stress = 0.0;     ///< Pa, >= 0
+  Ramp activation{};              ///< factors of active_stress, 0 to 1; none: always active
+  [[nodiscard]] bool any() const { return stiffness != 0.0 || active_stress != 0.0; }
+};
+
+/// Elastic material of a soft body, with Rayleigh damping C = mass_damping M + stiffness_damping K
 /// and plasticity after Mueller & Gross 2004: while the elastic strain (Frobenius norm) is above
 /// `plastic_yield`, the share plastic_creep * time_step of it (at most all) turns plastic in each step; the
 /// norm of the plastic strain stays within `plastic_maximum`.
@@ -19,9 +52,14 @@ struct Material {
   double density = 1000.0;                  ///< kg/m^3, > 0
   double mass_damping = 0.0;                ///< 1/s, >= 0
   double stiffness_damping = 0.0;           ///< s, >= 0
-  std::optional<double> plastic_yield{};    ///< strain, >= 0; none: never yields
+  std::optional<double> plastic_yield{};    ///< strain, >= 0; none: never yields. Needs model corotational
   double plastic_creep = 0.0;               ///< 1/s, >= 0
   std::optional<double> plastic_maximum{};  ///< strain, >= 0; none: no bound
+  MaterialModel model = MaterialModel::corotational;  ///< law of elasticity
+  /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
+  /// C01 / (C10 + C01).
+  double mooney_fraction = 0.5;
+  Fibres fibres{};  ///< with neither stiffness nor active stress: isotropic
 };
 
 /// What the tets of all bodies are made of.
@@ -30,17 +68,21 @@ struct Materials {
   Materials(std::vector<Material> of_bodies) : all(std::move(of_bodies)) {}
   Materials(std::initializer_list<Material> of_bodies) : all(of_bodies) {}
   /// Several materials in a body: one for each tet.
-  Materials(std::vector<Material> materials, std::vector<Index> tets)
-      : all(std::move(materials)), of_tet(std::move(tets)) {}
+  Materials(std::vector<Material> materials, std::vector<Index> tets, std::vector<Vec3> fibres = {})
+      : all(std::move(materials)), of_tet(std::move(tets)), fibre_of_tet(std::move(fibres)) {}
 
   /// The material of a tet (of all bodies' tets) that belongs to `body`.
   [[nodiscard]] const Material& of(Index tet, Index body) const {
-    const Index material = of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
-    return all[static_cast<std::size_t>(material)];
+    return all[static_cast<std::size_t>(index_of(tet, body))];
+  }
+  [[nodiscard]] Index index_of(Index tet, Index body) const {
+    return of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
   }
 
   std::vector<Material> all;  ///< the first n_bodies are those of the bodies; then any others
   std::vector<Index> of_tet;  ///< (n_tets) into `all`; empty: each tet has its body's
+  /// (n_tets) directions of fibres, of any length; empty, or zero for a tet: that of its material.
+  std::vector<Vec3> fibre_of_tet{};
 };
 
 }  // namespace palpate

@@ -54,12 +54,6 @@ struct Tie {
   std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
 };
 
-/// A factor over time: linear between the times, constant before the first and after the last; 1 without any.
-struct Ramp {
-  std::vector<double> times{};    ///< s, growing
-  std::vector<double> factors{};  ///< one for each
-};
-
 /// A force that points share equally.
 struct PointLoad {
   std::vector<Index> points{};  ///< of all points; one that is named twice has two shares
@@ -82,7 +76,9 @@ struct SurfaceLoad {
 struct Model {
   Bodies bodies{};                    ///< the meshes at their start, at rest
   std::vector<Material> materials{};  ///< of each body (of an obstacle only the density counts), then others
-  std::vector<Index> material_of_tet{};      ///< (n_tets) index into materials; or empty: that of its body
+  std::vector<Index> material_of_tet{};  ///< (n_tets) index into materials; or empty: that of its body
+  /// (n_tets) directions of fibres at rest, of any length; empty, or zero for a tet: that of its material.
+  std::vector<Vec3> fibre_of_tet{};
   std::vector<std::uint8_t> fixed_points{};  ///< (n_points) 1: does not deform freely; or empty
   /// (n_points) axes of the world along which a point does not move, 1 (x) + 2 (y) + 4 (z), 7 as
   /// fixed_points: rollers and planes of symmetry; or empty. Of no account where a point is fixed or on

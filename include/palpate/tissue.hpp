@@ -26,7 +26,7 @@ using Tensor = std::array<double, 9>;
 /// zero, with volume ratio 1 and the identity as deformation gradient.
 ///
 /// The stress is the elastic one, as the forces of the tets have it: the derivative of their energy
-/// (corotational, with plastic strain: docs/architecture.md), without damping. With P that derivative by the
+/// (docs/materials.md), without damping. With P that derivative by the
 /// deformation gradient F, and J = det F, the Cauchy stress is P F^T / J: force per area as it is now, axes
 /// of the world. Where J <= 0 (a tet that is flat or inside out) there is no such stress: `stress` and what
 /// follows from it are NaN.

@@ -150,6 +150,13 @@ class Model(_core.Model):
         """Gives tets of a body (indices or a mask, in the body's own numbers) another material; the last one counts."""
         self._add_region(body, self._selection(body, tets, "tets"), material)
 
+    def set_fibres(self, body: int, directions: ArrayLike) -> None:
+        """Directions of fibres in each tet of a body, (n_tets, 3) of any length, at rest.
+
+        They take the place of Fibres.direction of the body's materials; a row of zeros leaves that of the material.
+        """
+        self._set_fibres(body, _arrays.points(directions, "directions"))
+
     def attach(self, body: int, points: ArrayLike, to: int, *, stiffness: float | None = None) -> None:
         """Lets another body hold points of a body (indices or a mask, in its own numbers): glued to one with a motion
         (tissue on a bone), or tied by springs to one that deforms, each to the nearest tet, where it is at the start.

@@ -9,6 +9,7 @@ class Simulation;
 
 void bind_detection(nanobind::module_& m);
 void bind_world(nanobind::module_& m);
+void bind_material(nanobind::module_& m);
 void bind_model(nanobind::module_& m);
 void bind_forces(nanobind::module_& m);
 void bind_drive(nanobind::class_<Simulation>& simulation);

@@ -1,4 +1,3 @@
-#include <initializer_list>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -13,8 +12,8 @@
 
 #include "arrays.hpp"
 #include "bind.hpp"
+#include "call_text.hpp"
 #include "docs.hpp"
-#include "material_check.hpp"
 #include "model.hpp"
 #include "pickling.hpp"
 #include "scene/suggest.hpp"
@@ -22,94 +21,11 @@
 namespace palpate::python {
 namespace {
 
-using Three = std::array<double, 3>;
-
-Vec3 vector_of_three(const Three& v) {
-  return {v[0], v[1], v[2]};
-}
-Three three_of(const Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 Interpolation interpolation_of(const std::string& name) {
   for (std::size_t i = 0; i < interpolation_names.size(); ++i) {
     if (interpolation_names[i] == name) return static_cast<Interpolation>(i);
   }
   throw Error("Motion", "interpolation", "'" + name + "'", expected_name(name, interpolation_names));
-}
-
-/// "palpate.Material(young_modulus=20000.0, ...)" of attributes, as Python writes them.
-std::string call_text(nb::handle self, std::initializer_list<const char*> names) {
-  std::string text = "palpate." + nb::cast<std::string>(self.type().attr("__name__")) + "(";
-  bool first = true;
-  for (const char* name : names) {
-    text += (first ? "" : ", ") + std::string(name) + "=" + nb::repr(self.attr(name)).c_str();
-    first = false;
-  }
-  return text + ")";
-}
-
-/// A value of a material that can be changed to what a scene would take.
-template <class Value>
-void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
-  material.def_prop_rw(
-      name, [value](const Material& m) { return m.*value; },
-      [value](Material& m, Value given) {
-        Material changed = m;
-        changed.*value = given;
-        check_material(changed);
-        m = changed;
-      },
-      doc);
-}
-
-using MaterialState =
-    std::tuple<double, double, double, double, double, std::optional<double>, double, std::optional<double>>;
-
-void bind_material_values(nb::class_<Material>& material) {
-  bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
-  bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
-  bind_value(material, "density", &Material::density, doc::Material_density);
-  bind_value(material, "mass_damping", &Material::mass_damping, doc::Material_mass_damping);
-  bind_value(material, "stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping);
-  bind_value(material, "plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield);
-  bind_value(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
-  bind_value(material, "plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
-  material
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(
-                 self, {"young_modulus", "poisson_ratio", "density", "mass_damping", "stiffness_damping",
-                        "plastic_yield", "plastic_creep", "plastic_maximum"});
-           })
-      .def("__getstate__",
-           [](const Material& m) {
-             return MaterialState{m.young_modulus,     m.poisson_ratio, m.density,       m.mass_damping,
-                                  m.stiffness_damping, m.plastic_yield, m.plastic_creep, m.plastic_maximum};
-           })
-      .def("__setstate__",
-           [](Material& m, const MaterialState& s) { new (&m) Material(std::make_from_tuple<Material>(s)); });
-}
-
-void bind_material(nb::module_& m) {
-  const Material standard;
-  nb::class_<Material> material(m, "Material", doc::Material);
-  bind_material_values(material);
-  material.def(
-      "__init__",
-      [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
-         double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
-         std::optional<double> plastic_maximum) {
-        const Material made{young_modulus,     poisson_ratio, density,       mass_damping,
-                            stiffness_damping, plastic_yield, plastic_creep, plastic_maximum};
-        check_material(made);
-        new (self) Material(made);
-      },
-      nb::kw_only(), nb::arg("young_modulus") = standard.young_modulus,
-      nb::arg("poisson_ratio") = standard.poisson_ratio, nb::arg("density") = standard.density,
-      nb::arg("mass_damping") = standard.mass_damping,
-      nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
-      nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none());
 }
 
 using KeyframeState = std::tuple<double, Three, std::array<double, 4>>;
@@ -192,8 +108,8 @@ void bind_motion(nb::module_& m) {
 }  // namespace
 
 void bind_model(nb::module_& m) {
-  bind_material(m);
   bind_motion(m);
+  bind_material(m);
   nb::class_<Model> bound(m, "Model", doc::Model);
   refuse_pickling(bound, "make it anew there, or send the scene that it is made of");
   bound.def(nb::init<>())
@@ -246,6 +162,8 @@ void bind_model(nb::module_& m) {
           },
           nb::arg("body"), nb::arg("points"), nb::arg("pressure"), nb::arg("traction"),
           nb::arg("ramp").none())
+      .def("_set_fibres", [](Model& model, Index body,
+                             const PointsIn& directions) { model.set_fibres(body, points_of(directions)); })
       .def("_set_velocities",
            [](Model& model, Index body, const PointsIn& velocities) {
              model.set_velocities(body, points_of(velocities));

@@ -5,6 +5,7 @@
 
 #include <palpate/error.hpp>
 
+#include "fem/material_check.hpp"
 #include "scene/reader.hpp"
 #include "scene/writer.hpp"
 
@@ -21,6 +22,7 @@ void check_material(const Material& material) {
     scene_format::Reader reader(context, "", json);
     describe(reader, copy);
     reader.finish();
+    fem::check_material(material, source);
   } catch (const Error& error) {  // of the writer: its source is the scene
     throw Error(source, error.where(), error.found(), error.expected());
   }

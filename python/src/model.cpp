@@ -57,6 +57,7 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
   for (Index& material : data_.material_of_tet) material += material >= before ? 1 : 0;
   data_.materials.insert(data_.materials.begin() + before, options.material.value_or(Material{}));
   if (!data_.material_of_tet.empty()) data_.material_of_tet.resize(data_.bodies.tets().size(), body);
+  if (!data_.fibre_of_tet.empty()) data_.fibre_of_tet.resize(data_.bodies.tets().size());
   data_.obstacles.push_back(rigid ? 1 : 0);
   self_collision_.push_back(options.self_collision ? 1 : 0);
   const std::vector<std::uint8_t> flags = turned_tets(given, data_.bodies, body);
@@ -104,6 +105,16 @@ void Model::add_region(Index body, std::span<const Index> tets, const Material& 
     at(data_.material_of_tet, range.begin + tet) = static_cast<Index>(data_.materials.size());
   }
   data_.materials.push_back(material);
+}
+
+void Model::set_fibres(Index body, std::span<const Vec3> directions) {
+  const Range range = body_at(body, "Model.set_fibres").tets;
+  if (directions.size() != static_cast<std::size_t>(range.size())) {
+    throw Error("Model.set_fibres", "directions", std::to_string(directions.size()) + " rows",
+                std::to_string(range.size()) + ", one for each tet of the body");
+  }
+  data_.fibre_of_tet.resize(data_.bodies.tets().size());
+  std::ranges::copy(directions, data_.fibre_of_tet.begin() + range.begin);
 }
 
 void Model::attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness) {

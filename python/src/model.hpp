@@ -32,6 +32,9 @@ class Model {
 
   Index add_body(TetMesh mesh, BodyOptions options);
   void add_region(Index body, std::span<const Index> tets, const Material& material);
+  /// Directions of fibres (n_tets of the body x 3), in place of those of the materials; zero: that of the
+  /// material.
+  void set_fibres(Index body, std::span<const Vec3> directions);
   /// To a body with a motion, or by springs to one that deforms.
   void attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness);
   /// Returns the number of the motion.

@@ -92,9 +92,13 @@ std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   return color;
 }
 
-void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
-  const std::vector<Index> points = points_along_curve(elements_->points_rest(), body_of_point(), free);
-  const std::vector<int> color = color_points(points);
+/// Of a full body: elements of a body are all of one kind.
+bool BlockMatrix::is_full(Index point) const {
+  const auto elements = elements_of_point_[point];
+  return !elements.empty() && elements.front() >= elements_->full_begin();
+}
+
+void BlockMatrix::append_rows(std::span<const Index> points, std::span<const int> color) {
   // A window is what a slice may take its rows from: large enough for whole slices of each colour, small
   // enough that what is near in space stays so.
   constexpr std::size_t window = 4096;
@@ -121,6 +125,16 @@ void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
     }
     pad_slice();
   }
+}
+
+void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
+  std::vector<Index> points = points_along_curve(elements_->points_rest(), body_of_point(), free);
+  const std::vector<int> color = color_points(points);
+  const auto full = std::ranges::stable_partition(points, [&](Index point) { return !is_full(point); });
+  const std::span all(points);
+  append_rows(all.first(all.size() - full.size()), color);
+  full_slices_ = point_of_row_.size() / simd::slice_rows;
+  append_rows(all.last(full.size()), color);
   row_of_point_.assign(free.size(), -1);
   for (std::size_t row = 0; row < point_of_row_.size(); ++row) {
     if (point_of_row_[row] >= 0) at(row_of_point_, point_of_row_[row]) = static_cast<Index>(row);
@@ -200,7 +214,7 @@ void BlockMatrix::build_slice(std::size_t slice) {
 bool BlockMatrix::has_mixed_bodies() const {
   const auto bodies = elements_->body_of_element();
   const auto ratios = elements_->ratios();
-  for (std::size_t e = 1; e < bodies.size(); ++e) {
+  for (std::size_t e = 1; e < static_cast<std::size_t>(elements_->full_begin()); ++e) {
     if (bodies[e] == bodies[e - 1] && ratios[e] != ratios[e - 1]) return true;
   }
   return false;
@@ -219,7 +233,9 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
   float* values = slots_.empty() ? nullptr : slots_.front().values.data();
   parallel::for_chunks(threads, slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, end);
+                         const std::size_t full = std::clamp(full_slices_, begin, end);
+                         simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
+                         for (std::size_t slice = full; slice < end; ++slice) assemble_full(slice);
                        });
 }
 

@@ -24,6 +24,8 @@ namespace palpate::fem {
 /// same colour, and a slice has rows of one colour: a smoother can do them at once. Rows that fill up a slice
 /// have no point. Assembly gathers: each block adds up its own terms,
 /// elements ascending, so that no two threads write one block and the bits do not depend on the thread count.
+/// Rows of full bodies (Elements) come last, in slices of their own, which add up the blocks of their
+/// elements.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other corners of its elements. Throws
@@ -75,7 +77,10 @@ class BlockMatrix {
   void list_columns(std::span<const std::uint8_t> free);
   std::vector<int> color_points(std::span<const Index> points);
   void order_rows(std::span<const std::uint8_t> free);
+  void append_rows(std::span<const Index> points, std::span<const int> color);
   void pad_slice();
+  void assemble_full(std::size_t slice);
+  [[nodiscard]] bool is_full(Index point) const;
   void build_slice(std::size_t slice);
   [[nodiscard]] bool has_mixed_bodies() const;
 
@@ -88,6 +93,7 @@ class BlockMatrix {
   std::vector<Index> row_of_point_;
   std::vector<Index> point_of_row_;
   std::vector<std::vector<std::uint32_t>> slices_of_color_;
+  std::size_t full_slices_ = 0;                        ///< the first of full bodies
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)

@@ -34,6 +34,11 @@ void check_materials(const Bodies& bodies, const Materials& materials) {
     check_material(materials.all[i],
                    i < body_count ? body_title(bodies.bodies()[i]) : "material " + std::to_string(i));
   }
+  if (!materials.fibre_of_tet.empty()) {
+    check_length("fibres of tets", materials.fibre_of_tet.size(), bodies.tets().size(), "tet");
+    if (!std::ranges::all_of(materials.fibre_of_tet, [](const Vec3& a) { return std::isfinite(length(a)); }))
+      throw Error(source_name, "fibres of tets", "a direction that is not finite", "finite directions");
+  }
   if (per_body) return;
   check_length("material of tets", materials.of_tet.size(), bodies.tets().size(), "tet");
   for (const Index material : materials.of_tet) {
@@ -116,11 +121,18 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   partial_.reserve(parallel::chunk_count(std::max(points, elements), parallel::sum_grain));
   diagonal_.resize(points);
   factors_.resize(elements);
-  for (auto* vector :
-       {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_, &turned_positions_, &loads_}) {
+  elastic_fractions_.resize(elements);
+  damping_fractions_.resize(elements);
+  full_points_.resize(points);
+  for (Index e = elements_.full_begin(); e < elements_.size(); ++e) {
+    for (const Index corner : at(elements_.corners(), e)) at(full_points_, corner) = 1;
+  }
+  for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
+                       &linear_positions_, &loads_, &linear_forces_}) {
     vector->resize(points);
   }
-  for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_})
+  for (auto* vector :
+       {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_, &way_})
     vector->resize(points);
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
 }
@@ -142,6 +154,8 @@ void Dynamics::set_time_step(double time_step) {
   }
   for (std::size_t e = 0; e < factors_.size(); ++e) {
     factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
+    elastic_fractions_[e] = time_step / (element_stiffness_damping_[e] + time_step);
+    damping_fractions_[e] = 1.0 - elastic_fractions_[e];
   }
   elements_.set_factors(factors_);
 }
@@ -150,19 +164,27 @@ void Dynamics::set_time_step(double time_step) {
 /// the start, or those of bodies turned on from there.
 void Dynamics::linearise() {
   goes_on_ = false;
+  at_end_ = false;
   set_base_velocities();
-  if (turns_.any()) {
-    parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      turned_positions_[i] = positions_[i] + turns_.displacement(body_of_point_[i], positions_[i]);
-    });
-    elements_.update(threads_, turned_positions_);
+  if (turns_.any() || refined_) {
+    place_linear_positions();
+    elements_.update(threads_, linear_positions_);
     updated_ = false;
   } else {
     update_elements();
   }
+  form_system();
+}
+
+/// The matrix and the right side of elements as they are.
+void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
-  if (turns_.any()) add_turn_forces();
+  if (refined_) {
+    add_way_forces();
+  } else if (turns_.any()) {
+    add_turn_forces();
+  }
   compute_free_right_side();
 }
 
@@ -171,7 +193,7 @@ void Dynamics::linearise() {
 void Dynamics::add_turn_forces() {
   couplings_.set({}, time_step_, free_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    turn_velocities_[i] = padded((1.0 / time_step_) * (turned_positions_[i] - positions_[i]));
+    turn_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
   });
   system_.multiply_exactly(threads_, turn_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -261,6 +283,15 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   for (int turn = 0; turn < most && follow_turns(); ++turn) {
     report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   }
+  constexpr int most_linearisations = 20;
+  for (int n = 0; follow_tissue(tolerance); ++n) {
+    if (n == most_linearisations) {
+      end_on_way();
+      report.converged = false;
+      break;
+    }
+    report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
+  }
   end_step();
   return report;
 }
@@ -293,6 +324,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   set_time_step(time_step);
   multigrid_.begin_step();
+  refined_ = false;
   turns_.begin(threads_, positions_, velocities_, time_step);
   set_loads(gravity, external_forces);
   linearise();
@@ -365,7 +397,7 @@ void Dynamics::end_step() {
     holds_.stop(velocities_);
   }
   std::swap(positions_, end_positions_);
-  updated_ = false;
+  updated_ = at_end_ && elements_.full_begin() == 0 && plastic_strains_next_.empty();
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
   advance_inversion_clocks();
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);

@@ -44,8 +44,8 @@ struct ContactSet {
   StepFriction friction{};
 };
 
-/// Positions and velocities of all points over time: corotational FEM (elements.hpp), one linear solve a
-/// step.
+/// Positions and velocities of all points over time: finite elements (elements.hpp), one linear solve a
+/// step, and more where hyperelastic tissue deforms far in it.
 ///
 /// A point is free if it is not fixed, is in no obstacle body and has mass. All others go where prescribe()
 /// sends them; without it they have velocity zero and keep their position bit for bit. Copies what it needs
@@ -81,6 +81,8 @@ class Dynamics {
   /// turns with them (BodyTurns): f_elastic and K' are those of the turned positions x', from which the share
   /// of K' counts, v in the other terms is the turned velocity, and the turn adds to both of x and v at the
   /// end.
+  /// Full bodies (Elements) are linearised anew at the end of the step until their forces there are those of
+  /// the linear system, to `tolerance` of the solution: Newton's method for implicit Euler (follow_tissue()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -113,6 +115,17 @@ class Dynamics {
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
   /// hardly depends on its frame: once a step is enough, in practice.
   bool follow_turns();
+  /// Between solve() and end_step(): whether hyperelastic tissue at the end of the step has other forces than
+  /// the linear system says; then it is linearised there, or, where its energy is above what the linear
+  /// system promises, on the way there, and another solve() is due. Elements are left as they are at the end
+  /// of the step, when it returns false. O(n_elements), nothing without a full body. \param tolerance  bound
+  /// of what this error can change of the solution, relative, by mass
+  bool follow_tissue(double tolerance);
+  /// After follow_tissue() has returned true, in place of another solve(): full bodies end the step where
+  /// they were linearised, where the energy of the whole is lower than where that way began.
+  void end_on_way();
+  /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
+  void set_activations(std::span<const double> activations);
   /// The same with contacts, whose forces are those of their laws at the end of the step (ContactSolver);
   /// where they hold as at mean_velocities(), to 1 % of the forces, by one linear solve, which is tried where
   /// they are expected to be `steady`. Again in the same step, with more contacts and the same linear
@@ -193,9 +206,17 @@ class Dynamics {
  private:
   void set_time_step(double time_step);
   void linearise();
+  void form_system();
+  void place_linear_positions();
   void update_elements();
   void compute_point_forces();
   void add_turn_forces();
+  void add_way_forces();
+  [[nodiscard]] bool is_full(std::size_t point) const { return full_points_[point] != 0; }
+  [[nodiscard]] const Vec3& linear_position(std::size_t point) const;
+  [[nodiscard]] double full_energy();
+  [[nodiscard]] double tissue_error();
+  void shorten_way(double linear_energy, double work, double stiff_work, double promised);
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_free_right_side();
   void compute_right_side();
@@ -256,7 +277,16 @@ class Dynamics {
   std::vector<simd::Padded3> right_side_;
   std::vector<simd::Padded3> free_right_side_;  ///< without couplings
   BodyTurns turns_;                             ///< of the step that has begun
-  std::vector<Vec3> turned_positions_;          ///< of bodies as they are turned, scratch
+  /// What elements are linearised about, where not positions_: bodies as they are turned, full bodies as
+  /// follow_tissue() moved them.
+  std::vector<Vec3> linear_positions_;
+  bool refined_ = false;                        ///< follow_tissue() has moved them in this step
+  bool at_end_ = false;                         ///< elements of full bodies are as end_positions_ are
+  std::vector<std::uint8_t> full_points_;       ///< (n_points) 1: of a full body
+  std::vector<double> elastic_fractions_;       ///< (n_elements) h / (h + b): of the stiffness factor
+  std::vector<double> damping_fractions_;       ///< (n_elements) the rest
+  std::vector<simd::Padded3> way_;              ///< (n_points) scratch
+  std::vector<Vec3> linear_forces_;             ///< (n_points) elastic, of the linear system at its solution
   std::vector<Vec3> loads_;                     ///< (n_points) gravity and external forces of the step, N
   std::vector<Vec3> point_forces_;              ///< at the start of the step, couplings apart
   std::vector<Vec3> mean_velocities_;           ///< as the last solve() has them

@@ -60,6 +60,10 @@ void Dynamics::advance_inversion_clocks() {
     }
     set_bulk_fraction(e);
   });
+  const double changing = parallel::sum(threads_, inversion_clocks_.size(), partial_, [&](std::size_t e) {
+    return inversion_clocks_[e] == 0.0 ? 0.0 : 1.0;
+  });
+  if (changing > 0.0) updated_ = false;
 }
 
 void Dynamics::set_inversion_clocks(std::span<const double> clocks) {

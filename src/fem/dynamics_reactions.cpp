@@ -6,26 +6,6 @@
 
 // What holds the points that are not free, or not along all axes.
 namespace palpate::fem {
-namespace {
-
-/// K'_e v of a corner: with a_i of Elements::gradient(), r = lambda / mu and G = sum_j v_j a_j^T it is
-/// r tr(G) a_i + (G + G^T) a_i.
-struct StiffForces {
-  std::array<Vec3, 4> gradients;
-  Matrix3 g;
-  double ratio;
-
-  [[nodiscard]] Vec3 at_corner(std::size_t i) const {
-    const Vec3& a = gradients[i];
-    const double trace = g(0, 0) + g(1, 1) + g(2, 2);
-    const Vec3 transposed{g(0, 0) * a.x + g(1, 0) * a.y + g(2, 0) * a.z,
-                          g(0, 1) * a.x + g(1, 1) * a.y + g(2, 1) * a.z,
-                          g(0, 2) * a.x + g(1, 2) * a.y + g(2, 2) * a.z};
-    return (ratio * trace) * a + g * a + transposed;
-  }
-};
-
-}  // namespace
 
 void Dynamics::find_held_elements() {
   held_elements_.clear();
@@ -59,20 +39,24 @@ void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   }
 }
 
-/// The matrix has h (b + h) K', of the way from the positions that the forces are of.
+/// The matrix has h (b + h) K'. Its elastic part is of the way from the positions that the forces are of,
+/// that of damping of what a body moves besides its turn.
 void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
-  const bool turned = turns_.any();
+  const bool placed = turns_.any() || refined_;
   for (const Index e : held_elements_) {
     const Tet& corners = at(elements_.corners(), e);
-    StiffForces stiff{.gradients = {}, .g = {}, .ratio = at(elements_.ratios(), e)};
+    const double elastic = at(elastic_fractions_, e);
+    std::array<Vec3, 4> velocities{};
     for (std::size_t k = 0; k < 4; ++k) {
-      stiff.gradients[k] = elements_.gradient(e, static_cast<int>(k));
-      Vec3 velocity = at(mean_velocities_, corners[k]);
-      if (turned) velocity -= unpadded(at(turn_velocities_, corners[k]));
-      add_outer(stiff.g, 1.0, velocity, stiff.gradients[k]);
+      const auto p = static_cast<std::size_t>(corners[k]);
+      velocities[k] = mean_velocities_[p];
+      if (!placed) continue;
+      velocities[k] -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
+      velocities[k] -= ((1.0 - elastic) / time_step_) * turns_.displacement(body_of_point_[p], positions_[p]);
     }
+    const std::array<Vec3, 4> stiff = elements_.multiply(e, velocities);
     for (std::size_t k = 0; k < 4; ++k) {
-      if (at(held_axes_, corners[k]) != 0) at(forces, corners[k]) += (1.0 / time_step_) * stiff.at_corner(k);
+      if (at(held_axes_, corners[k]) != 0) at(forces, corners[k]) += (1.0 / time_step_) * stiff[k];
     }
   }
 }

@@ -28,13 +28,6 @@ Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {
   return {{a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z}};
 }
 
-void store(const Vec3& a, double* row) {
-  row[0] = a.x;
-  row[1] = a.y;
-  row[2] = a.z;
-  row[3] = 0.0;
-}
-
 std::size_t whole_groups(std::size_t elements) {
   return (elements + simd::element_group - 1) / simd::element_group * simd::element_group;
 }
@@ -43,13 +36,7 @@ std::size_t whole_groups(std::size_t elements) {
 
 Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles)
     : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
-  const std::vector<Index> order = tets_along_curve(bodies);
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    if (at(obstacles, body) != 0) continue;
-    const Range tets = at(bodies.bodies(), body).tets;
-    for (Index place = tets.begin; place < tets.end; ++place)
-      add_element(bodies, at(order, place), body, materials.of(at(order, place), body));
-  }
+  add_bodies(bodies, materials, obstacles);
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
   bulk_fraction_.assign(corners_.size(), 1.0);
@@ -69,9 +56,20 @@ void Elements::fill_group() {
   gradients_.resize(4 * whole);
   left_.resize(whole);
   inverted_.resize(whole);
+  group_models_.assign(whole / simd::element_group, GroupModel::corotational);
+  for (std::size_t e = 0; e < tets_.size(); ++e) {
+    GroupModel& model = group_models_[e / simd::element_group];
+    const GroupModel own = is_hyperelastic(e) ? GroupModel::hyperelastic : GroupModel::corotational;
+    if (e % simd::element_group == 0) {
+      model = own;
+    } else if (model != own) {
+      model = GroupModel::mixed;
+    }
+  }
 }
 
-void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Material& material) {
+void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Materials& materials) {
+  const Material& material = materials.of(tet, body);
   const Tet& corners = at(bodies.tets(), tet);
   const Matrix3 edges = edge_matrix(points_rest_, corners);
   const Matrix3 inverse_rest = inverse(edges);
@@ -141,8 +139,36 @@ Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const M
   return stretch;
 }
 
+/// Kernels over the groups of a chunk that they take; tets of the others are left.
+void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std::size_t end) {
+  std::size_t first = begin;
+  while (first < end) {
+    const GroupModel model = group_models_[first / simd::element_group];
+    std::size_t last = first;
+    while (last < end && group_models_[last / simd::element_group] == model) last += simd::element_group;
+    double* forces = pass.forces + 16 * (first - begin);
+    if (model == GroupModel::corotational) {
+      simd::ElementPass own = pass;
+      own.forces = forces;
+      simd::element_pass(own, first, last);
+    } else if (model == GroupModel::hyperelastic) {
+      simd::HyperelasticPass own = hyperelastic_pass(pass);
+      own.forces = forces;
+      simd::hyperelastic_pass(own, first, last);
+    } else {
+      std::fill(left_.begin() + static_cast<std::ptrdiff_t>(first),
+                left_.begin() + static_cast<std::ptrdiff_t>(last), std::uint8_t{1});
+    }
+    first = last;
+  }
+}
+
 /// `forces`: on its four corners.
 void Elements::update_element(std::size_t element, std::span<const Vec3> positions, double* forces) {
+  if (is_hyperelastic(element)) {
+    update_hyperelastic(element, positions, forces);
+    return;
+  }
   const Matrix3 f = deformation_gradient(element, positions);
   inverted_[element] = determinant(f) > 0.0 ? 0 : 1;
   const Matrix3 rotation = nearest_rotation(f);
@@ -168,6 +194,7 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   }
   set_gradient(element, 0, -gradient_sum);
   store(-force_sum, forces);
+  if (is_full(element)) put_corotational_blocks(element);
 }
 
 void Elements::set_gradient(std::size_t element, int corner, const Vec3& a) {
@@ -191,7 +218,8 @@ Vec3 Elements::gradient(Index element, int corner) const {
 }
 
 std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threads,
-                                                  std::span<const simd::Padded3> vectors) const {
+                                                  std::span<const simd::Padded3> vectors,
+                                                  std::span<const double> weights) const {
   if (tets_.empty()) return products_;
   simd::StiffnessPass pass{};
   pass.vectors = vectors.data();
@@ -203,7 +231,10 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          alignas(64) CornerSums::Values products;
                          simd::StiffnessPass own = pass;
                          own.products = products.data();
-                         simd::stiffness_pass(own, begin, whole_groups(end));
+                         if (!is_full(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
+                         multiply_full(begin, end, vectors, products.data());
+                         for (std::size_t k = 0; !weights.empty() && k < 16 * (end - begin); ++k)
+                           products[k] *= weights[begin + k / 16];
                          product_sums_.take(chunk, products);
                        });
   product_sums_.collect(threads, products_);
@@ -245,10 +276,13 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                          alignas(64) CornerSums::Values forces;
                          simd::ElementPass own = pass;
                          own.forces = forces.data();
-                         simd::element_pass(own, begin, whole_groups(end));
+                         run_passes(own, begin, end);
                          for (std::size_t e = begin; e < end; ++e) {
-                           if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e))
+                           if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e)) {
                              update_element(e, positions, &forces[16 * (e - begin)]);
+                           } else if (is_full(e) && !is_hyperelastic(e)) {
+                             put_corotational_blocks(e);
+                           }
                          }
                          take_forces(chunk, forces, corner_forces);
                        });
@@ -265,14 +299,6 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                          take_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(one, point_forces_);
-}
-
-void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const {
-  const Vec3 a = gradient(element, i);
-  const Vec3 b = gradient(element, j);
-  add_outer(block, at(ratio_, element), a, b);
-  add_outer(block, 1.0, b, a);
-  for (int k = 0; k < 3; ++k) block(k, k) += dot(a, b);
 }
 
 Matrix3 Elements::stiffness_rest(Index element, int i, int j) const {

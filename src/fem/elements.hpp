@@ -9,10 +9,13 @@
 #include <palpate/mesh.hpp>
 
 #include "fem/corner_sums.hpp"
+#include "fem/hyperelastic.hpp"
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
+#include "simd/element_pass.hpp"
+#include "simd/hyperelastic_pass.hpp"
 #include "simd/padded.hpp"
 
 namespace palpate::fem {
@@ -30,12 +33,19 @@ struct ElementDeformation {
   Vec3 twist;                       ///< w
   double mu = 0.0;                  ///< Pa
   double lambda = 0.0;              ///< Pa, as the element has it at present
+  bool hyperelastic = false;        ///< its stress is that of `law`, which needs the gradient alone
+  HyperelasticLaw law;
 };
 
-/// Linear corotational tets of all bodies that deform (Mueller & Gross, "Interactive Virtual Materials",
-/// Graphics Interface 2004), numbered body by body, the obstacles' left out, in the order in which the curve
-/// of row_order.hpp first meets them: what is near in space is near in memory.
+/// Tets of all bodies that deform, numbered body by body, the obstacles' left out, in the order in which the
+/// curve of row_order.hpp first meets them: what is near in space is near in memory.
 ///
+/// There are two kinds of bodies. Those whose tets are all corotational come first: their stiffness is kept
+/// in the low-rank form below. A body with a hyperelastic tet is *full*: the stiffness of each of its tets,
+/// of whichever model, is kept as blocks (hyperelastic.hpp), and its tets go by models. Others hear nothing
+/// of it.
+///
+/// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
 ///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
 /// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
@@ -49,6 +59,10 @@ struct ElementDeformation {
 ///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
 /// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
 /// stays as it is.
+///
+/// *Hyperelastic tets*: energy V Psi(F), forces -V P g_i, and stiffness blocks V g_i : dP/dF : g_j with the
+/// positive semi-definite dP/dF of HyperelasticTangent.
+///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
 /// derivative; F is built from displacements, so that it is exactly I at rest.
@@ -72,6 +86,8 @@ class Elements {
     return std::span(volume_).first(tets_.size());
   }                                                                                 ///< (n_elements), m^3
   [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points), m
+  /// The first element of a full body; size() without any.
+  [[nodiscard]] Index full_begin() const { return full_begin_; }
   /// lambda / mu of each element (n_elements).
   [[nodiscard]] std::span<const double> ratios() const { return std::span(ratio_).first(tets_.size()); }
 
@@ -95,6 +111,8 @@ class Elements {
   /// Adds K'_ij of an element, times its factor, as of the last update() to a block, N/m. With
   /// a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
+  /// The blocks of an element of a full body, tangent_values numbers (hyperelastic.hpp).
+  [[nodiscard]] const double* full_blocks(Index element) const;
   /// The same with R = I, as it is at rest.
   [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
   [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)
@@ -105,8 +123,15 @@ class Elements {
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
   /// K' = sum of K'_e times its factor, as of the last update(), times the vectors (n_points), in double:
   /// (n_points), valid until the next call. O(n_elements).
+  /// \param weights  empty, or (n_elements) a factor of each element's share
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
-                                          std::span<const simd::Padded3> vectors) const;
+                                          std::span<const simd::Padded3> vectors,
+                                          std::span<const double> weights = {}) const;
+  /// K'_e of an element, times its factor, times the vectors at its corners.
+  [[nodiscard]] std::array<Vec3, 4> multiply(Index element, const std::array<Vec3, 4>& vectors) const;
+  /// Activations of the fibres of each material, 0 to 1 (Materials::all); as of the next update(). Returns
+  /// whether that changes anything.
+  bool set_activations(std::span<const double> activations);
   /// Elastic energy of an element as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
   /// Elastic energy of an element at these positions, J; needs no update().
@@ -128,8 +153,28 @@ class Elements {
             std::span<SymmetricMatrix3> next) const;
 
  private:
-  void add_element(const Bodies& bodies, Index tet, Index body, const Material& material);
+  /// What is the same for tets of a group that a kernel takes at once.
+  enum class GroupModel : std::uint8_t { corotational, hyperelastic, mixed };
+  void add_bodies(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
+  void add_element(const Bodies& bodies, Index tet, Index body, const Materials& materials);
+  void add_law(const Materials& materials, Index tet, Index body);
+  void run_passes(const simd::ElementPass& pass, std::size_t begin, std::size_t end);
+  [[nodiscard]] simd::HyperelasticPass hyperelastic_pass(const simd::ElementPass& pass);
   void update_element(std::size_t element, std::span<const Vec3> positions, double* forces);
+  void update_hyperelastic(std::size_t element, std::span<const Vec3> positions, double* forces);
+  void put_corotational_blocks(std::size_t element);
+  void multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
+                     double* products) const;
+  [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
+  [[nodiscard]] Matrix3 full_block(Index element, int i, int j) const;
+  [[nodiscard]] Matrix3 low_rank_block(Index element, int i, int j) const;
+  [[nodiscard]] Matrix3 displacement_gradient(std::size_t element, std::span<const Vec3> positions) const;
+  [[nodiscard]] bool is_full(std::size_t element) const {
+    return element >= static_cast<std::size_t>(full_begin_);
+  }
+  [[nodiscard]] bool is_hyperelastic(std::size_t element) const {
+    return is_full(element) && hyperelastic_[element - static_cast<std::size_t>(full_begin_)] != 0;
+  }
   void take_forces(std::size_t chunk, const CornerSums::Values& forces,
                    std::span<simd::Padded3> corner_forces);
   void set_gradient(std::size_t element, int corner, const Vec3& a);
@@ -166,6 +211,15 @@ class Elements {
   simd::AlignedVector<std::uint8_t> inverted_;  ///< as of the last update()
   std::vector<Index> tets_;
   std::vector<Index> body_;
+  std::vector<GroupModel> group_models_;
+  // Of the elements of full bodies, from full_begin_ on.
+  Index full_begin_ = 0;
+  std::vector<std::uint8_t> hyperelastic_;
+  Columns<simd::law_columns> laws_;                   ///< at full bulk modulus; up to whole groups
+  bool fibres_ = false;                               ///< any of them has some
+  std::vector<Index> material_;                       ///< into Materials::all
+  std::vector<double> active_stress_;                 ///< Pa, at full activation
+  simd::AlignedVector<double> blocks_;                ///< simd::block_stride each
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;
   simd::AlignedVector<simd::Padded3> point_forces_;

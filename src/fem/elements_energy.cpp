@@ -19,6 +19,8 @@ double Elements::energy_density(std::size_t element, const Matrix3& rotation, co
 
 double Elements::energy(Index element, std::span<const Vec3> positions) const {
   const auto e = static_cast<std::size_t>(element);
+  if (is_hyperelastic(e))
+    return volume_[e] * respond(law_of(e), displacement_gradient(e, positions)).energy_density;
   const Matrix3 f = deformation_gradient(e, positions);
   const Matrix3 rotation = nearest_rotation(f);
   const Matrix3 stretch = elastic_stretch(e, f, rotation);
@@ -33,6 +35,8 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
   d.stretch = elastic_stretch(e, d.gradient, d.rotation);
   d.mu = mu_[e];
   d.lambda = bulk_fraction_[e] * lambda_[e];
+  d.hyperelastic = is_hyperelastic(e);
+  if (d.hyperelastic) d.law = law_of(e);
   if (!yields(e)) return d;
   d.plastic_strain = plastic_strains_[e];
   d.twist = twist_of(d.gradient, d.rotation, d.plastic_strain);

@@ -1,5 +1,6 @@
 #include "fem/material_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -8,6 +9,65 @@
 #include "number_text.hpp"
 
 namespace palpate::fem {
+namespace {
+
+void refuse(std::string_view owner, const char* key, const std::string& found, const std::string& expected) {
+  throw Error(std::string(owner), key, found, expected);
+}
+
+/// The least Poisson ratio with which the bulk modulus of the law, lambda + 5/8 first, is positive.
+double least_poisson_ratio(const Material& material) {
+  const double fraction = material.model == MaterialModel::mooney_rivlin ? material.mooney_fraction : 0.0;
+  const double share = 5.0 / 6.0 * (1.0 - fraction);  // of mu
+  return std::max(-1.0, 0.0 - share / (2.0 * (1.0 - share)));  // never -0
+}
+
+void check_fibres(const Fibres& fibres, std::string_view owner) {
+  const Vec3& d = fibres.direction;
+  const double size = d.x * d.x + d.y * d.y + d.z * d.z;
+  if (!(size > 0.0) || !std::isfinite(size))
+    refuse(owner, "fibres.direction", "a length of " + number_text(std::sqrt(size)), "a direction");
+  const auto require = [&](double value, const char* key, const char* expected) {
+    if (!(value >= 0.0) || !std::isfinite(value)) refuse(owner, key, number_text(value), expected);
+  };
+  require(fibres.stiffness, "fibres.stiffness", "a number >= 0 (Pa)");
+  require(fibres.exponent, "fibres.exponent", "a number >= 0");
+  require(fibres.active_stress, "fibres.active_stress", "a number >= 0 (Pa)");
+  const auto& [times, factors] = fibres.activation;
+  if (times.size() != factors.size()) {
+    refuse(owner, "fibres.activation.factors", std::to_string(factors.size()),
+           "as many as times, " + std::to_string(times.size()));
+  }
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1]))
+      refuse(owner, "fibres.activation.times", number_text(times[i]), "times that grow");
+    if (!(factors[i] >= 0.0 && factors[i] <= 1.0))
+      refuse(owner, "fibres.activation.factors", number_text(factors[i]), "numbers in [0, 1]");
+  }
+}
+
+void check_model(const Material& material, std::string_view owner) {
+  const bool linear = material.model == MaterialModel::corotational;
+  const auto index = static_cast<std::size_t>(material.model);
+  if (index >= material_model_names.size())
+    refuse(owner, "model", std::to_string(index), "one of the models");
+  if (!(material.mooney_fraction >= 0.0 && material.mooney_fraction <= 1.0))
+    refuse(owner, "mooney_fraction", number_text(material.mooney_fraction), "a number in [0, 1]");
+  if (!linear && material.plastic_yield)
+    refuse(owner, "plastic_yield", "it with the model " + std::string(material_model_names[index]),
+           "the model corotational");
+  if (linear && material.fibres.any())
+    refuse(owner, "fibres", "them with the model corotational", "another model");
+  const double least = linear ? -1.0 : least_poisson_ratio(material);
+  if (!(material.poisson_ratio > least)) {
+    refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
+           "a number > " + number_text(least) + " with this model and mooney_fraction");
+  }
+  check_fibres(material.fibres, owner);
+}
+
+}  // namespace
+
 void check_material(const Material& material, std::string_view owner) {
   const auto require = [&](bool good, double value, const char* key, const char* expected) {
     if (!good || !std::isfinite(value)) throw Error(std::string(owner), key, number_text(value), expected);
@@ -24,6 +84,7 @@ void check_material(const Material& material, std::string_view owner) {
   require(material.plastic_creep >= 0.0, material.plastic_creep, "plastic_creep", "a number >= 0 (1/s)");
   const double maximum = material.plastic_maximum.value_or(0.0);
   require(maximum >= 0.0, maximum, "plastic_maximum", "a number >= 0");
+  check_model(material, owner);
 }
 
 }  // namespace palpate::fem

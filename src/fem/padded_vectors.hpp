@@ -17,6 +17,14 @@ inline simd::Padded3 padded(const Vec3& a) {
   return {a.x, a.y, a.z, 0.0};
 }
 
+/// Into a row of four.
+inline void store(const Vec3& a, double* row) {
+  row[0] = a.x;
+  row[1] = a.y;
+  row[2] = a.z;
+  row[3] = 0.0;
+}
+
 /// Of a row, in vectors by slices.
 inline std::size_t place_of(std::size_t row) {
   return simd::slice_values * (row / simd::slice_rows) + row % simd::slice_rows;

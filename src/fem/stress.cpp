@@ -38,7 +38,7 @@ SymmetricMatrix3 green_strain(const Matrix3& f) {
   return e;
 }
 
-/// First Piola-Kirchhoff stress.
+/// First Piola-Kirchhoff stress of the corotational law.
 Matrix3 derivative_of_energy(const ElementDeformation& e) {
   const double spherical = e.lambda * inner(e.rotation, e.stretch);
   Matrix3 p;
@@ -53,6 +53,11 @@ Matrix3 derivative_of_energy(const ElementDeformation& e) {
   return p;
 }
 
+HyperelasticResponse corotational(const ElementDeformation& e) {
+  const double trace = inner(e.rotation, e.stretch);
+  return {e.mu * inner(e.stretch, e.stretch) + 0.5 * e.lambda * trace * trace, derivative_of_energy(e)};
+}
+
 }  // namespace
 
 ElementStress stress_of(const ElementDeformation& e) {
@@ -61,11 +66,12 @@ ElementStress stress_of(const ElementDeformation& e) {
   s.strain = green_strain(e.gradient);
   s.plastic_strain = e.plastic_strain;
   s.volume_ratio = determinant(e.gradient);
-  const double trace = inner(e.rotation, e.stretch);
-  s.energy_density = e.mu * inner(e.stretch, e.stretch) + 0.5 * e.lambda * trace * trace;
+  const HyperelasticResponse response =
+      e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e);
+  s.energy_density = response.energy_density;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const double scale = s.volume_ratio > 0.0 ? 1.0 / s.volume_ratio : none;
-  s.stress = scale * symmetric_part(times_transposed(derivative_of_energy(e), e.gradient));
+  s.stress = scale * symmetric_part(times_transposed(response.stress, e.gradient));
   return s;
 }
 

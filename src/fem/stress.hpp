@@ -20,6 +20,7 @@ struct ElementStress {
 /// The Cauchy stress P F^T / J of the energy that the forces of an element are the derivative of
 /// (elements.hpp):
 ///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
+/// or that of its hyperelastic law (hyperelastic.hpp).
 /// P F^T is symmetric: the energy does not change with a rotation of the whole.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
 

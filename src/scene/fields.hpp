@@ -52,6 +52,20 @@ void describe(Visitor& v, Rotation& rotate) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, Fibres& fibres) {
+  v.field("direction", fibres.direction);
+  const Vec3& d = fibres.direction;
+  v.rule(d.x != 0.0 || d.y != 0.0 || d.z != 0.0, "direction", "a zero vector", "a direction");
+  v.field("stiffness", fibres.stiffness, at_least(0).in(dimension::pressure));
+  v.field("exponent", fibres.exponent, at_least(0));
+  v.field("active_stress", fibres.active_stress, at_least(0).in(dimension::pressure));
+  std::optional<Ramp> activation;
+  if (!fibres.activation.times.empty()) activation = fibres.activation;
+  v.optional("activation", activation);
+  fibres.activation = activation.value_or(Ramp{});
+}
+
+template <class Visitor>
 void describe(Visitor& v, Material& material) {
   v.field("young_modulus", material.young_modulus, above(0).in(dimension::pressure));
   v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
@@ -61,6 +75,17 @@ void describe(Visitor& v, Material& material) {
   v.optional("plastic_yield", material.plastic_yield, at_least(0));
   v.field("plastic_creep", material.plastic_creep, at_least(0));
   v.optional("plastic_maximum", material.plastic_maximum, at_least(0));
+  v.choice("model", material.model, material_model_names);
+  v.field("mooney_fraction", material.mooney_fraction, within(0, 1));
+  std::optional<Fibres> fibres;
+  if (material.fibres.any()) fibres = material.fibres;
+  v.optional("fibres", fibres);
+  material.fibres = fibres.value_or(Fibres{});
+  const bool linear = material.model == MaterialModel::corotational;
+  v.rule(!linear || !fibres, "fibres", "them with the model corotational",
+         "another 'model': corotational tissue has none");
+  v.rule(linear || !material.plastic_yield, "plastic_yield", "it with another model than corotational",
+         "the model corotational, which alone can yield");
   v.rule(!material.plastic_yield || v.given("plastic_creep"), "plastic_creep", "nothing",
          "a number >= 0, since 'plastic_yield' is given");
 }

@@ -77,7 +77,7 @@ class Relaxation {
       : bodies_(model.bodies),
         threads_(threads),
         time_step_(time_steps * settings.time_step),
-        materials_(elastic(model.materials), model.material_of_tet),
+        materials_(elastic(model.materials), model.material_of_tet, model.fibre_of_tet),
         dynamics_(bodies_, materials_, unfree_points(model), rigid_bodies(model), threads_),
         detector_(bodies_, exact(settings.detection), rigid_bodies(model), threads),
         contact_materials_(fem::mean_materials(bodies_, materials_)),

@@ -12,19 +12,24 @@ namespace palpate {
 // What fingerprints are of; found by the archive in this namespace.
 
 template <class Archive>
+void describe(Archive& archive, Ramp& ramp) {
+  archive(ramp.times, ramp.factors);
+}
+
+template <class Archive>
+void describe(Archive& archive, Fibres& f) {
+  archive(f.direction, f.stiffness, f.exponent, f.active_stress, f.activation);
+}
+
+template <class Archive>
 void describe(Archive& archive, Material& m) {
   archive(m.young_modulus, m.poisson_ratio, m.density, m.mass_damping, m.stiffness_damping, m.plastic_yield,
-          m.plastic_creep, m.plastic_maximum);
+          m.plastic_creep, m.plastic_maximum, m.model, m.mooney_fraction, m.fibres);
 }
 
 template <class Archive>
 void describe(Archive& archive, Tie& tie) {
   archive(tie.point, tie.tet, tie.stiffness);
-}
-
-template <class Archive>
-void describe(Archive& archive, Ramp& ramp) {
-  archive(ramp.times, ramp.factors);
 }
 
 template <class Archive>
@@ -140,7 +145,7 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
   for (const Body& body : bodies.bodies()) ends.push_back(body.points.end);
   return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
                    model.fixed_axes, model.obstacles),
-           hash_of(model.materials, model.material_of_tet),
+           hash_of(model.materials, model.material_of_tet, model.fibre_of_tet),
            hash_of(model.motions, model.motion_of_point, model.ties),
            hash_of(model.point_loads, model.surface_loads, model.gravity_of_body), hash_of(settings)}};
 }

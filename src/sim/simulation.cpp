@@ -72,7 +72,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
       bodies(std::move(model.bodies)),
       settings(checked(s)),
       threads(n),
-      materials(std::move(model.materials), std::move(model.material_of_tet)),
+      materials(std::move(model.materials), std::move(model.material_of_tet), std::move(model.fibre_of_tet)),
       rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
       dynamics(bodies, materials, std::move(unfree), obstacles, threads),
       loads(model, bodies, obstacles, dynamics.point_masses()),
@@ -89,6 +89,8 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
     at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
   }
   for (const Grab& grab : model.grabs) grabs.add(grab);
+  activations.resize(materials.all.size());
+  activate_fibres(0.0);
   dynamics.set_fixed_axes(bodies, materials, fixed_axes);
   dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
   ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
@@ -152,8 +154,17 @@ void Simulation::State::measure() {
   metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
 }
 
+/// Tension of fibres as at a time, s.
+void Simulation::State::activate_fibres(double time) {
+  for (std::size_t m = 0; m < activations.size(); ++m) {
+    activations[m] = factor_at(materials.all[m].fibres.activation, time);
+  }
+  dynamics.set_activations(activations);
+}
+
 void Simulation::State::begin_step() {
   const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
+  activate_fibres(end);
   dynamics.prescribe(rails.points(), rails.positions(threads, end));
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, end);
   dynamics.begin_step(settings.time_step, settings.gravity, step_loads);
@@ -198,7 +209,8 @@ fem::ContactSet Simulation::State::contact_set() {
 
 /// Solves, detects at the predicted positions and adds speculative contacts, until none are new. Loosely at
 /// first in a step after one in which bodies met, and while those that meet push harder than all that act:
-/// then a solve only shows where they lead. \param last  of the step before
+/// then a solve only shows where they lead. Where contacts are settled and tissue is not as the solve had it,
+/// again with that. \param last  of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int most_turns = 8;
   constexpr double many = 1.0;
@@ -229,9 +241,15 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
                            : 0.0;
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (met == 0.0 && !loose) break;
+    const bool solved = met == 0.0 && !loose;
+    if (solved && (fixed || !dynamics.follow_tissue(settings.solver.tolerance))) break;
+    if (solved && !looks_again) {
+      dynamics.end_on_way();
+      metrics.solver_converged = false;
+      break;
+    }
     loose = met > many && !fixed;
-    steady = false;
+    steady = steady && solved;
   }
   // With half of what was left it has not seen all that the next step begins with.
   if (metrics.detection.completeness < 1.0 && spends_time()) {
@@ -384,6 +402,7 @@ SavedState Simulation::State::saved_state() const {
 }
 
 void Simulation::State::take_state(const SavedState& saved) {
+  activate_fibres(saved.metrics.time);
   dynamics.set_state(saved.dynamics);
   detector.recall(saved.detector, dynamics.positions());
   loads.restore(saved.forces, saved.pressures);

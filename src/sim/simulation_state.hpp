@@ -31,6 +31,7 @@ struct Simulation::State {
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
   void begin_step();
+  void activate_fibres(double time);
   bool solve(bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
@@ -48,6 +49,7 @@ struct Simulation::State {
   SimulationSettings settings;
   parallel::Threads threads;
   Materials materials;
+  std::vector<double> activations;  ///< of the fibres of each material
   Rails rails;
   fem::Dynamics dynamics;
   Loads loads;

@@ -93,26 +93,35 @@ HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
           hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01))};
 }
 
-/// The way back: row k of 16 doubles an element gets (x, y, z, 0) of lane k.
-HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
+/// Four values of each element.
+struct FourV {
+  V x, y, z, w;
+};
+
+/// The way back: row k, `stride` doubles after the one before, gets (x, y, z, w) of lane k.
+HWY_INLINE void store_fours(const FourV& v, double* rows, std::size_t stride) {
   const D d;
-  const V zero = hn::Zero(d);
   const V xy02 = hn::InterleaveLower(d, v.x, v.y);
   const V xy13 = hn::InterleaveUpper(d, v.x, v.y);
-  const V zw02 = hn::InterleaveLower(d, v.z, zero);
-  const V zw13 = hn::InterleaveUpper(d, v.z, zero);
+  const V zw02 = hn::InterleaveLower(d, v.z, v.w);
+  const V zw13 = hn::InterleaveUpper(d, v.z, v.w);
   const auto store = [&](V row, std::size_t k) {
 #if HWY_MAX_BYTES >= 64
-    hn::Store(hn::LowerHalf(Four(), row), Four(), rows + 16 * k);
-    hn::Store(hn::UpperHalf(Four(), row), Four(), rows + 16 * (k + 4));
+    hn::Store(hn::LowerHalf(Four(), row), Four(), rows + stride * k);
+    hn::Store(hn::UpperHalf(Four(), row), Four(), rows + stride * (k + 4));
 #else
-    hn::Store(row, d, rows + 16 * k);
+    hn::Store(row, d, rows + stride * k);
 #endif
   };
   store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw02), xy02), 0);
   store(hn::OddEvenBlocks(hn::SwapAdjacentBlocks(zw13), xy13), 1);
   store(hn::OddEvenBlocks(zw02, hn::SwapAdjacentBlocks(xy02)), 2);
   store(hn::OddEvenBlocks(zw13, hn::SwapAdjacentBlocks(xy13)), 3);
+}
+
+/// Row k of 16 doubles an element gets (x, y, z, 0) of lane k.
+HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
+  store_fours({v.x, v.y, v.z, hn::Zero(D())}, rows, 16);
 }
 
 /// Row k of 4 quads an element gets (x, y, z, w) of lane k, in float.

@@ -78,7 +78,7 @@ TEST(Dynamics, MassDampingSlowsAFallAsImplicitEulerDoes) {
 TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   // One step against the dense formula, assembled here from forces and their differences at fixed rotations.
   const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {0.2, 0.2, 0.2}, 0.2));
-  constexpr Material material{3e4, 0.3, 1000.0, 2.0, 0.005};
+  const Material material{3e4, 0.3, 1000.0, 2.0, 0.005};
   constexpr double h = 0.02;
   const auto fixed = select(bodies, [](const Vec3& p) { return p.z == 0.0; });
   Dynamics dynamics = Scene{material, fixed, 1}.dynamics(bodies);

@@ -13,7 +13,7 @@
 namespace palpate::fem::test {
 namespace {
 
-constexpr Material soft{2e4, 0.35, 1000.0, 0.0, 0.0};
+const Material soft{2e4, 0.35, 1000.0, 0.0, 0.0};
 const parallel::Threads one_thread(1);
 
 Elements elements_of(const Bodies& bodies, const Material& material = soft) {

@@ -12,7 +12,7 @@
 namespace palpate::fem::test {
 namespace {
 
-constexpr Material rubber{.young_modulus = 1e5, .poisson_ratio = 0.3};
+const Material rubber{.young_modulus = 1e5, .poisson_ratio = 0.3};
 
 Eigen::Matrix3d to_eigen(const SymmetricTensor& a) {
   return test::to_eigen(to_matrix(a));

@@ -1,0 +1,192 @@
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include <palpate/error.hpp>
+#include <palpate/material.hpp>
+
+#include "bind.hpp"
+#include "call_text.hpp"
+#include "docs.hpp"
+#include "material_check.hpp"
+#include "scene/suggest.hpp"
+
+namespace palpate::python {
+namespace {
+
+/// A value of a material that can be changed to what a scene would take.
+template <class Value>
+void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
+  material.def_prop_rw(
+      name, [value](const Material& m) { return m.*value; },
+      [value](Material& m, Value given) {
+        Material changed = m;
+        changed.*value = given;
+        check_material(changed);
+        m = changed;
+      },
+      doc);
+}
+
+using FibresState = std::tuple<Three, double, double, double, std::vector<double>, std::vector<double>>;
+using MaterialState = std::tuple<double, double, double, double, double, std::optional<double>, double,
+                                 std::optional<double>, std::string, double, FibresState>;
+
+FibresState state_of(const Fibres& f) {
+  return {three_of(f.direction), f.stiffness,        f.exponent,
+          f.active_stress,       f.activation.times, f.activation.factors};
+}
+
+Fibres fibres_of(const FibresState& s) {
+  return {vector_of_three(std::get<0>(s)),
+          std::get<1>(s),
+          std::get<2>(s),
+          std::get<3>(s),
+          {std::get<4>(s), std::get<5>(s)}};
+}
+
+std::string name_of(MaterialModel model) {
+  return std::string(material_model_names[static_cast<std::size_t>(model)]);
+}
+
+MaterialModel model_of(const std::string& name) {
+  for (std::size_t i = 0; i < material_model_names.size(); ++i) {
+    if (material_model_names[i] == name) return static_cast<MaterialModel>(i);
+  }
+  throw Error("Material", "model", "'" + name + "'", expected_name(name, material_model_names));
+}
+
+void bind_fibre_class(nb::module_& m) {
+  const Fibres standard;
+  nb::class_<Fibres>(m, "Fibres", doc::Fibres)
+      .def(
+          "__init__",
+          [](Fibres* self, const Three& direction, double stiffness, double exponent, double active_stress,
+             std::optional<Ramp> activation) {
+            Fibres made{vector_of_three(direction), stiffness, exponent, active_stress,
+                        activation.value_or(Ramp{})};
+            check_material({.model = MaterialModel::stable_neo_hookean, .fibres = made});
+            new (self) Fibres(std::move(made));
+          },
+          nb::kw_only(), nb::arg("direction") = three_of(standard.direction),
+          nb::arg("stiffness") = standard.stiffness, nb::arg("exponent") = standard.exponent,
+          nb::arg("active_stress") = standard.active_stress, nb::arg("activation") = nb::none())
+      .def_prop_ro(
+          "direction", [](const Fibres& f) { return three_of(f.direction); }, doc::Fibres_direction)
+      .def_ro("stiffness", &Fibres::stiffness, doc::Fibres_stiffness)
+      .def_ro("exponent", &Fibres::exponent, doc::Fibres_exponent)
+      .def_ro("active_stress", &Fibres::active_stress, doc::Fibres_active_stress)
+      .def_prop_ro(
+          "activation",
+          [](const Fibres& f) {
+            return f.activation.times.empty() ? std::nullopt : std::optional(f.activation);
+          },
+          doc::Fibres_activation)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"direction", "stiffness", "exponent", "active_stress", "activation"});
+           })
+      .def("__getstate__", &state_of)
+      .def("__setstate__", [](Fibres& f, const FibresState& s) { new (&f) Fibres(fibres_of(s)); });
+}
+
+void bind_material_values(nb::class_<Material>& material) {
+  bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
+  bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
+  bind_value(material, "density", &Material::density, doc::Material_density);
+  bind_value(material, "mass_damping", &Material::mass_damping, doc::Material_mass_damping);
+  bind_value(material, "stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping);
+  bind_value(material, "plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield);
+  bind_value(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
+  bind_value(material, "plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+  bind_value(material, "mooney_fraction", &Material::mooney_fraction, doc::Material_mooney_fraction);
+  material
+      .def_prop_rw(
+          "fibres", [](const Material& m) { return m.fibres.any() ? std::optional(m.fibres) : std::nullopt; },
+          [](Material& m, std::optional<Fibres> fibres) {
+            Material changed = m;
+            changed.fibres = std::move(fibres).value_or(Fibres{});
+            check_material(changed);
+            m = std::move(changed);
+          },
+          nb::arg("fibres").none(), doc::Material_fibres)
+      .def_prop_rw(
+          "model", [](const Material& m) { return name_of(m.model); },
+          [](Material& m, const std::string& name) {
+            Material changed = m;
+            changed.model = model_of(name);
+            check_material(changed);
+            m = changed;
+          },
+          doc::Material_model)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"young_modulus", "poisson_ratio", "density", "mass_damping",
+                                     "stiffness_damping", "plastic_yield", "plastic_creep", "plastic_maximum",
+                                     "model", "mooney_fraction", "fibres"});
+           })
+      .def("__getstate__",
+           [](const Material& m) {
+             return MaterialState{m.young_modulus,   m.poisson_ratio,     m.density,
+                                  m.mass_damping,    m.stiffness_damping, m.plastic_yield,
+                                  m.plastic_creep,   m.plastic_maximum,   name_of(m.model),
+                                  m.mooney_fraction, state_of(m.fibres)};
+           })
+      .def("__setstate__", [](Material& m, const MaterialState& s) {
+        new (&m) Material{.young_modulus = std::get<0>(s),
+                          .poisson_ratio = std::get<1>(s),
+                          .density = std::get<2>(s),
+                          .mass_damping = std::get<3>(s),
+                          .stiffness_damping = std::get<4>(s),
+                          .plastic_yield = std::get<5>(s),
+                          .plastic_creep = std::get<6>(s),
+                          .plastic_maximum = std::get<7>(s),
+                          .model = model_of(std::get<8>(s)),
+                          .mooney_fraction = std::get<9>(s),
+                          .fibres = fibres_of(std::get<10>(s))};
+      });
+}
+
+}  // namespace
+
+void bind_material(nb::module_& m) {
+  bind_fibre_class(m);
+  const Material standard;
+  nb::class_<Material> material(m, "Material", doc::Material);
+  bind_material_values(material);
+  material.def(
+      "__init__",
+      [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
+         double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
+         std::optional<double> plastic_maximum, const std::string& model, double mooney_fraction,
+         std::optional<Fibres> fibres) {
+        const Material made{young_modulus,
+                            poisson_ratio,
+                            density,
+                            mass_damping,
+                            stiffness_damping,
+                            plastic_yield,
+                            plastic_creep,
+                            plastic_maximum,
+                            model_of(model),
+                            mooney_fraction,
+                            std::move(fibres).value_or(Fibres{})};
+        check_material(made);
+        new (self) Material(made);
+      },
+      nb::kw_only(), nb::arg("young_modulus") = standard.young_modulus,
+      nb::arg("poisson_ratio") = standard.poisson_ratio, nb::arg("density") = standard.density,
+      nb::arg("mass_damping") = standard.mass_damping,
+      nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
+      nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none(),
+      nb::arg("model") = name_of(standard.model), nb::arg("mooney_fraction") = standard.mooney_fraction,
+      nb::arg("fibres") = nb::none());
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,248 @@
+// Elements of full bodies: hyperelastic tets, stiffness by blocks, and fibres.
+#include <algorithm>
+#include <cstddef>
+
+#include "fem/elements.hpp"
+#include "fem/padded_vectors.hpp"
+#include "fem/row_order.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+using simd::block_stride;
+
+bool is_hyperelastic_tet(const Materials& materials, Index tet, Index body) {
+  return materials.of(tet, body).model != MaterialModel::corotational;
+}
+
+/// Block (j, i) in place of (i, j).
+Matrix3 transposed(const Matrix3& a) {
+  return {{a(0, 0), a(1, 0), a(2, 0), a(0, 1), a(1, 1), a(2, 1), a(0, 2), a(1, 2), a(2, 2)}};
+}
+
+/// The unit vector along the fibres of a tet; zero where its material has none.
+Vec3 fibre_of(const Materials& materials, Index tet, const Material& material) {
+  if (!material.fibres.any()) return {};
+  Vec3 direction = material.fibres.direction;
+  if (!materials.fibre_of_tet.empty() && at(materials.fibre_of_tet, tet) != Vec3{})
+    direction = at(materials.fibre_of_tet, tet);
+  return (1.0 / length(direction)) * direction;
+}
+
+}  // namespace
+
+/// Full bodies last, each with its corotational tets first.
+void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
+                          std::span<const std::uint8_t> obstacles) {
+  const std::vector<Index> order = tets_along_curve(bodies);
+  const auto add = [&](Index body, bool all, bool hyperelastic) {
+    const Range tets = at(bodies.bodies(), body).tets;
+    for (Index place = tets.begin; place < tets.end; ++place) {
+      const Index tet = at(order, place);
+      if (all || is_hyperelastic_tet(materials, tet, body) == hyperelastic)
+        add_element(bodies, tet, body, materials);
+    }
+  };
+  std::vector<Index> full;
+  for (Index body = 0; body < bodies.body_count(); ++body) {
+    if (at(obstacles, body) != 0) continue;
+    const Range tets = at(bodies.bodies(), body).tets;
+    bool any = false;
+    for (Index tet = tets.begin; tet < tets.end && !any; ++tet)
+      any = is_hyperelastic_tet(materials, tet, body);
+    if (any) {
+      full.push_back(body);
+    } else {
+      add(body, true, false);
+    }
+  }
+  full_begin_ = size();
+  for (const Index body : full) {
+    for (const bool hyperelastic : {false, true}) add(body, false, hyperelastic);
+  }
+  for (std::size_t e = static_cast<std::size_t>(full_begin_); e < tets_.size(); ++e)
+    add_law(materials, tets_[e], body_[e]);
+  if (material_.empty()) return;
+  const std::size_t whole = material_.size() + simd::element_group;  // kernels read and write whole groups
+  for (auto& column : laws_) column.resize(whole);
+  blocks_.resize(block_stride * whole);
+}
+
+void Elements::add_law(const Materials& materials, Index tet, Index body) {
+  const Material& material = materials.of(tet, body);
+  const auto [first, second] = invariant_moduli(material);
+  const std::size_t element = static_cast<std::size_t>(full_begin_) + material_.size();
+  const Vec3 fibre = fibre_of(materials, tet, material);
+  const Fibres& fibres = material.fibres;
+  const std::array<double, simd::law_columns> law{
+      first,           second, bulk_of(lambda_[element], first), fibre.x, fibre.y, fibre.z, fibres.stiffness,
+      fibres.exponent, 0.0};
+  for (std::size_t k = 0; k < law.size(); ++k) laws_[k].push_back(law[k]);
+  fibres_ = fibres_ || fibres.any();
+  hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
+  material_.push_back(materials.index_of(tet, body));
+  active_stress_.push_back(fibres.active_stress);
+}
+
+bool Elements::set_activations(std::span<const double> activations) {
+  bool changed = false;
+  for (std::size_t k = 0; k < material_.size(); ++k) {
+    const double tension = active_stress_[k] == 0.0 ? 0.0 : at(activations, material_[k]) * active_stress_[k];
+    changed = changed || laws_[simd::law_tension][k] != tension;
+    laws_[simd::law_tension][k] = tension;
+  }
+  return changed;
+}
+
+/// As it is at present.
+HyperelasticLaw Elements::law_of(std::size_t element) const {
+  const auto value = [&](simd::LawColumn column) {
+    return laws_[column][element - static_cast<std::size_t>(full_begin_)];
+  };
+  HyperelasticLaw law{value(simd::law_first),
+                      value(simd::law_second),
+                      value(simd::law_bulk),
+                      {value(simd::law_fibre_x), value(simd::law_fibre_y), value(simd::law_fibre_z)},
+                      value(simd::law_fibre_stiffness),
+                      value(simd::law_fibre_exponent),
+                      value(simd::law_tension)};
+  if (bulk_fraction_[element] != 1.0)
+    law.bulk = bulk_of(bulk_fraction_[element] * lambda_[element], law.first);
+  return law;
+}
+
+simd::HyperelasticPass Elements::hyperelastic_pass(const simd::ElementPass& pass) {
+  simd::HyperelasticPass own{};
+  own.displacements = pass.displacements;
+  own.corners = pass.corners;
+  own.inverse_rest = pass.inverse_rest;
+  own.volumes = volume_.data();
+  own.factors = pass.factors;
+  for (std::size_t k = 0; k < laws_.size(); ++k) own.laws[k] = laws_[k].data();
+  own.first_law = static_cast<std::size_t>(full_begin_);
+  own.fibres = fibres_;
+  own.energies = pass.energies;
+  own.inverted = pass.inverted;
+  own.left = pass.left;
+  own.blocks = blocks_.data();
+  return own;
+}
+
+/// F - I.
+Matrix3 Elements::displacement_gradient(std::size_t element, std::span<const Vec3> positions) const {
+  const Tet& corners = corners_[element];
+  const auto displacement = [&](std::size_t corner) {
+    return at(positions, corners[corner]) - at(points_rest_, corners[corner]);
+  };
+  Matrix3 h;
+  for (int corner = 1; corner < 4; ++corner) {
+    const Vec3 difference = displacement(static_cast<std::size_t>(corner)) - displacement(0);
+    add_outer(h, 1.0, difference, gradient_rest(element, corner));
+  }
+  return h;
+}
+
+void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> positions, double* forces) {
+  const Matrix3 h = displacement_gradient(element, positions);
+  Matrix3 f = h;
+  for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
+  inverted_[element] = determinant(f) > 0.0 ? 0 : 1;
+  const HyperelasticLaw law = law_of(element);
+  const HyperelasticResponse response = respond(law, h);
+  energy_[element] = volume_[element] * response.energy_density;
+  const std::array gradients{gradient_rest(element, 1), gradient_rest(element, 2), gradient_rest(element, 3)};
+  Vec3 sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 force = -volume_[element] * (response.stress * gradients[k]);
+    sum += force;
+    store(force, forces + 4 * (k + 1));
+  }
+  store(-sum, forces);
+  const std::size_t place = block_stride * (element - static_cast<std::size_t>(full_begin_));
+  put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element],
+             std::span<double, tangent_values>(&blocks_[place], tangent_values));
+}
+
+void Elements::put_corotational_blocks(std::size_t element) {
+  double* blocks = &blocks_[block_stride * (element - static_cast<std::size_t>(full_begin_))];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i + 1; j < 4; ++j) {
+      const Matrix3 block = low_rank_block(static_cast<Index>(element), i, j);
+      std::ranges::copy(block.values, blocks + block_place(i, j));
+    }
+  }
+}
+
+const double* Elements::full_blocks(Index element) const {
+  return &blocks_[block_stride * static_cast<std::size_t>(element - full_begin_)];
+}
+
+/// Block (i, j), i != j, of an element of a full body.
+Matrix3 Elements::full_block(Index element, int i, int j) const {
+  const double* values = full_blocks(element) + block_place(std::min(i, j), std::max(i, j));
+  Matrix3 block;
+  std::copy(values, values + 9, block.values.begin());
+  return i < j ? block : transposed(block);
+}
+
+Matrix3 Elements::low_rank_block(Index element, int i, int j) const {
+  const Vec3 a = gradient(element, i);
+  const Vec3 b = gradient(element, j);
+  Matrix3 block;
+  add_outer(block, at(ratio_, element), a, b);
+  add_outer(block, 1.0, b, a);
+  for (int k = 0; k < 3; ++k) block(k, k) += dot(a, b);
+  return block;
+}
+
+void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const {
+  const auto add = [&](const Matrix3& a, double sign) {
+    for (std::size_t k = 0; k < 9; ++k) block.values[k] += sign * a.values[k];
+  };
+  if (element < full_begin_) {
+    add(low_rank_block(element, i, j), 1.0);
+  } else if (i != j) {
+    add(full_block(element, i, j), 1.0);
+  } else {
+    for (int other = 0; other < 4; ++other) {
+      if (other != i) add(full_block(element, i, other), -1.0);
+    }
+  }
+}
+
+std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>& vectors) const {
+  std::array<Vec3, 4> products;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      if (i == j) continue;
+      const Matrix3 block = element < full_begin_ ? low_rank_block(element, i, j) : full_block(element, i, j);
+      at(products, i) += block * (at(vectors, j) - at(vectors, i));
+    }
+  }
+  return products;
+}
+
+/// Those of elements of full bodies among [begin, end), by corner.
+void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
+                             double* products) const {
+  for (std::size_t e = std::max(begin, static_cast<std::size_t>(full_begin_)); e < end; ++e) {
+    const double* blocks = full_blocks(static_cast<Index>(e));
+    std::array<Vec3, 4> x;
+    std::array<Vec3, 4> y{};
+    for (std::size_t k = 0; k < 4; ++k) x[k] = unpadded(at(vectors, corners_[e][k]));
+    const double* b = blocks;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = i + 1; j < 4; ++j, b += 9) {
+        const Vec3 d = x[j] - x[i];
+        y[i] += {b[0] * d.x + b[1] * d.y + b[2] * d.z, b[3] * d.x + b[4] * d.y + b[5] * d.z,
+                 b[6] * d.x + b[7] * d.y + b[8] * d.z};
+        y[j] -= {b[0] * d.x + b[3] * d.y + b[6] * d.z, b[1] * d.x + b[4] * d.y + b[7] * d.z,
+                 b[2] * d.x + b[5] * d.y + b[8] * d.z};
+      }
+    }
+    for (std::size_t k = 0; k < 4; ++k) store(y[k], products + 16 * (e - begin) + 4 * k);
+  }
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,307 @@
+// Hyperelastic laws. Oracles: the energies as their papers write them, in long double, differentiated by
+// differences; their Hessians with negative eigenvalues cut by Eigen; closed forms of simple stretches.
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "fem/hyperelastic.hpp"
+#include "fem/meshes.hpp"
+#include "fem/stress.hpp"
+
+namespace palpate::fem::test {
+namespace {
+
+using Real = long double;
+using Matrix = Eigen::Matrix<Real, 3, 3>;
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+struct Lame {
+  explicit Lame(const Material& m)
+      : mu(Real(m.young_modulus) / (2 * (1 + Real(m.poisson_ratio)))),
+        lambda(Real(m.young_modulus) * m.poisson_ratio /
+               ((1 + Real(m.poisson_ratio)) * (1 - 2 * Real(m.poisson_ratio)))) {}
+  Real mu;
+  Real lambda;
+};
+
+/// Smith, de Goes & Kim 2018, eq. 14 with the reparametrisation of their section 3.4; for Mooney-Rivlin
+/// with C01 (I2 - 3) added and alpha and moduli such that rest is Hooke's law. Fibres of Holzapfel, Gasser &
+/// Ogden 2000.
+Real energy(const Material& m, const Matrix& f, Real tension) {
+  const Lame lame(m);
+  const Real c = m.model == MaterialModel::mooney_rivlin ? Real(m.mooney_fraction) : Real(0);
+  const Real c01 = c * lame.mu / 2;
+  const Real mu = Real(4) / 3 * (lame.mu - 2 * c01);
+  const Real lambda = lame.lambda + Real(5) / 8 * mu;
+  const Real alpha = 1 + (Real(3) / 4 * mu + 4 * c01) / lambda;
+  const Real first = f.squaredNorm();
+  const Real j = f.determinant();
+  const Real second = (first * first - (f.transpose() * f).squaredNorm()) / 2;
+  Real sum = mu / 2 * (first - 3) + lambda / 2 * (j - alpha) * (j - alpha) - mu / 2 * std::log(first + 1) +
+             c01 * (second - 3);
+  if (!m.fibres.any()) return sum;
+  const Eigen::Matrix<Real, 3, 1> a =
+      Eigen::Matrix<Real, 3, 1>(m.fibres.direction.x, m.fibres.direction.y, m.fibres.direction.z)
+          .normalized();
+  const Real i4 = (f * a).squaredNorm();
+  const Real k1 = m.fibres.stiffness;
+  const Real k2 = m.fibres.exponent;
+  if (i4 > 1)
+    sum += k2 > 0 ? k1 / (2 * k2) * std::expm1(k2 * (i4 - 1) * (i4 - 1)) : k1 / 2 * (i4 - 1) * (i4 - 1);
+  return sum + tension * std::sqrt(i4 + Real(1e-6));
+}
+
+Matrix stress(const Material& m, const Matrix& f, Real tension) {
+  constexpr Real d = 1e-5L;
+  Matrix p;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const auto shifted = [&](Real by) {
+        Matrix g = f;
+        g(i, j) += by;
+        return energy(m, g, tension);
+      };
+      p(i, j) = (8 * (shifted(d) - shifted(-d)) - (shifted(2 * d) - shifted(-2 * d))) / (12 * d);
+    }
+  }
+  return p;
+}
+
+/// d vec(P) / d vec(F), row by row.
+Matrix9 hessian(const Material& m, const Matrix& f, Real tension) {
+  constexpr Real d = 1e-4L;
+  Matrix9 c;
+  for (int k = 0; k < 9; ++k) {
+    Matrix plus = f;
+    Matrix minus = f;
+    plus(k / 3, k % 3) += d;
+    minus(k / 3, k % 3) -= d;
+    const Matrix change = (stress(m, plus, tension) - stress(m, minus, tension)) / (2 * d);
+    for (int i = 0; i < 9; ++i) c(i, k) = static_cast<double>(change(i / 3, i % 3));
+  }
+  return 0.5 * (c + c.transpose());
+}
+
+Matrix9 positive_part(const Matrix9& a) {
+  const Eigen::SelfAdjointEigenSolver<Matrix9> solver(a);
+  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+Material with(MaterialModel model, double nu, double fraction = 0.5) {
+  return {.young_modulus = 2e4, .poisson_ratio = nu, .model = model, .mooney_fraction = fraction};
+}
+
+std::vector<Material> isotropic() {
+  std::vector<Material> all;
+  for (const double nu : {0.0, 0.3, 0.45, 0.499}) {
+    all.push_back(with(MaterialModel::stable_neo_hookean, nu));
+    if (nu > 0.0) all.push_back(with(MaterialModel::mooney_rivlin, nu, 1.0));
+    all.push_back(with(MaterialModel::mooney_rivlin, nu, 0.3));
+  }
+  return all;
+}
+
+/// Where the energy of fibres has a second derivative: they neither begin to be stretched there, nor are they
+/// so far that it goes on as a polynomial.
+bool is_smooth(const Material& m, const Matrix& f) {
+  if (!m.fibres.any()) return true;
+  const Vec3& a = m.fibres.direction;
+  const auto w = (f.cast<double>() * to_eigen(a)).norm() / length(a);
+  const double e = w * w - 1.0;
+  return std::abs(e) > 0.01 && m.fibres.exponent * e * e < 15.9;
+}
+
+HyperelasticLaw law_of(const Material& m, double tension = 0.0) {
+  const auto [first, second] = invariant_moduli(m);
+  HyperelasticLaw law{
+      .first = first, .second = second, .bulk = bulk_of(static_cast<double>(Lame(m).lambda), first)};
+  if (!m.fibres.any()) return law;
+  law.fibre = (1.0 / length(m.fibres.direction)) * m.fibres.direction;
+  law.fibre_stiffness = m.fibres.stiffness;
+  law.fibre_exponent = m.fibres.exponent;
+  law.tension = tension;
+  return law;
+}
+
+Matrix3 minus_identity(const Matrix& f) {
+  return from_eigen((f - Matrix::Identity()).cast<double>());
+}
+
+/// Deformations with the singular values, anyhow turned.
+std::vector<Matrix> deformations(unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::vector<Matrix> all;
+  const std::vector<Eigen::Vector3d> stretches{
+      {1.0, 1.0, 1.0},  {1.3, 1.1, 0.9},   {2.0, 0.7, 0.6}, {0.5, 0.5, 0.5}, {3.0, 3.0, 0.1},
+      {1.0, 0.9, -0.5}, {1.2, 1.2, -0.05}, {0.9, 0.4, 0.1}, {1.1, 1.1, 1.1}, {1.001, 1.0, 0.999}};
+  for (const Eigen::Vector3d& s : stretches) {
+    const Eigen::Matrix3d u = to_eigen(random_rotation(random));
+    const Eigen::Matrix3d v = to_eigen(random_rotation(random));
+    all.emplace_back((u * s.asDiagonal() * v.transpose()).cast<Real>());
+  }
+  return all;
+}
+
+void expect_stress(const Material& m, double tension) {
+  for (const Matrix& f : deformations(5)) {
+    if (!is_smooth(m, f)) continue;
+    const HyperelasticResponse r = respond(law_of(m, tension), minus_identity(f));
+    const Matrix exact = stress(m, f, tension);
+    const double size = static_cast<double>(exact.norm() + Lame(m).mu);
+    EXPECT_LT((to_eigen(r.stress) - exact.cast<double>()).norm(), 1e-9 * size);
+    const Real here = energy(m, f, tension) - energy(m, Matrix::Identity(), tension);
+    EXPECT_NEAR(r.energy_density, static_cast<double>(here),
+                1e-12 * static_cast<double>(std::abs(here) + Lame(m).mu));
+  }
+}
+
+/// The blocks are those of the exact Hessian without its negative eigenvalues.
+void expect_tangent(const Material& m, double tension) {
+  const std::array<Vec3, 3> gradients{Vec3{1.0, 0.2, -0.3}, Vec3{0.1, 1.5, 0.4}, Vec3{-0.7, 0.3, 0.9}};
+  const std::array<Vec3, 4> g{-(gradients[0] + gradients[1] + gradients[2]), gradients[0], gradients[1],
+                              gradients[2]};
+  for (const Matrix& f : deformations(6)) {
+    if (!is_smooth(m, f)) continue;
+    Material ground = m;
+    ground.fibres = {};
+    Matrix9 c = positive_part(hessian(ground, f, 0));
+    if (m.fibres.any()) c += hessian(m, f, tension) - hessian(ground, f, 0);
+    const HyperelasticLaw law = law_of(m, tension);
+    std::array<double, tangent_values> blocks{};
+    put_blocks(tangent(law, minus_identity(f)), law.fibre, gradients, 2.0, blocks);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = i + 1; j < 4; ++j) {
+        for (int a = 0; a < 3; ++a) {
+          for (int b = 0; b < 3; ++b) {
+            double sum = 0.0;
+            for (int k = 0; k < 3; ++k) {
+              for (int l = 0; l < 3; ++l)
+                sum += to_eigen(at(g, i))[k] * c(3 * a + k, 3 * b + l) * to_eigen(at(g, j))[l];
+            }
+            EXPECT_NEAR(at(blocks, static_cast<Index>(block_place(i, j)) + 3 * a + b), 2.0 * sum,
+                        2e-6 * c.norm());
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(MaterialStress, IsTheDerivativeOfTheEnergyOfThePaper) {
+  for (const Material& m : isotropic()) expect_stress(m, 0.0);
+}
+
+TEST(MaterialTangent, IsTheHessianWithoutItsNegativeEigenvalues) {
+  for (const Material& m : isotropic()) expect_tangent(m, 0.0);
+}
+
+TEST(FibreMaterial, HasStressAndTangentOfItsEnergy) {
+  Material m = with(MaterialModel::stable_neo_hookean, 0.45);
+  for (const double exponent : {0.0, 0.2}) {
+    m.fibres = Fibres{.direction = {1.0, -2.0, 0.5}, .stiffness = 3e3, .exponent = exponent};
+    expect_stress(m, 0.0);
+    expect_stress(m, 5e3);
+    expect_tangent(m, 5e3);
+  }
+}
+
+/// Beyond the range of the exponential: finite, and smooth where it goes on as a polynomial.
+TEST(FibreMaterial, IsSmoothAndFiniteAtAnyStretch) {
+  Material m = with(MaterialModel::stable_neo_hookean, 0.4);
+  m.fibres = Fibres{.direction = {1.0, 0.0, 0.0}, .stiffness = 1e4, .exponent = 4.0};
+  const auto at_stretch = [&](double s) {
+    return respond(law_of(m), Matrix3{{s - 1.0, 0, 0, 0, 0, 0, 0, 0, 0}});
+  };
+  const double border = std::sqrt(3.0);  // E = 2: exponent E^2 = 16
+  const HyperelasticResponse below = at_stretch(border - 1e-7);
+  const HyperelasticResponse above = at_stretch(border + 1e-7);
+  EXPECT_NEAR(above.energy_density / below.energy_density, 1.0, 2e-5);
+  EXPECT_NEAR(above.stress(0, 0) / below.stress(0, 0), 1.0, 2e-5);
+  EXPECT_TRUE(std::isfinite(at_stretch(1e6).stress(0, 0)));
+  EXPECT_GT(at_stretch(1e6).stress(0, 0), at_stretch(1e5).stress(0, 0));
+}
+
+/// Closed form of the nominal stress along axis i of diag(s): Smith et al., or with C01.
+double nominal(const Material& m, const std::array<double, 3>& s, std::size_t i) {
+  const Lame lame(m);
+  const double c = m.model == MaterialModel::mooney_rivlin ? m.mooney_fraction : 0.0;
+  const double second = c * static_cast<double>(lame.mu);
+  const double mu = 4.0 / 3.0 * (1.0 - c) * static_cast<double>(lame.mu);
+  const double lambda = static_cast<double>(lame.lambda) + 5.0 / 8.0 * mu;
+  const double alpha = 1.0 + (0.75 * mu + 2.0 * second) / lambda;
+  const double j = s[0] * s[1] * s[2];
+  const double first = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+  return mu * s[i] * (1.0 - 1.0 / (first + 1.0)) + second * s[i] * (first - s[i] * s[i]) +
+         lambda * (j - alpha) * j / s[i];
+}
+
+double zero_of(const std::function<double(double)>& f, double low, double high) {
+  for (int n = 0; n < 200; ++n) {
+    const double middle = 0.5 * (low + high);
+    (f(middle) > 0.0 ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+TEST(MaterialClosedForm, UniaxialEquibiaxialShearAndVolumetric) {
+  for (const Material& m : isotropic()) {
+    const auto cauchy = [&](const Matrix3& f) {
+      const ElementDeformation e{.gradient = f,
+                                 .rotation = identity(),
+                                 .stretch = {},
+                                 .plastic_strain = {},
+                                 .twist = {},
+                                 .mu = 0.0,
+                                 .lambda = 0.0,
+                                 .hyperelastic = true,
+                                 .law = law_of(m)};
+      return stress_of(e);
+    };
+    const double unit = static_cast<double>(Lame(m).mu + Lame(m).lambda);
+    for (const double s : {0.5, 0.8, 1.0, 1.3, 2.0}) {
+      const double side = zero_of([&](double t) { return nominal(m, {s, t, t}, 1); }, 0.1, 4.0);
+      const ElementStress uniaxial = cauchy({{s, 0, 0, 0, side, 0, 0, 0, side}});
+      EXPECT_NEAR(uniaxial.stress.xx, nominal(m, {s, side, side}, 0) / (side * side), 1e-9 * unit);
+      EXPECT_NEAR(uniaxial.stress.yy, 0.0, 1e-9 * unit);
+      EXPECT_NEAR(von_mises(uniaxial.stress), std::abs(uniaxial.stress.xx), 1e-9 * unit);
+      const double thick = zero_of([&](double t) { return nominal(m, {s, s, t}, 2); }, 0.01, 8.0);
+      const ElementStress biaxial = cauchy({{s, 0, 0, 0, s, 0, 0, 0, thick}});
+      EXPECT_NEAR(biaxial.stress.xx, nominal(m, {s, s, thick}, 0) / (s * thick), 1e-9 * unit);
+      EXPECT_NEAR(biaxial.stress.zz, 0.0, 1e-9 * unit);
+      const ElementStress volumetric = cauchy({{s, 0, 0, 0, s, 0, 0, 0, s}});
+      EXPECT_NEAR(volumetric.stress.xx, nominal(m, {s, s, s}, 0) / (s * s), 1e-9 * unit);
+      EXPECT_NEAR(volumetric.volume_ratio, s * s * s, 1e-12);
+      // Simple shear k: sigma_xy = (linear - ...) of B = F F^T with J = 1 (Rivlin's universal relation
+      // sigma_xx - sigma_yy = k sigma_xy holds for every isotropic law).
+      const double k = s;
+      const ElementStress shear = cauchy({{1, k, 0, 0, 1, 0, 0, 0, 1}});
+      EXPECT_NEAR(shear.stress.xx - shear.stress.yy, k * shear.stress.xy, 1e-9 * unit);
+      const double c = m.model == MaterialModel::mooney_rivlin ? m.mooney_fraction : 0.0;
+      const double mu = static_cast<double>(Lame(m).mu);
+      const double by_hand = k * (4.0 / 3.0 * (1.0 - c) * mu * (1.0 - 1.0 / (k * k + 4.0)) + c * mu);
+      EXPECT_NEAR(shear.stress.xy, by_hand, 1e-9 * unit);
+    }
+  }
+}
+
+TEST(MaterialClosedForm, SmallStrainsAreHookesLaw) {
+  for (const Material& m : isotropic()) {
+    const double e = 1e-7;
+    const HyperelasticResponse r =
+        respond(law_of(m), Matrix3{{e, 0.4 * e, 0, 0.4 * e, -0.3 * e, 0, 0, 0, 0.2 * e}});
+    const auto mu = static_cast<double>(Lame(m).mu);
+    const auto lambda = static_cast<double>(Lame(m).lambda);
+    const double trace = 0.9 * e;
+    EXPECT_NEAR(r.stress(0, 0), 2.0 * mu * e + lambda * trace, 1e-5 * e * (mu + lambda));
+    EXPECT_NEAR(r.stress(1, 1), -0.6 * mu * e + lambda * trace, 1e-5 * e * (mu + lambda));
+    EXPECT_NEAR(r.stress(0, 1), 0.8 * mu * e, 1e-5 * e * (mu + lambda));
+    EXPECT_NEAR(r.energy_density, mu * e * e * (1.0 + 0.09 + 0.04 + 0.32) + 0.5 * lambda * trace * trace,
+                1e-5 * e * e * (mu + lambda));
+  }
+}
+
+}  // namespace
+}  // namespace palpate::fem::test

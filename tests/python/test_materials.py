@@ -1,0 +1,91 @@
+"""Laws of elasticity and fibres from Python, with closed forms and a second code as oracles."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import palpate
+
+FIBRES = dict(direction=(1.0, 0.0, 0.0), stiffness=1e4, exponent=1.0, active_stress=1e4)
+
+
+def test_materials_say_what_they_are_and_survive_pickling():
+    material = palpate.Material(
+        model="stable-neo-hookean", poisson_ratio=0.45, fibres=palpate.Fibres(**FIBRES, activation=palpate.Ramp([0, 1], [0, 1]))
+    )
+    for other in (pickle.loads(pickle.dumps(material)), copy.copy(material)):
+        assert other.model == "stable-neo-hookean"
+        assert other.fibres.stiffness == 1e4
+        assert other.fibres.activation.factors == [0.0, 1.0]
+    assert palpate.Material().model == "corotational" and palpate.Material().fibres is None
+    assert "model='stable-neo-hookean'" in repr(material)
+
+
+def test_bad_values_are_refused_in_one_line_with_the_bound():
+    with pytest.raises(palpate.Error, match="stable-neo-hookean"):
+        palpate.Material(model="neo")
+    with pytest.raises(palpate.Error, match="fibres.*corotational"):
+        palpate.Material(fibres=palpate.Fibres(**FIBRES))
+    with pytest.raises(palpate.Error, match="poisson_ratio: found -0.1, expected a number > 0"):
+        palpate.Material(model="mooney-rivlin", mooney_fraction=1.0, poisson_ratio=-0.1)
+    with pytest.raises(palpate.Error, match="active_stress"):
+        palpate.Fibres(active_stress=-1.0)
+    with pytest.raises(palpate.Error, match="direction"):
+        palpate.Fibres(direction=(0.0, 0.0, 0.0), stiffness=1.0)
+
+
+def block(material, **options):
+    points, tets = palpate.box((4, 3, 3), (1.0, 0.75, 0.375))
+    model = palpate.Model()
+    model.add_body(points, tets, material=material, fixed=points[:, 0] < points[:, 0].min() + 1e-9, **options)
+    return model, points, tets
+
+
+def energy(f, young, nu):
+    """Smith, de Goes & Kim 2018, eq. 14 with the moduli of their section 3.4, in another form than ours."""
+    shear, first = young / (2 * (1 + nu)), young * nu / ((1 + nu) * (1 - 2 * nu))
+    mu, lam = 4 / 3 * shear, first + 5 / 6 * shear
+    alpha = 1 + mu / lam - mu / (4 * lam)
+    i1, j = np.einsum("nij,nij->n", f, f), np.linalg.det(f)
+    rest = lam / 2 * (1 - alpha) ** 2 - mu / 2 * np.log(4)
+    return mu / 2 * (i1 - 3) + lam / 2 * (j - alpha) ** 2 - mu / 2 * np.log(i1 + 1) - rest
+
+
+def test_fields_of_stress_and_energy_are_those_of_the_law():
+    material = palpate.Material(young_modulus=2e4, poisson_ratio=0.45, model="stable-neo-hookean", stiffness_damping=0.01)
+    model, *_ = block(material)
+    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, -9.81), time_step=0.02)
+    simulation.run(20)
+    tissue = simulation.tissue()
+    f = np.asarray(tissue.deformation_gradient).reshape(-1, 3, 3)
+    np.testing.assert_allclose(tissue.energy_density, energy(f, 2e4, 0.45), rtol=1e-6, atol=1e-6)
+    p = np.empty_like(f)
+    for i in range(3):
+        for j in range(3):
+            d = np.zeros((3, 3))
+            d[i, j] = 1e-5
+            p[:, i, j] = (energy(f + d, 2e4, 0.45) - energy(f - d, 2e4, 0.45)) / 2e-5
+    cauchy = p @ f.transpose(0, 2, 1) / np.linalg.det(f)[:, None, None]
+    np.testing.assert_allclose(tissue.stress, cauchy, rtol=1e-4, atol=1e-5 * np.abs(cauchy).max())
+
+
+def test_a_muscle_contracts_along_its_fibres_and_resumes_from_a_saved_state():
+    fibres = palpate.Fibres(direction=(0.0, 1.0, 0.0), active_stress=2e4, activation=palpate.Ramp([0.0, 0.2], [0.0, 1.0]))
+    material = palpate.Material(young_modulus=2e4, poisson_ratio=0.45, model="stable-neo-hookean", stiffness_damping=0.01,
+                                mass_damping=5.0, fibres=fibres)
+    model, points, tets = block(material)
+    model.set_fibres(0, np.tile([3.0, 0.0, 0.0], (len(tets), 1)))
+    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=0.02)
+    simulation.run(15)
+    saved = simulation.save()
+    simulation.run(15)
+    width = np.ptp(simulation.positions, axis=0) / np.ptp(points, axis=0)
+    assert width[0] < 0.8 and width[1] > 1.02 and width[2] > 1.02
+    other = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=0.02)
+    other.restore(saved)
+    other.run(15)
+    assert other.state_hash == simulation.state_hash
+    with pytest.raises(palpate.Error, match="one for each tet"):
+        model.set_fibres(0, np.zeros((3, 3)))
