@@ -29,9 +29,9 @@ enum class ContactStatus : std::uint8_t {
 inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "stick", "slide"};
 
 /// The contacts that a step was solved with, and the force that each had. They are those at the start of the
-/// step, sorted by (point, body), then those with a gap there (speculative): contacts that the step before has
-/// let go of but that are still near, and those that bodies met within the step, by round and then by (point,
-/// body). The contacts of a detector are those at the END of the step: a contact that is new there
+/// step, sorted by (point, body), then those with a gap there (speculative): contacts that the step before
+/// has let go of but that are still near, and those that bodies met within the step, by round and then by
+/// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
 /// has no force yet.
 ///
 /// The force acts on the point; its reaction, on the penetrated body, acts at the same place. So a sum over

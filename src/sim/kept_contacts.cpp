@@ -84,8 +84,11 @@ KeptContact kept_contact(const Bodies& bodies, Index point, Index body, Index te
   return kept;
 }
 
-void KeptContacts::make_room(std::size_t more) {
-  palpate::make_room(next_, next_.size() + more);
+std::span<KeptContact> KeptContacts::add(std::size_t more) {
+  const std::size_t first = next_.size();
+  make_room(next_, first + more);
+  next_.resize(first + more);
+  return std::span(next_).subspan(first);
 }
 
 void KeptContacts::begin() {
@@ -98,7 +101,7 @@ std::span<const NearContact> KeptContacts::near(const parallel::Threads& threads
                                                 const Contacts& contacts, std::span<const Vec3> positions,
                                                 std::span<const Vec3> velocities, double time_step,
                                                 double fall) {
-  palpate::make_room(near_, kept_.size());
+  make_room(near_, kept_.size());
   near_.clear();
   std::size_t c = 0;
   for (const KeptContact& kept : kept_) {

@@ -44,9 +44,8 @@ class KeptContacts {
   /// A step begins: what add() has brought since the last one are the contacts that near() looks at.
   /// O(n log n).
   void begin();
-  /// The plane of a contact, at positions where its point lies in the tet by `weights`, `depth` below it.
-  void add(const KeptContact& contact) { next_.push_back(contact); }
-  void make_room(std::size_t more);
+  /// Places for so many contacts more of this step, to be filled at once.
+  [[nodiscard]] std::span<KeptContact> add(std::size_t more);
   /// The step failed: those of the step before are the last ones again.
   void undo() { kept_.swap(next_); }
 

@@ -128,12 +128,12 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
     compute_one(bodies, table, c, positions, velocities, search, couplings[first + c]);
   });
-  kept_.make_room(contacts);
   const Contacts& list = table.contacts();
-  for (std::size_t c = 0; c < contacts; ++c) {
-    kept_.add(kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
-                           list.direction[c], laws_[c].stiffness, positions));
-  }
+  const auto kept = kept_.add(contacts);
+  parallel::for_each(threads, contacts, grain, [&](std::size_t c) {
+    kept[c] = kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
+                           list.direction[c], laws_[c].stiffness, positions);
+  });
   append_near(threads, bodies, table, positions, velocities, fall, couplings);
 }
 
@@ -256,15 +256,14 @@ double ContactResponse::add_speculative(const parallel::Threads& threads, const 
 void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
-  kept_.make_room(speculative_.size());
   keys_.clear();
   make_room(keys_, speculative_.size());
   for (const Speculative& contact : speculative_) {
     keys_.emplace_back(contact.kept.point, contact.kept.body);
-    kept_.add(contact.kept);
     laws_.push_back(contact.law);
     couplings.push_back(contact.coupling);
   }
+  std::ranges::transform(speculative_, kept_.add(speculative_.size()).begin(), &Speculative::kept);
   table.add_rows(keys_);
   ContactStates& states = table.states();
   for (const Speculative& contact : speculative_) {

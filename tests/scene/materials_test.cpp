@@ -11,7 +11,9 @@ namespace {
 
 Scene read(const std::string& material) {
   return read_scene_text(
-      R"({"name": "s", "bodies": [{"ball": {"radius": 0.1, "resolution": 1}, "material": )" + material + "}]}", "s.json");
+      R"({"name": "s", "bodies": [{"ball": {"radius": 0.1, "resolution": 1}, "material": )" + material +
+          "}]}",
+      "s.json");
 }
 
 std::string refused(const std::string& material) {

@@ -1,6 +1,7 @@
 // Oracles: distances to a plane by hand, also of a body that is turned and stretched as a whole.
 #include "sim/kept_contacts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ struct Touching {
   }
   std::vector<NearContact> near(double fall, const Contacts& contacts = {}) {
     KeptContacts kept;
-    kept.add(contact);
+    kept.add(1)[0] = contact;
     kept.begin();
     const auto found =
         kept.near(parallel::Threads(2), bodies, contacts, positions, velocities, time_step, fall);
@@ -94,11 +95,10 @@ TEST(KeptContacts, OfThisStepAreContactsAsEver) {
 TEST(KeptContacts, AreAsBeforeWhereAStepFails) {
   Touching scene;
   KeptContacts kept;
-  kept.add(scene.contact);
+  kept.add(1)[0] = scene.contact;
   kept.begin();
   EXPECT_TRUE(kept.all().empty());
-  kept.add(scene.contact);
-  kept.add(scene.contact);
+  std::ranges::fill(kept.add(2), scene.contact);
   kept.undo();
   ASSERT_EQ(kept.all().size(), 1U);
   EXPECT_EQ(kept.all().front().point, Touching::point);
