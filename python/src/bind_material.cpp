@@ -68,7 +68,7 @@ void bind_fibre_class(nb::module_& m) {
       .def(
           "__init__",
           [](Fibres* self, const Three& direction, double stiffness, double exponent, double active_stress,
-             std::optional<Ramp> activation) {
+             const std::optional<Ramp>& activation) {
             Fibres made{vector_of_three(direction), stiffness, exponent, active_stress,
                         activation.value_or(Ramp{})};
             check_material({.model = MaterialModel::stable_neo_hookean, .fibres = made});

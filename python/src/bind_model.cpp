@@ -126,7 +126,7 @@ void bind_model(nb::module_& m) {
              std::optional<Material> material, const Three& velocity, const ArrayIn<std::uint8_t, -1>& fixed,
              bool obstacle, bool self_collision, std::optional<Motion> motion) {
             return model.add_body(mesh_of(points, tets),
-                                  {std::move(name), material, vector_of_three(velocity),
+                                  {std::move(name), std::move(material), vector_of_three(velocity),
                                    vector_of(values_of(fixed)), obstacle, self_collision, std::move(motion)});
           },
           nb::arg("name"), nb::arg("points"), nb::arg("tets"), nb::arg("material").none(),

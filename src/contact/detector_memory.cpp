@@ -38,9 +38,10 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
                     std::ranges::all_of(points_then, [](const std::array<std::int32_t, 3>& p) {
                       return std::ranges::all_of(p, [](std::int32_t x) { return 0 <= x && x <= most; });
                     });
-  if (!fits)
+  if (!fits) {
     throw Error("detector", "memory", std::to_string(points_then.size()) + " points in lists of near points",
                 "those of " + std::to_string(n) + " points, as a detection leaves them");
+  }
   if (!coherent()) return;
   CompactGrid grid(settings.order, settings.sort);
   FixedPositions fixed_then = *fixed;

@@ -53,9 +53,10 @@ void check_model(const Material& material, std::string_view owner) {
     refuse(owner, "model", std::to_string(index), "one of the models");
   if (!(material.mooney_fraction >= 0.0 && material.mooney_fraction <= 1.0))
     refuse(owner, "mooney_fraction", number_text(material.mooney_fraction), "a number in [0, 1]");
-  if (!linear && material.plastic_yield)
+  if (!linear && material.plastic_yield) {
     refuse(owner, "plastic_yield", "it with the model " + std::string(material_model_names[index]),
            "the model corotational");
+  }
   if (linear && material.fibres.any())
     refuse(owner, "fibres", "them with the model corotational", "another model");
   const double least = linear ? -1.0 : least_poisson_ratio(material);

@@ -22,7 +22,8 @@ namespace palpate::fem {
 ///
 /// solve() goes on from the last c by Newton's method with the true derivatives; where that does not lower
 /// |F| (in the norm of G^-1), by Newton's method with line search on the convex problem with the bounds of
-/// friction at the last c (Haslinger's fixed point), until |F| is a tenth of what it was.
+/// friction at the last c (Haslinger's fixed point), until |F| is a tenth of what it was or two rounds are
+/// made: the next direction changes F anyway.
 class ReducedStep {
  public:
   static constexpr std::size_t largest = 48;  ///< number of directions

@@ -80,7 +80,8 @@ TEST(Breakdown, SpeedAboveTheLimitNamesTheFastestPoint) {
 
 TEST(Breakdown, AnElementThatStaysInvertedIsNamedAndOneThatRecoversIsNot) {
   const Bodies bodies = single_body(box_mesh({1, 1, 1}, {1.0, 1.0, 1.0}));
-  Dynamics held = Scene{{}, std::vector<std::uint8_t>(8, 1), 1}.dynamics(bodies);
+  const Material usual;
+  Dynamics held = Scene{usual, std::vector<std::uint8_t>(8, 1), 1}.dynamics(bodies);
   const auto upright = mapped(bodies, [](const Vec3& p) { return p; });
   const auto step = [&](std::optional<double> most) {
     held.begin_step(0.01, {}, {});

@@ -140,7 +140,8 @@ TEST(Coupling, ToAFixedPointDoesNotMoveIt) {
   const Bodies bodies = two_tets();
   std::vector<std::uint8_t> fixed(8, 0);
   std::fill(fixed.begin(), fixed.begin() + 4, 1);
-  Dynamics dynamics = Scene{{1e5, 0.3, 1000.0, 0.0, 0.0}, fixed, 1}.dynamics(bodies);
+  const Material undamped{1e5, 0.3, 1000.0, 0.0, 0.0};
+  Dynamics dynamics = Scene{undamped, fixed, 1}.dynamics(bodies);
   const std::vector<Coupling> couplings{contact()};
   for (int i = 0; i < 10; ++i) dynamics.step(0.01, gravity, {}, couplings, 1e-10, 200);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(dynamics.positions()[i], bodies.points_rest()[i]);

@@ -252,7 +252,8 @@ TEST(Dynamics, GivesTheSameBitsForEveryThreadCount) {
   const Bodies bodies = single_body(irregular_box_mesh({14, 14, 14}, {0.5, 0.5, 0.5}, 0.2));
   const auto run = [&](int threads) {
     const auto fixed = select(bodies, [](const Vec3& p) { return p.x == 0.0; });
-    Dynamics dynamics = Scene{{2e4, 0.4, 1000.0, 0.0, 0.001}, fixed, threads}.dynamics(bodies);
+    const Material soft{2e4, 0.4, 1000.0, 0.0, 0.001};
+    Dynamics dynamics = Scene{soft, fixed, threads}.dynamics(bodies);
     dynamics.set_positions(noisy(bodies, 0.01, 50));
     std::vector<Coupling> couplings(700);
     for (Index c = 0; c < 700; ++c) {

@@ -11,7 +11,8 @@ void expect_patch(const Matrix3& map, int steps, double tolerance) {
   constexpr Vec3 size{1.0, 0.8, 0.6};
   const Bodies bodies = single_body(irregular_box_mesh({4, 4, 4}, size, 0.25));
   const auto fixed = select(bodies, [&](const Vec3& p) { return on_surface(p, size); });
-  Dynamics dynamics = Scene{{1e5, 0.3, 1000.0, 0.0, 0.0}, fixed, 1}.dynamics(bodies);
+  const Material undamped{1e5, 0.3, 1000.0, 0.0, 0.0};
+  Dynamics dynamics = Scene{undamped, fixed, 1}.dynamics(bodies);
   const auto expected = mapped(bodies, [&](const Vec3& p) { return map * p + Vec3{0.3, -0.2, 0.1}; });
   auto start = expected;
   const auto noise = random_vectors(start.size(), 0.02, 81);

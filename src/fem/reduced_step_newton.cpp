@@ -1,0 +1,194 @@
+// How ReducedStep goes on from a c: Newton's method, and the convex problem where that fails.
+#include <algorithm>
+#include <cmath>
+
+#include "fem/reduced_step.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t grain = 256;  // contacts
+/// |F| that is left, by what was.
+constexpr double reduction = 0.1;
+constexpr int most_rounds = 2;
+/// A slope so flat is none.
+constexpr double flat = 0.1;
+
+}  // namespace
+
+/// False where the last direction is one of the others, to rounding.
+bool ReducedStep::factor_gram() {
+  constexpr double rounding = 1e-10;
+  for (std::size_t i = 0; i < size_; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = gram_[stride_ * i + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= lower_[stride_ * i + k] * lower_[stride_ * j + k];
+      if (i == j) {
+        if (!(sum > rounding * gram_[stride_ * i + i])) return false;
+        lower_[stride_ * i + i] = std::sqrt(sum);
+      } else {
+        lower_[stride_ * i + j] = sum / lower_[stride_ * j + j];
+      }
+    }
+  }
+  return true;
+}
+
+/// Of F, by G^-1: the energy of the step that F asks for.
+double ReducedStep::norm(std::span<const double> f) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    double sum = f[i];
+    for (std::size_t k = 0; k < i; ++k) sum -= lower_[stride_ * i + k] * solved_[k];
+    solved_[i] = sum / lower_[stride_ * i + i];
+    square += solved_[i] * solved_[i];
+  }
+  return std::sqrt(square);
+}
+
+/// matrix_ step = f, by Gauss with row exchange; false where it is singular.
+bool ReducedStep::solve_linear(std::span<const double> f, std::vector<double>& step) {
+  const std::size_t n = size_;
+  double* m = matrix_.data();
+  std::copy(f.begin(), f.begin() + static_cast<std::ptrdiff_t>(n), step.begin());
+  for (std::size_t k = 0; k < n; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < n; ++i) {
+      if (std::abs(m[stride_ * i + k]) > std::abs(m[stride_ * pivot + k])) pivot = i;
+    }
+    if (!(std::abs(m[stride_ * pivot + k]) > 0.0)) return false;
+    if (pivot != k) {
+      for (std::size_t j = k; j < n; ++j) std::swap(m[stride_ * k + j], m[stride_ * pivot + j]);
+      std::swap(step[k], step[pivot]);
+    }
+    for (std::size_t i = k + 1; i < n; ++i) {
+      const double factor = m[stride_ * i + k] / m[stride_ * k + k];
+      if (factor == 0.0) continue;
+      for (std::size_t j = k + 1; j < n; ++j) m[stride_ * i + j] -= factor * m[stride_ * k + j];
+      step[i] -= factor * step[k];
+    }
+  }
+  for (std::size_t k = n; k-- > 0;) {
+    for (std::size_t j = k + 1; j < n; ++j) step[k] -= m[stride_ * k + j] * step[j];
+    step[k] /= m[stride_ * k + k];
+  }
+  return true;
+}
+
+/// One step with the true derivatives; false, and nothing has changed, where |F| does not fall.
+bool ReducedStep::step_newton(const parallel::Threads& threads) {
+  constexpr int halvings = 4;
+  constexpr double enough = 0.3;
+  assemble(threads, false);
+  if (!solve_linear(f_, step_)) return false;
+  find_step_velocities(threads);
+  double share = 1.0;
+  for (int i = 0; i < halvings; ++i, share *= 0.5) {
+    try_share(threads, share, false);
+    project(threads, trial_c_, trial_forces_, trial_f_);
+    const double found = norm(trial_f_);
+    if (!(found < (1.0 - enough * share) * size_of_f_)) continue;
+    accept_trial();
+    std::swap(f_, trial_f_);
+    size_of_f_ = found;
+    return true;
+  }
+  return false;
+}
+
+/// The share of step_ at which the convex function that the bounds of friction give is least, about; 0 where
+/// it rises from the start. O(contacts) a trial.
+double ReducedStep::search_line(const parallel::Threads& threads) {
+  constexpr int halvings = 8;
+  constexpr double furthest = 64.0;
+  double constant = 0.0;
+  double curvature = 0.0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    double along_c = 0.0;
+    double along_step = 0.0;
+    for (std::size_t j = 0; j < size_; ++j) {
+      along_c += gram_[stride_ * i + j] * c_[j];
+      along_step += gram_[stride_ * i + j] * step_[j];
+    }
+    constant += step_[i] * (g_[i] - along_c);
+    curvature += step_[i] * along_step;
+  }
+  // step^T F: how fast the function falls.
+  const auto slope = [&](double share) {
+    try_share(threads, share, true);
+    const double work = parallel::sum(threads, laws_.size(), partial_, [&](std::size_t k) {
+      return dot(step_velocities_[k], trial_forces_[k]);
+    });
+    return constant - share * curvature + friction_.time_step * work;
+  };
+  const double at_start = slope(0.0);
+  if (!(at_start > 0.0)) return 0.0;
+  double low = 0.0;
+  double high = 1.0;
+  double at_high = slope(high);
+  while (high < furthest && at_high > flat * at_start) {
+    low = high;
+    high *= 2.0;
+    at_high = slope(high);
+  }
+  for (int k = 0; k < halvings && std::abs(at_high) > flat * at_start; ++k) {
+    const double middle = 0.5 * (low + high);
+    const double at_middle = slope(middle);
+    if (at_middle > flat * at_start) {
+      low = middle;
+    } else {
+      high = middle;
+      at_high = at_middle;
+    }
+  }
+  return high;
+}
+
+/// Minimises the convex function that the bounds of friction at c give; false where that moves nothing.
+bool ReducedStep::step_convex(const parallel::Threads& threads) {
+  constexpr int most_steps = 8;
+  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
+    bounds_[k] = friction_.coefficient * contact_force(laws_[k], friction_, velocities_[k]).normal;
+  });
+  find_forces(threads, velocities_, true, forces_);
+  project(threads, c_, forces_, f_);
+  const double first = norm(f_);
+  for (int i = 0; i < most_steps && norm(f_) > flat * first; ++i) {
+    assemble(threads, true);
+    if (!solve_linear(f_, step_)) break;
+    find_step_velocities(threads);
+    const double share = search_line(threads);
+    if (share == 0.0) break;
+    try_share(threads, share, true);
+    accept_trial();
+    project(threads, c_, forces_, f_);
+  }
+  find_forces(threads, velocities_, false, forces_);
+  project(threads, c_, forces_, f_);
+  const double found = norm(f_);
+  const bool moved = found != size_of_f_;
+  size_of_f_ = found;
+  return moved;
+}
+
+bool ReducedStep::solve(const parallel::Threads& threads) {
+  std::ranges::copy(c_, change_.begin());
+  const bool independent = factor_gram();
+  if (!independent) {
+    --size_;
+    c_[size_] = 0.0;
+    forget_stiffness();
+  }
+  if (independent) {
+    project(threads, c_, forces_, f_);
+    size_of_f_ = norm(f_);
+    const double enough = reduction * size_of_f_;
+    for (int round = 0; round < most_rounds && size_of_f_ > enough; ++round) {
+      if (!step_newton(threads) && !step_convex(threads)) break;
+    }
+  }
+  for (std::size_t i = 0; i < change_.size(); ++i) change_[i] = c_[i] - change_[i];
+  return independent;
+}
+
+}  // namespace palpate::fem
