@@ -32,6 +32,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
   steps_ = read_stored_times(folder / "metrics.csv");
   make_bodies(folder);
   std::vector<std::string> names;
+  names.reserve(listed_.size());
   for (const Listed& body : listed_) names.push_back(body.name);
   forces_ = StoredForces(folder / "forces.csv", names);
   std::vector<std::uint8_t> obstacles;

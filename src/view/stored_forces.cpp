@@ -23,10 +23,11 @@ std::vector<std::string> csv_fields(std::string_view line) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
     if (c == '"') {
-      if (quoted && i + 1 < line.size() && line[i + 1] == '"')
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"') {
         fields.back() += line[i++];
-      else
+      } else {
         quoted = !quoted;
+      }
     } else if (c == ',' && !quoted) {
       fields.emplace_back();
     } else {
