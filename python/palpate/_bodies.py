@@ -142,7 +142,7 @@ class SimulationBodies:
         return f"<palpate.SimulationBodies: {len(self)}>"
 
     def __reduce__(self) -> NoReturn:
-        raise TypeError("palpate.SimulationBodies cannot be pickled or copied: keep their arrays (points_rest, tets and so on)")
+        raise TypeError("a palpate.SimulationBodies cannot be pickled or copied: keep their arrays (points_rest, tets and so on)")
 
     def __len__(self) -> int:
         """Number of bodies."""

@@ -98,7 +98,9 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "elastic_energy [J]",
                                        "largest_speed [m/s]",
                                        "fastest_body [m/s]",
-                                       "deepest [m]"};
+                                       "deepest [m]",
+                                       "normal_force [N]",
+                                       "largest_contact_force [N]"};
   EXPECT_EQ(fields_of(lines[0]), names);
   std::size_t most_contacts = 0;
   const auto rows = rows_of(read("out/metrics.csv"));
