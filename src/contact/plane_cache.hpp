@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// The way out of a body as a contact sees it.
+/// Where a contact leaves the penetrated body: as far as `depth`, along `direction`.
 struct PenetrationPlane {
   double depth = 0.0;
   Vec3 direction;  ///< unit vector

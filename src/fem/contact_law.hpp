@@ -1,8 +1,12 @@
 #pragma once
 
+#include <span>
+
 #include "fem/coupling.hpp"
 #include "fem/matrix.hpp"
 #include "geometry/vector.hpp"
+#include "simd/aligned.hpp"
+#include "simd/contact_laws.hpp"
 
 namespace palpate::fem {
 
@@ -38,17 +42,8 @@ struct ContactForce {
 };
 [[nodiscard]] ContactForce contact_force(const ContactLaw& law, const StepFriction& step, const Vec3& u);
 
-/// Force with another bound of the friction (N) than the normal force gives. With given bounds the forces of
-/// all contacts are the derivative of a convex function of the velocities, which a line search can use.
-[[nodiscard]] Vec3 force_with_bound(const ContactLaw& law, const StepFriction& step, const Vec3& u,
-                                    double bound);
-
-/// -df/du of contact_force(), N s/m; unsymmetric where the contact slides. With s = R mu f_n / |p|, n the
-/// direction and t = p / |p|: R n n^T + s (I - n n^T - t t^T) + mu R t n^T.
-[[nodiscard]] Matrix3 derivative(const ContactLaw& law, const StepFriction& step, const Vec3& u);
-/// The same of force_with_bound(): symmetric, positive semi-definite.
-[[nodiscard]] Matrix3 derivative_with_bound(const ContactLaw& law, const StepFriction& step, const Vec3& u,
-                                            double bound);
+/// Laws as the kernels of forces and derivatives read them: whole groups, zeros behind the last. O(laws).
+void put_in_rows(std::span<const ContactLaw> laws, double time_step, simd::AlignedVector<double>& rows);
 
 /// Puts force and stiffness of a law at a velocity into a coupling: exact there, with R n n^T + s (I - n n^T)
 /// as its damping, which is symmetric and majorises the friction (iteratively reweighted least squares); all

@@ -263,24 +263,25 @@ void ContactSolver::add_products(const Run& run, std::size_t d) {
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
   const std::size_t width = 2 * (d + 1) + 3;
   assign_with_room(sums_, width * chunks, 0.0);
-  parallel::for_chunks(run.threads, slices, slice_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         const std::size_t from = simd::slice_values * begin;
-                         const std::size_t count = simd::slice_values * (end - begin);
-                         const float* z = direction(d) + from;
-                         alignas(64) ChunkOfRows heavy;
-                         weigh(run.problem.system->masses(), from, {z, count}, heavy);
-                         double* sum = &sums_[width * chunk];
-                         for (std::size_t k = 0; k <= d; ++k) {
-                           const simd::TwoSums sums =
-                               simd::dot_two(direction(k) + from, product(d) + from, heavy.data(), count);
-                           sum[2 * k] = sums.first;
-                           sum[2 * k + 1] = sums.second;
-                         }
-                         sum[2 * d + 2] = simd::dot_floats(z, &base_residual_[from], count);
-                         sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
-                         sum[2 * d + 4] = simd::dot_floats(z, &residual_[from], count);
-                       });
+  parallel::for_chunks(
+      run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        const std::size_t from = simd::slice_values * begin;
+        const std::size_t count = simd::slice_values * (end - begin);
+        const float* z = direction(d) + from;
+        alignas(64) ChunkOfRows heavy;
+        weigh(run.problem.system->masses(), from, {z, count}, heavy);
+        double* sum = &sums_[width * chunk];
+        for (std::size_t k = 0; k <= d; ++k) {
+          const simd::TwoSums sums =
+              simd::dot_two(direction(k) + from, product(d) + from, heavy.data(), count);
+          sum[2 * k] = sums.first;
+          sum[2 * k + 1] = sums.second;
+        }
+        const simd::TwoSums residuals = simd::dot_two(z, &base_residual_[from], &residual_[from], count);
+        sum[2 * d + 2] = residuals.first;
+        sum[2 * d + 3] = simd::dot_floats(&guess_[from], heavy.data(), count);
+        sum[2 * d + 4] = residuals.second;
+      });
   for (std::size_t k = 0; k < width; ++k) {
     totals_[k] = 0.0;
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) totals_[k] += sums_[width * chunk + k];

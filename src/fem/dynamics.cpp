@@ -279,8 +279,12 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
   begin_step(time_step, gravity, external_forces);
   Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
-  constexpr int most = 8;
-  for (int turn = 0; turn < most && follow_turns(); ++turn) {
+  constexpr int most_turns = 8;
+  for (int turn = 0; follow_turns(); ++turn) {
+    if (turn == most_turns) {
+      report.converged = false;
+      break;
+    }
     report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   }
   constexpr int most_linearisations = 20;

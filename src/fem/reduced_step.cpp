@@ -39,20 +39,7 @@ void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFrict
   resize_with_room(weights_, whole_groups);
   resize_with_room(changes_, whole_groups);
   make_room(partial_, parallel::chunk_count(laws.size(), grain) * stride_ * stride_);
-  const std::size_t numbers = simd::law_values / lanes * whole_groups;
-  if (law_rows_.capacity() < numbers) law_rows_.reserve(numbers + numbers / 8);
-  law_rows_.assign(numbers, 0.0);
-  for (std::size_t k = 0; k < laws.size(); ++k) {
-    const ContactLaw& law = laws[k];
-    const Vec3& n = law.direction;
-    const Vec3 pull = law.stiffness * law.slip;
-    double* row = &law_rows_[simd::law_values * (k / lanes) + k % lanes];
-    for (const double value : {law.stiffness * law.depth, law.resistance(friction.time_step), n.x, n.y, n.z,
-                               pull.x, pull.y, pull.z}) {
-      *row = value;
-      row += lanes;
-    }
-  }
+  put_in_rows(laws, friction.time_step, law_rows_);
   forget_stiffness();
 }
 

@@ -4,8 +4,9 @@
 
 #include <palpate/types.hpp>
 
-/// Forces of contacts and their derivatives, eight contacts at a time: fem::contact_force(),
-/// force_with_bound(), derivative() and derivative_with_bound(), to the same bits.
+/// Forces of contacts (fem::ContactLaw) and their derivatives, eight contacts at a time. With Coulomb's law
+/// the forces have the bits of fem::contact_force(). With given bounds of friction the forces of all contacts
+/// are the derivative of a convex function of the velocities, which a line search can use.
 namespace palpate::simd {
 
 /// Contacts go in groups of so many; lists have room for whole groups, laws beyond the last are zero.
@@ -34,7 +35,9 @@ struct ContactLawRows {
 /// f_k = force at the relative velocity u_k less base_k, of contacts [begin, end): whole groups.
 void contact_forces(const ContactLawRows& laws, const Vec3* u, const Vec3* base, Vec3* f, std::size_t begin,
                     std::size_t end);
-/// h_k = -df/du at u_k, nine numbers a contact, row by row.
+/// h_k = -df/du at u_k, N s/m, nine numbers a contact, row by row. With s = R mu f_n / |p|, n the direction
+/// and t = p / |p|, a contact that slides has R n n^T + s (I - n n^T - t t^T) + mu R t n^T, which is
+/// unsymmetric; with given bounds the last term is not there: symmetric, positive semi-definite.
 void contact_derivatives(const ContactLawRows& laws, const Vec3* u, double* h, std::size_t begin,
                          std::size_t end);
 
