@@ -222,8 +222,8 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
-    for (int i = 0; i < most_turns && dynamics.follow_turns(); ++i) {
-      if (metrics.solves >= settings.solver.max_solves) {
+    for (int i = 0; dynamics.follow_turns(); ++i) {
+      if (i == most_turns || metrics.solves >= settings.solver.max_solves) {
         metrics.solver_converged = false;
         break;
       }
