@@ -41,11 +41,11 @@ void describe(Archive& archive, LargestForce& largest) {
 
 template <class Archive>
 void describe(Archive& archive, RunOutcome& o) {
-  archive(o.steps, o.contacts, o.border_edges, o.crossings, o.candidates, o.movers, o.depth_fallbacks,
-          o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions, o.regions_without_border,
-          o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets, o.late_steps,
-          o.least_completeness, o.steps_without_foresight, o.solver_iterations, o.steps_not_converged,
-          o.steps_too_far, o.largest_forces);
+  archive(o.steps, o.contacts, o.border_edges, o.crossings, o.edge_contacts, o.candidates, o.movers,
+          o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
+          o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
+          o.late_steps, o.least_completeness, o.steps_without_foresight, o.solver_iterations,
+          o.steps_not_converged, o.steps_too_far, o.largest_forces);
 }
 
 template <class Archive>

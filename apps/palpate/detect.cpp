@@ -30,7 +30,8 @@ constexpr const char* examples = R"(Examples:
   palpate detect scene.json --format json --out contacts.json
   palpate detect scene.json --structure brute | diff - contacts.csv
 
-Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits. With a
+Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits. CSV has the
+points that are inside; JSON has also the edges that pass through a body with both ends outside (docs/edges.md). With a
 budget (docs/budget.md) a note on stderr, and JSON, say what it left undone.)";
 
 constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
@@ -70,6 +71,18 @@ Json contact_json(const Bodies& bodies, const Contacts& contacts, std::size_t c)
           {"direction", to_json(contacts.direction[c])}};
 }
 
+Json edge_contact_json(const Bodies& bodies, const EdgeContacts& contacts, std::size_t c) {
+  const Edge& edge = at(bodies.edges(), contacts.edge[c]);
+  const auto& [enters, leaves] = contacts.triangles[c];
+  return {{"points", edge},
+          {"point_body", bodies.body_of(edge)},
+          {"body", contacts.body[c]},
+          {"triangles", {at(bodies.triangles(), enters), at(bodies.triangles(), leaves)}},
+          {"parameters", contacts.parameters[c]},
+          {"depth", contacts.depth[c]},
+          {"direction", to_json(contacts.direction[c])}};
+}
+
 /// One contact a line, so that tools that go by lines are of use too.
 std::string json(const Scene& scene, const Bodies& bodies, const Detector& detector) {
   const Contacts& contacts = detector.contacts();
@@ -89,6 +102,9 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     text += (c == 0 ? "\n" : ",\n") + contact_json(bodies, contacts, c).dump();
   }
+  text += "\n],\n\"edge_contacts\": [";
+  for (std::size_t c = 0; c < detector.edge_contacts().size(); ++c)
+    text += (c == 0 ? "\n" : ",\n") + edge_contact_json(bodies, detector.edge_contacts(), c).dump();
   return text + "\n]\n}\n";
 }
 
@@ -113,7 +129,8 @@ int detect(const DetectOptions& options) {
     print_out(text);
   }
   const DetectionCounts& counts = detector.counts();
-  say_note(fmt::format("{}, {}, {}, {} tested", counted(counts.contacts, "contact"),
+  say_note(fmt::format("{}, {}, {}, {}, {} tested", counted(counts.contacts, "contact"),
+                       counted(counts.edge_contacts, "edge contact"),
                        counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
                        counted(counts.candidates, "candidate")));
   if (counts.late_clusters > 0) {

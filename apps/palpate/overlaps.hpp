@@ -10,7 +10,7 @@
 
 namespace palpate::app {
 
-/// Contacts between two bodies, or of one with itself, from either side.
+/// Contacts between two bodies, or of one with itself, from either side, those of edges included.
 struct Overlap {
   Index first;   ///< body; not above second
   Index second;  ///< body
@@ -18,8 +18,8 @@ struct Overlap {
   double deepest = 0.0;
 };
 
-/// Each pair of bodies that has a contact, sorted. O(contacts log pairs).
-std::vector<Overlap> overlaps(const Bodies& bodies, const Contacts& contacts);
+/// Each pair of bodies that has a contact in the last detection, sorted. O(contacts log pairs).
+std::vector<Overlap> overlaps(const Bodies& bodies, const Detector& detector);
 
 nlohmann::ordered_json overlaps_json(const Bodies& bodies, const std::vector<Overlap>& list);
 /// A line for each of the deepest pairs, and how many others there are; empty without any.

@@ -25,6 +25,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.contacts.add(m.detection.contacts);
   outcome.border_edges.add(m.detection.border_edges);
   outcome.crossings.add(m.detection.crossings);
+  outcome.edge_contacts.add(m.detection.edge_contacts);
   outcome.candidates.add(m.detection.candidates);
   outcome.movers.add(m.detection.movers);
   outcome.depth_fallbacks.add(m.detection.depth_fallbacks);

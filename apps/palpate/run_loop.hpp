@@ -48,6 +48,7 @@ struct RunOutcome {
   Tally contacts;
   Tally border_edges;
   Tally crossings;
+  Tally edge_contacts;
   Tally candidates;
   Tally movers;
   Tally depth_fallbacks;

@@ -195,6 +195,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["contacts"] = tally_json(outcome.contacts);
   json["border_edges"] = tally_json(outcome.border_edges);
   json["crossings"] = tally_json(outcome.crossings);
+  json["edge_contacts"] = tally_json(outcome.edge_contacts);
   json["candidates"] = tally_json(outcome.candidates);
   json["movers"] = tally_json(outcome.movers);
   json["depth_fallbacks"] = tally_json(outcome.depth_fallbacks);
@@ -275,9 +276,8 @@ nlohmann::ordered_json report_json(const RunReport& report) {
                       {"structure_bytes", report.simulation.detector().structure_bytes()},
                       {"stiffness", stiffness_json(report)}};
   json["results"] = results_json(report);
-  json["touching"] =
-      overlaps_json(report.simulation.bodies(),
-                    overlaps(report.simulation.bodies(), report.simulation.detector().contacts()));
+  json["touching"] = overlaps_json(report.simulation.bodies(),
+                                   overlaps(report.simulation.bodies(), report.simulation.detector()));
   json["bodies"] = bodies_json(report);
   json["fields"] = fields_json(report);
   json["scene"] = Json::parse(write_scene(report.scene));

@@ -138,6 +138,7 @@ std::string report_text(const RunReport& report) {
                         short_text(report.relaxed->largest_move), units.length);
   }
   text += tally_line("contacts", outcome.contacts);
+  if (outcome.edge_contacts.largest > 0) text += tally_line("edge contacts", outcome.edge_contacts);
   text += tally_line("crossings", outcome.crossings);
   text += fmt::format("deepest       {}\n", in_words(metrics.deepest, units, dimension::length));
   text += fmt::format("fastest       {} (point), {} (body, root mean square)\n",

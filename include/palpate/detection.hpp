@@ -33,6 +33,22 @@ struct Contacts {
   [[nodiscard]] std::size_t size() const { return point.size(); }
 };
 
+/// Surface edges that pass through another body with both ends outside: what no contact of a point sees
+/// (docs/edges.md). So where the surfaces of two bodies meet, or one body is in the other, there is a contact
+/// or an edge contact. Structure of arrays, sorted by (edge, body, parameter); an edge that goes through a
+/// body twice is two.
+struct EdgeContacts {
+  std::vector<Index> edge;                      ///< (n) of Bodies::edges()
+  std::vector<Index> body;                      ///< (n) the body that it passes through
+  std::vector<std::array<Index, 2>> triangles;  ///< (n x 2) where it enters and where it leaves
+  /// (n x 2) where on the edge that is, 0 at its first point and 1 at its second. The same where it only
+  /// touches.
+  std::vector<std::array<double, 2>> parameters;
+  std::vector<double> depth;    ///< (n) by which the edge must move to leave the body, >= 0
+  std::vector<Vec3> direction;  ///< (n x 3) unit vector; along it
+  [[nodiscard]] std::size_t size() const { return edge.size(); }
+};
+
 /// An edge with one end in contact with a body and the other end not in contact with it, or in contact with
 /// another layer of it (self-collision only).
 struct BorderEdge {
@@ -96,11 +112,12 @@ struct DepthCounts {
 
 /// What one detection did; counts, not times, are the same on every machine.
 struct DetectionCounts : DepthCounts {
-  std::size_t contacts = 0;      ///< points in tets of other bodies, or of their own
-  std::size_t border_edges = 0;  ///< with one end in contact and the other not
-  std::size_t crossings = 0;     ///< of border edges with the surface
-  std::size_t candidates = 0;    ///< pairs proposed and tested, both queries; of clusters: docs/query.md
-  std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue there is inside out
+  std::size_t contacts = 0;       ///< points in tets of other bodies, or of their own
+  std::size_t edge_contacts = 0;  ///< surface edges that pass through another body, both ends outside
+  std::size_t border_edges = 0;   ///< with one end in contact and the other not
+  std::size_t crossings = 0;      ///< of border edges with the surface
+  std::size_t candidates = 0;     ///< pairs proposed and tested, both queries; of clusters: docs/query.md
+  std::size_t folded_pairs = 0;   ///< points in tets of their own body because tissue there is inside out
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots.
   std::size_t approximated_primitives = 0;
@@ -131,7 +148,7 @@ struct DetectionTimes {
   double grid = 0.0;          ///< s, putting the points into cells
   double contacts = 0.0;      ///< s, points in tets
   double border_edges = 0.0;  ///< s
-  double crossings = 0.0;     ///< s, border edges with the surface
+  double crossings = 0.0;     ///< s, border edges with the surface, and edge contacts
   double depth = 0.0;         ///< s, depths and directions
   DetectionTimes& operator+=(const DetectionTimes& other);
 };
@@ -183,6 +200,8 @@ class Detector {
   [[nodiscard]] const Contacts& contacts() const;
   /// The same, without a copy: the memory goes to the caller, contacts() is empty until the next detect().
   [[nodiscard]] Contacts take_contacts();
+  /// None without DetectionSettings::edge_contacts.
+  [[nodiscard]] const EdgeContacts& edge_contacts() const;
   /// Sorted by (contact, edge). With a budget in milliseconds those of contacts that find their way out anew
   /// only (docs/budget.md).
   [[nodiscard]] std::span<const BorderEdge> border_edges() const;

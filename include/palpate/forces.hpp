@@ -29,18 +29,21 @@ enum class ContactStatus : std::uint8_t {
 inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "stick", "slide"};
 
 /// The contacts that a step was solved with, and the force that each had. They are those at the start of the
-/// step, sorted by (point, body), then those with a gap there (speculative): contacts that the step before
+/// step, sorted by (point, body), then those of edges (docs/edges.md), then those with a gap there
+/// (speculative): contacts that the step before
 /// has let go of but that are still near, and those that bodies met within the step, by round and then by
 /// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
 /// has no force yet.
 ///
-/// The force acts on the point; its reaction, on the penetrated body, acts at the same place. So a sum over
-/// both bodies is zero to rounding, torques too. Structure of arrays.
+/// The force acts on the point, or on the edge where it meets the surface; its reaction, on the penetrated
+/// body, acts at the same place. So a sum over both bodies is zero to rounding, torques too. Structure of
+/// arrays.
 struct ContactForces {
-  std::vector<Index> point;                    ///< (n) the point that is inside
-  std::vector<Index> body;                     ///< (n) the penetrated body
-  std::vector<Index> tet;                      ///< (n) the penetrated tet
-  std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the point in the tet, corner order
+  std::vector<Index> point;  ///< (n) the point that is inside; of an edge the end that is nearer
+  std::vector<Index> edge;   ///< (n) of Bodies::edges(): the edge that passes through the body; -1: a point
+  std::vector<Index> body;   ///< (n) the penetrated body
+  std::vector<Index> tet;    ///< (n) the penetrated tet
+  std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the place in the tet, corner order
   std::vector<double> depth;  ///< (n) at the start of the step, m; negative: the gap of a speculative contact
   std::vector<Vec3> direction;            ///< (n x 3) unit vector out of the penetrated body
   std::vector<double> normal;             ///< (n) force on the point along the direction, N

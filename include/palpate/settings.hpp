@@ -104,6 +104,9 @@ struct DetectionSettings {
   /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
   /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
+  /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md).
+  /// Without, contacts are those of the paper: bodies that cross edge on edge go through each other unseen.
+  bool edge_contacts = true;
   /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
   /// Only Structure::compact without cells_per_primitive and budget can.
   bool coherence = true;

@@ -47,6 +47,7 @@ class World(_core.World):
     structure: "compact" (the default), "uniform", "hash", "cuckoo" or "brute", the spatial structure.
     order, sort, cell_size: see docs/scene.md, `contact.order` and so on.
     cells_per_primitive: 1 to 27 for the approximate mode, which may miss contacts and counts what it left out.
+    edge_contacts: False leaves out edges that pass through a body with both ends outside (docs/edges.md).
     coherence: False finds each frame anew; the contacts are the same.
     budget: what an update may cost, {"tests": N} or {"milliseconds": T} (docs/budget.md); where that does not suffice
         contacts are missed, and stats.completeness and late_bodies say so.
@@ -61,13 +62,15 @@ class World(_core.World):
         sort: Sort | None = None,
         cell_size: CellSizeRule | float | None = None,
         cells_per_primitive: int | None = None,
+        edge_contacts: bool | None = None,
         coherence: bool | None = None,
         budget: Mapping[str, Any] | None = None,
         threads: int | None = None,
     ) -> None:
         found = _detection(
             structure=structure, order=order, sort=sort, cell_size=cell_size,
-            cells_per_primitive=cells_per_primitive, coherence=coherence, budget=budget,
+            cells_per_primitive=cells_per_primitive, edge_contacts=edge_contacts, coherence=coherence,
+            budget=budget,
         )
         super().__init__(found, threads_or_default(threads))
 

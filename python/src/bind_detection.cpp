@@ -91,11 +91,58 @@ void bind_crossings(nb::module_& m) {
       });
 }
 
+void bind_edge_contacts(nb::module_& m) {
+  nb::class_<EdgeContacts> edges(m, "EdgeContacts", doc::EdgeContacts);
+  refuse_pickling(edges, "keep its arrays (edge, body and so on)");
+  edges
+      .def_prop_ro(
+          "edge",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<Index>(nb::cast<const EdgeContacts&>(self).edge, self);
+          },
+          doc::EdgeContacts_edge, nb::sig("def edge(self) -> numpy.typing.NDArray[numpy.int32]"))
+      .def_prop_ro(
+          "body",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<Index>(nb::cast<const EdgeContacts&>(self).body, self);
+          },
+          doc::EdgeContacts_body, nb::sig("def body(self) -> numpy.typing.NDArray[numpy.int32]"))
+      .def_prop_ro(
+          "triangles",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<Index>(nb::cast<const EdgeContacts&>(self).triangles, self);
+          },
+          doc::EdgeContacts_triangles, nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]"))
+      .def_prop_ro(
+          "parameters",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<double>(nb::cast<const EdgeContacts&>(self).parameters, self);
+          },
+          doc::EdgeContacts_parameters,
+          nb::sig("def parameters(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "depth",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<double>(nb::cast<const EdgeContacts&>(self).depth, self);
+          },
+          doc::EdgeContacts_depth, nb::sig("def depth(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def_prop_ro(
+          "direction",
+          [](nb::handle_t<EdgeContacts> self) {
+            return view<double>(nb::cast<const EdgeContacts&>(self).direction, self);
+          },
+          doc::EdgeContacts_direction, nb::sig("def direction(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def("__len__", &EdgeContacts::size, "Number of edge contacts.")
+      .def("__repr__",
+           [](const EdgeContacts& c) { return "<palpate.EdgeContacts: " + std::to_string(c.size()) + ">"; });
+}
+
 void bind_counts(nb::module_& m) {
   nb::class_<DetectionCounts> counts(m, "DetectionCounts", doc::DetectionCounts);
   using Counts = DetectionCounts;
   Fields<Counts>(counts)
       .add("contacts", &Counts::contacts, doc::DetectionCounts_contacts)
+      .add("edge_contacts", &Counts::edge_contacts, doc::DetectionCounts_edge_contacts)
       .add("border_edges", &Counts::border_edges, doc::DetectionCounts_border_edges)
       .add("crossings", &Counts::crossings, doc::DetectionCounts_crossings)
       .add("candidates", &Counts::candidates, doc::DetectionCounts_candidates)
@@ -136,6 +183,7 @@ void bind_counts(nb::module_& m) {
 void bind_detection(nb::module_& m) {
   bind_contacts(m);
   bind_crossings(m);
+  bind_edge_contacts(m);
   bind_counts(m);
 }
 

@@ -117,6 +117,7 @@ void bind_contact_forces(nb::module_& m) {
   refuse_pickling(forces, "keep its arrays, or what to_dataframe() returns");
   Columns<ContactForces, Index>(forces)
       .add("point", &ContactForces::point, {}, doc::ContactForces_point)
+      .add("edge", &ContactForces::edge, {}, doc::ContactForces_edge)
       .add("body", &ContactForces::body, {}, doc::ContactForces_body)
       .add("tet", &ContactForces::tet, {}, doc::ContactForces_tet);
   Columns<ContactForces>(forces)

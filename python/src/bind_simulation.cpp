@@ -104,6 +104,8 @@ void bind_simulation(nb::module_& m) {
           "crossings", [](Simulation& s) { return std::const_pointer_cast<Crossings>(s.crossings()); },
           doc::Simulation_crossings)
       .def_prop_ro(
+          "edge_contacts", [](Simulation& s) { return s.edge_contacts(); }, doc::Simulation_edge_contacts)
+      .def_prop_ro(
           "metrics", [](Simulation& s) { return s.idle().metrics(); }, doc::Simulation_metrics)
       .def_prop_ro(
           "at_rest", [](Simulation& s) { return s.idle().at_rest(); }, doc::Simulation_at_rest)

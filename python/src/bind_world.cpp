@@ -120,6 +120,7 @@ void bind_world(nb::module_& m) {
       .def_prop_ro(
           "crossings", [](World& world) { return std::const_pointer_cast<Crossings>(world.crossings()); },
           doc::World_crossings)
+      .def_prop_ro("edge_contacts", &World::edge_contacts, doc::World_edge_contacts)
       .def_prop_ro("stats", &World::stats, doc::World_stats)
       .def_prop_ro("times", &World::times, doc::World_times)
       .def_prop_ro(

@@ -115,4 +115,8 @@ std::shared_ptr<const Crossings> Simulation::crossings() {
   return crossings_;
 }
 
+EdgeContacts Simulation::edge_contacts() {
+  return idle().detector().edge_contacts();
+}
+
 }  // namespace palpate::python

@@ -36,6 +36,8 @@ class Simulation {
   std::shared_ptr<const Contacts> contacts();
   /// Where border edges leave the bodies, at the present positions.
   std::shared_ptr<const Crossings> crossings();
+  /// Surface edges that pass through a body with both ends outside, at the present positions. A copy.
+  EdgeContacts edge_contacts();
 
   /// The contacts of the last step with their forces, weights in the order of the mesh that was given.
   ContactForces acting_contacts();

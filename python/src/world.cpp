@@ -73,6 +73,9 @@ std::shared_ptr<const Crossings> World::crossings() {
   return crossings_;
 }
 
+EdgeContacts World::edge_contacts() const {
+  return updated().edge_contacts();
+}
 DetectionCounts World::stats() const {
   return updated().counts();
 }

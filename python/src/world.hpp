@@ -33,6 +33,8 @@ class World {
   std::shared_ptr<const Contacts> contacts();
   /// Where border edges of the last update() leave the bodies.
   std::shared_ptr<const Crossings> crossings();
+  /// Surface edges that passed through a body with both ends outside in the last update(). A copy.
+  [[nodiscard]] EdgeContacts edge_contacts() const;
   /// What the last update() did: numbers of contacts, border edges, crossings, candidates, movers and more.
   [[nodiscard]] DetectionCounts stats() const;
   /// Seconds that the phases of the last update() took.

@@ -45,6 +45,9 @@ class ContactTable {
   /// The public columns, (size()) rows.
   [[nodiscard]] Contacts& contacts() { return contacts_; }
   [[nodiscard]] const Contacts& contacts() const { return contacts_; }
+  /// Edges have rows of their own kind, which follow the table where it goes.
+  [[nodiscard]] EdgeContacts& edges() { return edges_; }
+  [[nodiscard]] const EdgeContacts& edges() const { return edges_; }
   /// The public columns without a copy; contacts() is empty until the next assign().
   [[nodiscard]] Contacts take_contacts();
   /// Rows in contact.
@@ -118,6 +121,7 @@ class ContactTable {
   static void grow(Remembered& remembered, std::size_t rows, std::size_t gone);
 
   Contacts contacts_;
+  EdgeContacts edges_;
   std::size_t size_ = 0;
   std::vector<Index> taken_bodies_;  ///< contacts_.body of take_contacts()
   std::vector<Index> previous_;

@@ -151,6 +151,11 @@ void Detector::State::choose_planes(std::span<const Vec3> positions) {
   plane_cache.choose(threads, bodies, positions, tables.now(), tables.last(), most, budget->region());
 }
 
+void Detector::State::find_edge_contacts(std::span<const Vec3> positions) {
+  if (edge_contacts)
+    edge_contacts->find(threads, bodies, positions, may_touch(), tables.now(), tables.now().edges());
+}
+
 void Detector::State::estimate_depths(std::span<const Vec3> positions) {
   static_cast<DepthCounts&>(counts) =
       depth.compute(threads, bodies, positions, tables.now(), border_edges, crossings, plane_cache,
@@ -162,6 +167,7 @@ void Detector::State::estimate_depths(std::span<const Vec3> positions) {
 
 void Detector::State::finish_counts() {
   counts.contacts = tables.now().size();
+  counts.edge_contacts = tables.now().edges().size();
   counts.border_edges = border_edges.edges().size();
   counts.crossings = crossings.crossings().size();
   QueryTally tally = points_tally;
@@ -217,6 +223,7 @@ void Detector::detect(std::span<const Vec3> positions, double share) {
                          structure, slots, s.clustered() ? s.fixed.get() : nullptr);
       },
       s.edges);
+  s.find_edge_contacts(positions);
   s.times.crossings = watch.lap();
 
   s.estimate_depths(positions);
@@ -232,6 +239,9 @@ const Contacts& Detector::contacts() const {
 }
 Contacts Detector::take_contacts() {
   return state_->tables.now().take_contacts();
+}
+const EdgeContacts& Detector::edge_contacts() const {
+  return state_->tables.now().edges();
 }
 std::span<const BorderEdge> Detector::border_edges() const {
   return state_->border_edges.edges();

@@ -73,6 +73,8 @@ Detector::State::State(const Bodies& b, const DetectionSettings& s, std::vector<
   points = make_structure(settings.structure, settings.order, settings.sort);
   edges = make_structure(settings.structure, settings.order, settings.sort);
   if (settings.budget) budget = std::make_unique<DetectionBudget>(settings, bodies.bodies().size());
+  if (settings.edge_contacts && bodies.body_count() > 1)
+    edge_contacts = std::make_unique<EdgeContactQuery>(bodies);
   // The slots of approximate mode are those of single tets.
   if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
     cluster_query = std::make_unique<ClusterQuery>(bodies);

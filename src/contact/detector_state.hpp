@@ -14,6 +14,7 @@
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
 #include "contact/detection_budget.hpp"
+#include "contact/edge_contacts.hpp"
 #include "contact/plane_cache.hpp"
 #include "contact/points_in_tets.hpp"
 #include "grid/brute.hpp"
@@ -76,6 +77,7 @@ struct Detector::State {
   /// With a budget in time.
   [[nodiscard]] bool caches_planes() const { return budget && settings.budget->milliseconds; }
   void choose_planes(std::span<const Vec3> positions);
+  void find_edge_contacts(std::span<const Vec3> positions);
   void estimate_depths(std::span<const Vec3> positions);
   void finish_counts();
   void hold();
@@ -118,6 +120,7 @@ struct Detector::State {
   ContactTables tables;
   BorderEdges border_edges;
   CrossingQuery crossings;
+  std::unique_ptr<EdgeContactQuery> edge_contacts;  ///< none: they are not asked for
   DepthEstimate depth;
 
   DetectionCounts counts;

@@ -19,6 +19,13 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
+Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite) {
+  const Tet& corners = at(bodies.tets(), tet);
+  const auto& [i, j, k] = outward_face[opposite];
+  const Vec3& corner = at(positions, corners[i]);
+  return normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
+}
+
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
   const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
@@ -109,15 +116,8 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
   walk(
       bodies, positions, tet, p, without, reach, [](const Vec3&) { return true; },
       [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
-        const Tet& corners = at(bodies.tets(), here);
-        const auto& [i, j, k] = outward_face[opposite];
-        const Vec3& corner = at(positions, corners[i]);
         const Vec3 outward = normalized(q - p);
-        best = {q, outward, distance};
-        if (outward == Vec3{}) {
-          best.outward =
-              normalized(cross(at(positions, corners[j]) - corner, at(positions, corners[k]) - corner));
-        }
+        best = {q, outward == Vec3{} ? face_normal(bodies, positions, here, opposite) : outward, distance};
       });
   return best;
 }
@@ -179,13 +179,12 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
   return true;
 }
 
-double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                     const Vec3& direction) {
+WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                   const Vec3& direction, double most) {
   constexpr int most_tets = 256;  // of a way that rounding turned into a circle
-  constexpr double lost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_tets; ++i) {
     const Tet& corners = at(bodies.tets(), tet);
-    double exit = lost;
+    double exit = std::numeric_limits<double>::infinity();
     std::size_t through = 4;
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       const auto& [a, b, c] = outward_face[opposite];
@@ -199,11 +198,20 @@ double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Inde
         through = opposite;
       }
     }
-    if (through == 4) return lost;
-    tet = at(bodies.tet_neighbors(), tet)[through];
-    if (tet < 0) return std::max(0.0, exit);
+    if (through == 4) return {};
+    if (exit >= most) return {tet, 4, most};
+    const Index next = at(bodies.tet_neighbors(), tet)[through];
+    if (next < 0) return {tet, through, std::max(0.0, exit)};
+    tet = next;
   }
-  return lost;
+  return {};
+}
+
+double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const WayAhead way = way_ahead(bodies, positions, tet, p, direction, infinity);
+  return way.leaves() ? way.distance : infinity;
 }
 
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,

@@ -20,6 +20,9 @@ struct SurfacePoint {
   double distance = 0.0;
 };
 
+/// Outward unit normal of a face of a tet; zero where it has no area.
+Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite);
+
 /// Nearest point of a triangle: the foot in its plane if that is inside, else on the nearest of its sides.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
@@ -46,6 +49,21 @@ class ExitSearch {
   /// `distance` is `radius`. Ends at the first one as near as `enough`. O(tets nearer than the result).
   SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                        Index without, double radius, double enough);
+
+  /// The nearest point of the surface faces for which wanted(normal) holds, a normal of any length, within
+  /// `radius`, with the unit normal of its face as `outward`; zero where there is none. O(tets nearer than
+  /// the result).
+  template <class Wanted>
+  SurfacePoint nearest_of(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                          double radius, Wanted&& wanted) {
+    SurfacePoint best{p, {}, radius};
+    walk(
+        bodies, positions, tet, p, -1, [&] { return best.distance; }, wanted,
+        [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
+          best = {q, face_normal(bodies, positions, here, opposite), distance};
+        });
+    return best;
+  }
 
   /// Distance of p, a point in `tet`, to the nearest side: a surface triangle whose normal is neither along
   /// `direction` (cosine over 0.75) nor against it (under -0.3). `radius` where none is nearer. O(tets nearer
@@ -123,6 +141,17 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
   }
 }
 
+/// Where a straight way in a body ends.
+struct WayAhead {
+  Index tet = -1;            ///< that it ends in, or leaves the body from; -1: the way is lost
+  std::size_t opposite = 4;  ///< corner opposite the face that it leaves by; 4: it ends inside
+  double distance = 0.0;     ///< m
+  [[nodiscard]] bool leaves() const { return opposite < 4; }
+};
+/// Follows the straight way from p, a point in `tet`, along the unit vector `direction` for `most` or until
+/// it leaves the body. O(tets on the way).
+WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                   const Vec3& direction, double most);
 /// How far the surface is on the straight way from p, a point in `tet`, along the unit vector `direction`: no
 /// nearest surface point is further. Infinite where the way is lost. O(tets on the way).
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,

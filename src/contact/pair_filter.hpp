@@ -24,10 +24,14 @@ struct PairFilter {
     return !ignored_pairs.empty() && std::binary_search(ignored_pairs.begin(), ignored_pairs.end(),
                                                         std::array{std::min(a, b), std::max(a, b)});
   }
+  /// Whether two different bodies can touch. O(log ignored_pairs).
+  [[nodiscard]] bool bodies(Index a, Index b) const {
+    return (at(immovable, a) == 0 || at(immovable, b) == 0) && !ignores(a, b);
+  }
   /// \param a  body of the point
   /// \param b  body of the tet
   [[nodiscard]] bool operator()(Index a, Index b, Index point, const Tet& tet) const {
-    if (a != b) return (at(immovable, a) == 0 || at(immovable, b) == 0) && !ignores(a, b);
+    if (a != b) return bodies(a, b);
     return at(self_collision, a) != 0 && at(immovable, a) == 0 &&
            std::find(tet.begin(), tet.end(), point) == tet.end();
   }

@@ -39,15 +39,18 @@ double mean_height(const Bodies& bodies, Index body) {
 
 }  // namespace
 
+double rim_reach(const Bodies& bodies, Index body) {
+  return 0.25 * mesh_statistics(bodies, bodies.points_rest(), body).edge_length.mean;
+}
+
 RimFalloff::RimFalloff(const Bodies& bodies)
     : rims_(bodies.bodies().size()),
       rests_(bodies.bodies().size()),
       moved_(bodies.bodies().size(), 0.0),
       recorded_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   for (Index b = 0; b < bodies.body_count(); ++b) {
-    const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
     Rim& rim = at(rims_, b);
-    rim.outer = 0.25 * h;
+    rim.outer = rim_reach(bodies, b);
     rim.inner = std::min(0.075 * mean_height(bodies, b), 0.5 * rim.outer);
     at(moved_, b) = most_moved * rim.outer;
   }

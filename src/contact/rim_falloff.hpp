@@ -12,6 +12,10 @@
 
 namespace palpate {
 
+/// Distance from a side of a body from which on it is no rim, m: a quarter of the mean edge at rest.
+/// O(edges).
+[[nodiscard]] double rim_reach(const Bodies& bodies, Index body);
+
 /// Scale of a contact's stiffness near a rim of the body, a place where its surface turns away
 /// (ContactResponse says why): zero close to it, one from some distance on.
 ///
@@ -24,6 +28,9 @@ namespace palpate {
 class RimFalloff {
  public:
   explicit RimFalloff(const Bodies& bodies);
+
+  /// Distance from a side from which on the scale is one, m.
+  [[nodiscard]] double reach(Index body) const { return rims_[static_cast<std::size_t>(body)].outer; }
 
   /// Once before the scales at new positions: finds which bodies have moved. O(points), and nothing where
   /// contacts are few.

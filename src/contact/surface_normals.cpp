@@ -16,29 +16,6 @@ Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
   return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
 }
 
-/// Side i of a triangle is opposite its corner i.
-struct Side {
-  Index low;
-  Index high;
-  Index triangle;
-  std::size_t corner;
-};
-
-std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
-  std::vector<Side> sides;
-  sides.reserve(3 * triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [low, high] = std::minmax(triangles[t][(i + 1) % 3], triangles[t][(i + 2) % 3]);
-      sides.push_back({low, high, static_cast<Index>(t), i});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  return sides;
-}
-
 /// Weights of x in the triangle, none negative, sum 1.
 std::array<double, 3> weights_in(std::span<const Vec3> positions, const Triangle& t, const Vec3& area,
                                  const Vec3& x) {
@@ -56,12 +33,7 @@ std::array<double, 3> weights_in(std::span<const Vec3> positions, const Triangle
 
 }  // namespace
 
-SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
-  Index triangle = 0;
-  for (const std::array<Index, 4>& neighbors : bodies.tet_neighbors()) {
-    first_triangles_.push_back(triangle);
-    triangle += static_cast<Index>(std::count(neighbors.begin(), neighbors.end(), -1));
-  }
+SurfaceNormals::SurfaceNormals(const Bodies& bodies) : triangle_of_face_(bodies) {
   find_creases(bodies);
   group_corners(bodies);
 }
@@ -69,27 +41,19 @@ SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
 void SurfaceNormals::find_creases(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
   creases_.assign(triangles.size(), 0);
-  across_.assign(triangles.size(), {-1, -1, -1});
+  across_ = surface_sides(bodies).neighbors;
   std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
-  const std::vector<Side> sides = sorted_sides(triangles);
-  for (std::size_t first = 0; first < sides.size();) {
-    std::size_t last = first + 1;
-    while (last < sides.size() && sides[last].low == sides[first].low &&
-           sides[last].high == sides[first].high)
-      ++last;
-    const Side& a = sides[first];
-    const Side& b = sides[last - 1];
-    const Vec3 normal_a = normalized(area_vector(bodies.points_rest(), at(triangles, a.triangle)));
-    const Vec3 normal_b = normalized(area_vector(bodies.points_rest(), at(triangles, b.triangle)));
-    if (last - first == 2 && dot(normal_a, normal_b) >= smooth_cosine) {
-      at(across_, a.triangle)[a.corner] = b.triangle;
-      at(across_, b.triangle)[b.corner] = a.triangle;
-    } else {
-      for (std::size_t s = first; s < last; ++s)
-        at(creases_, sides[s].triangle) |= static_cast<std::uint8_t>(1U << sides[s].corner);
-      at(on_crease, a.low) = at(on_crease, a.high) = 1;
+  std::vector<Vec3> normals(triangles.size());
+  std::ranges::transform(triangles, normals.begin(),
+                         [&](const Triangle& t) { return normalized(area_vector(bodies.points_rest(), t)); });
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      Index& other = across_[t][i];
+      if (other >= 0 && dot(normals[t], at(normals, other)) >= smooth_cosine) continue;
+      other = -1;
+      creases_[t] |= static_cast<std::uint8_t>(1U << i);
+      at(on_crease, triangles[t][(i + 1) % 3]) = at(on_crease, triangles[t][(i + 2) % 3]) = 1;
     }
-    first = last;
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {

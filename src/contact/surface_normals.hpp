@@ -8,6 +8,7 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
+#include "mesh/surface_sides.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/triangle_normals.hpp"
 
@@ -55,12 +56,8 @@ class SurfaceNormals {
   [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
                                      std::size_t lane) const;
 
-  /// The surface triangle that is the face opposite corner `opposite` of a tet; the face is at the surface.
   [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
-    Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
-    for (std::size_t i = 0; i < opposite; ++i)
-      triangle += bodies.tet_neighbors()[static_cast<std::size_t>(tet)][i] < 0 ? 1 : 0;
-    return triangle;
+    return triangle_of_face_(bodies, tet, opposite);
   }
 
  private:
@@ -69,7 +66,7 @@ class SurfaceNormals {
   [[nodiscard]] Vec3 normal_of_point(Index point) const;
   [[nodiscard]] double from_crease(Index triangle, const std::array<double, 3>& weights) const;
 
-  std::vector<Index> first_triangles_;  ///< (n_tets) triangles are in the order of their tets
+  TriangleOfFace triangle_of_face_;
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
   std::vector<std::uint8_t> creases_;  ///< (n_triangles)
   std::vector<std::array<Index, 3>>

@@ -264,6 +264,7 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.choice("sort", contact.detection.sort, sort_names);
   v.words_or_number("cell_size", contact.detection.cell_size, cell_size_rule_names, above(0));
   v.word_or_number("cells_per_primitive", contact.detection.cells_per_primitive, "exact", within(1, 27));
+  v.field("edge_contacts", contact.detection.edge_contacts);
   v.field("coherence", contact.detection.coherence);
   v.optional("budget", contact.detection.budget);
   v.rule(!contact.detection.budget ||

@@ -28,14 +28,6 @@ Vec3 bounded(const Vec3& a, double most) {
   return length(a) > most ? (most / length(a)) * a : a;
 }
 
-/// Of a point and the place of a tet with these weights, without a force yet.
-fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w) {
-  fem::Coupling coupling;
-  coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
-  coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
-  return coupling;
-}
-
 constexpr std::size_t grain = 256;
 /// Part of the damping of chatter that stays from step to step: it fades within a hundred steps.
 constexpr double chatter_damping_kept = 0.99;
@@ -49,10 +41,18 @@ constexpr double speculative_tolerance = 0.05;
 
 }  // namespace
 
+fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w) {
+  fem::Coupling coupling;
+  coupling.points = {point, tet[0], tet[1], tet[2], tet[3]};
+  coupling.coefficients = {1.0, -w[0], -w[1], -w[2], -w[3]};
+  return coupling;
+}
+
 ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material> materials,
                                  std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
     : settings_(settings),
+      edges_(bodies),
       body_compliance_(bodies.bodies().size(), 0.0),
       rims_(bodies),
       masses_(masses),
@@ -87,27 +87,37 @@ ContactOutcome ContactResponse::outcome(std::size_t contact, const Vec3& velocit
   return {law.depth, law.direction, status};
 }
 
-double ContactResponse::reduced_mass(Index point, const Tet& tet,
-                                     const std::array<double, 4>& weights) const {
-  double inverse = at(moves_, point) != 0 ? 1.0 / at(masses_, point) : 0.0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (at(moves_, tet[i]) != 0) inverse += weights[i] * weights[i] / at(masses_, tet[i]);
+double ContactResponse::reduced_mass(const fem::Coupling& coupling) const {
+  double inverse = 0.0;
+  for (std::size_t i = 0; i < coupling.points.size(); ++i) {
+    const Index point = coupling.points[i];
+    const double weight = coupling.coefficients[i];
+    if (point >= 0 && at(moves_, point) != 0) inverse += weight * weight / at(masses_, point);
   }
   return inverse > 0.0 ? 1.0 / inverse : 0.0;
 }
 
+double ContactResponse::damping(const fem::Coupling& coupling, double stiffness) const {
+  const double critical = 2.0 * std::sqrt(stiffness * reduced_mass(coupling));
+  return settings_.damping * std::max(critical, stiff_damping * stiffness * time_step_);
+}
+
+Vec3 ContactResponse::bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const {
+  return bounded(across(slip, law.direction), settings_.friction * law.depth);
+}
+
 /// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
 /// step's model predicted. Damping of that error per speed holds it (see the class).
-void ContactResponse::update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force,
-                                             const Vec3& velocity, double most) const {
-  double& damping = states.chatter_damping[c];
-  damping *= chatter_damping_kept;
-  const bool turns = states.lost[c] > 0 || dot(velocity, states.velocity[c]) < 0.0;
+double ContactResponse::chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
+                                        double full) const {
+  const double damping = chatter_damping_kept * last.damping;
+  const bool turns = last.comes_back || dot(velocity, last.velocity) < 0.0;
   const double speed = length(velocity);
-  if (!turns || speed == 0.0) return;
-  const Vec3& r = states.direction[c];
-  const Vec3 predicted = states.force[c] - (time_step_ * states.stiffness[c] * dot(r, velocity)) * r;
-  damping = std::min(std::max(damping, length(force - predicted) / speed), most);
+  if (!turns || speed == 0.0) return damping;
+  const Vec3& r = last.direction;
+  const Vec3 predicted = last.force - (time_step_ * last.stiffness * dot(r, velocity)) * r;
+  return std::min(std::max(damping, length(force - predicted) / speed),
+                  most_chatter_damping * time_step_ * full);
 }
 
 void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
@@ -122,6 +132,8 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   make_room(couplings, first + contacts);
   couplings.resize(first + contacts);
   resize_with_room(laws_, contacts);
+  resize_with_room(scales_, contacts);
+  assign_with_room(of_edge_, contacts, std::uint8_t{0});
   // What add_speculative() will ask for, so that a steady run asks in its first steps.
   make_room(idle_, contacts);
   make_room(speculative_, contacts / 8);
@@ -134,7 +146,24 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
     kept[c] = kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
                            list.direction[c], laws_[c].stiffness, positions);
   });
+  const EdgeResponse::Frame frame{*this,      threads,   bodies, table,  positions,
+                                  velocities, time_step, fall,   scales_};
+  if (uses_edges_) append_edges(edges_.begin(frame), couplings);
+  present_ = laws_.size();
   append_near(threads, bodies, table, positions, velocities, fall, couplings);
+  if (uses_edges_) append_edges(edges_.near(frame), couplings);
+}
+
+void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,
+                                   std::vector<fem::Coupling>& couplings) {
+  make_room(laws_, laws_.size() + rows.size());
+  make_room(of_edge_, of_edge_.size() + rows.size());
+  make_room(couplings, couplings.size() + rows.size());
+  for (const EdgeResponse::Row& row : rows) {
+    laws_.push_back(row.law);
+    of_edge_.push_back(row.state.of_edge ? 1 : 0);
+    couplings.push_back(row.coupling);
+  }
 }
 
 void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
@@ -171,25 +200,31 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   const std::array<double, 4>& w = contacts.weights[c];
   const Vec3& r = contacts.direction[c];
   const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
-  const double k = rims_.scale(bodies, positions, contacts, c, search, table.rims()) * full;
-  const double critical = 2.0 * std::sqrt(k * reduced_mass(point, tet, w));
-  const double damping = settings_.damping * std::max(critical, stiff_damping * k * time_step_);
-
+  scales_[c] = rims_.scale(bodies, positions, contacts, c, search, table.rims());
+  const double k = scales_[c] * full;
   coupling = coupling_of(point, tet, w);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
   const bool acted_before = states.seen[c] > 1;
   Vec3 slip = states.slip[c];
   if (acted_before) slip += time_step_ * velocity;
-  if (acted_before || states.lost[c] > 0)
-    update_chatter_damping(states, c, force, velocity, most_chatter_damping * time_step_ * full);
-  slip = bounded(across(slip, r), settings_.friction * contacts.depth[c]);
-  laws_[c] = {.stiffness = k,
-              .damping = damping + states.chatter_damping[c],
-              .depth = contacts.depth[c],
-              .slip = slip,
-              .direction = r};
-  states.slip[c] = slip;
+  if (acted_before || states.lost[c] > 0) {
+    states.chatter_damping[c] = chatter_damping({.force = states.force[c],
+                                                 .direction = states.direction[c],
+                                                 .velocity = states.velocity[c],
+                                                 .stiffness = states.stiffness[c],
+                                                 .damping = states.chatter_damping[c],
+                                                 .comes_back = states.lost[c] > 0},
+                                                force, velocity, full);
+  }
+  fem::ContactLaw& law = laws_[c];
+  law = {.stiffness = k,
+         .damping = damping(coupling, k) + states.chatter_damping[c],
+         .depth = contacts.depth[c],
+         .slip = {},
+         .direction = r};
+  law.slip = bounded_slip(slip, law);
+  states.slip[c] = law.slip;
   states.force[c] = force;
   states.direction[c] = r;
   states.velocity[c] = velocity;
@@ -231,6 +266,25 @@ ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& c
           .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
+/// Of edges at the predicted positions those that do not act yet.
+std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::Threads& threads,
+                                                               const Bodies& bodies,
+                                                               const ContactTable& table,
+                                                               std::span<const Vec3> positions_end,
+                                                               std::span<const Vec3> velocities_end) {
+  if (!uses_edges_) return {};
+  resize_with_room(scales_, table.size());
+  const Contacts& contacts = table.contacts();
+  const ContactStates& states = table.states();
+  for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
+    const double full = stiffness(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]);
+    scales_[c] = states.seen[c] > 0 ? states.stiffness[c] / full
+                                    : rims_.scale(bodies, positions_end, contacts, c, search);
+  });
+  return edges_.meet(
+      {*this, threads, bodies, table, positions_end, velocities_end, time_step_, 0.0, scales_});
+}
+
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,
                                         ContactTable& table, std::span<const Vec3> positions_end,
                                         std::span<const Vec3> velocities_end, double acting,
@@ -244,23 +298,30 @@ double ContactResponse::add_speculative(const parallel::Threads& threads, const 
     speculative_[i] = met(bodies, table.contacts(), idle_[i], positions_end, velocities_end, search);
   });
   std::erase_if(speculative_, [](const Speculative& contact) { return contact.force == 0.0; });
-  const double met_with = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
+  double met_with = parallel::sum(threads, speculative_.size(), partial_, [&](std::size_t i) {
     return speculative_[i].force * speculative_[i].force;
   });
+  const std::span<const EdgeResponse::Row> edges =
+      meet_edges(threads, bodies, table, positions_end, velocities_end);
+  for (const EdgeResponse::Row& row : edges) met_with += row.force * row.force;
   if (met_with <= speculative_tolerance * speculative_tolerance * acting * acting) return 0.0;
   append_speculative(table, couplings);
+  append_edges(edges, couplings);
+  edges_.take();
   return acting > 0.0 ? std::sqrt(met_with) / acting : std::numeric_limits<double>::infinity();
 }
 
 /// A contact that was lost keeps for how long, and its damping of chatter.
 void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
+  make_room(of_edge_, of_edge_.size() + speculative_.size());
   make_room(couplings, couplings.size() + speculative_.size());
   keys_.clear();
   make_room(keys_, speculative_.size());
   for (const Speculative& contact : speculative_) {
     keys_.emplace_back(contact.kept.point, contact.kept.body);
     laws_.push_back(contact.law);
+    of_edge_.push_back(0);
     couplings.push_back(contact.coupling);
   }
   std::ranges::transform(speculative_, kept_.add(speculative_.size()).begin(), &Speculative::kept);

@@ -13,6 +13,7 @@
 #include "contact/rim_falloff.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
+#include "sim/edge_response.hpp"
 #include "sim/kept_contacts.hpp"
 
 namespace palpate {
@@ -75,8 +76,9 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; states of contacts are columns of the table. Behind them come, as speculative
-  /// ones, contacts of the last step that are near (KeptContacts). \param fall  what gravity moves in the
+  /// call and to the next; states of contacts are columns of the table. Behind them come those of its edge
+  /// contacts (EdgeResponse), and, as speculative ones, contacts of the last step that are near
+  /// (KeptContacts). \param fall  what gravity moves in the
   /// step, m. O(contacts log contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
@@ -92,6 +94,8 @@ class ContactResponse {
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
 
+  /// Laws of the last compute(), without those of speculative contacts.
+  [[nodiscard]] std::size_t present() const { return present_; }
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }
@@ -99,17 +103,45 @@ class ContactResponse {
   /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
+  /// Whether forces of edges are made (docs/edges.md), from the next compute() on. They are at first.
+  void use_edges(bool on) { uses_edges_ = on; }
+  /// Whether the coupling of a law is of an edge with a triangle, else of a point with a tet.
+  [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
+
   /// After a step that failed, beside undo_step() of the table.
-  void undo() { kept_.undo(); }
+  void undo() {
+    kept_.undo();
+    edges_.undo();
+  }
 
   /// Of the last step: part of the state that a resumed run needs.
   [[nodiscard]] const std::vector<KeptContact>& kept() const { return kept_.all(); }
   void set_kept(std::vector<KeptContact> contacts) { kept_.set_all(std::move(contacts)); }
+  [[nodiscard]] const std::vector<EdgeEnd>& edge_ends() const { return edges_.ends(); }
+  void set_edge_ends(std::vector<EdgeEnd> ends) { edges_.set_ends(std::move(ends)); }
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
   /// what one layer of tets resists: contacts sink in less than the tissue gives way.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
+  /// Of a contact of this stiffness, without that of chatter, N s/m.
+  [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
+  /// A stretch of the friction spring, no longer than it can be.
+  [[nodiscard]] Vec3 bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const;
+  /// A contact as a step had it.
+  struct Acted {
+    Vec3 force;               ///< along the direction, at the start of the step, N
+    Vec3 direction;           ///< unit
+    Vec3 velocity;            ///< relative, at the start of the step, m/s
+    double stiffness;         ///< N/m
+    double damping;           ///< of chatter, N s/m
+    bool comes_back = false;  ///< it was gone since
+  };
+  /// Damping of chatter of the same contact one step later, N s/m. \param full  its stiffness without rims
+  [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
+                                       double full) const;
+  /// Distance from a side of a body within which stiffness fades, m.
+  [[nodiscard]] double rim_reach(Index body) const { return rims_.reach(body); }
 
  private:
   struct Speculative {
@@ -131,17 +163,25 @@ class ContactResponse {
   void append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
                    std::vector<fem::Coupling>& couplings);
+  [[nodiscard]] std::span<const EdgeResponse::Row> meet_edges(const parallel::Threads& threads,
+                                                              const Bodies& bodies, const ContactTable& table,
+                                                              std::span<const Vec3> positions_end,
+                                                              std::span<const Vec3> velocities_end);
+  void append_edges(std::span<const EdgeResponse::Row> rows, std::vector<fem::Coupling>& couplings);
   void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
   void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
                    std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
-  void update_chatter_damping(ContactStates& states, std::size_t c, const Vec3& force, const Vec3& velocity,
-                              double most) const;
-  [[nodiscard]] double reduced_mass(Index point, const Tet& tet, const std::array<double, 4>& weights) const;
+  [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
 
   ResponseSettings settings_;
   KeptContacts kept_;
+  EdgeResponse edges_;
+  bool uses_edges_ = true;
+  std::size_t present_ = 0;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
+  std::vector<std::uint8_t> of_edge_;     ///< the same order
+  std::vector<double> scales_;            ///< of contacts, at rims
   std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
   std::vector<ContactTable::Key> keys_;   ///< the same
@@ -152,5 +192,8 @@ class ContactResponse {
   std::span<const double> masses_;
   std::span<const std::uint8_t> moves_;
 };
+
+/// Of a point and the place of a tet with these weights, without a force yet.
+[[nodiscard]] fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w);
 
 }  // namespace palpate

@@ -55,7 +55,7 @@ void describe(Archive& archive, Budget& budget) {
 template <class Archive>
 void describe(Archive& archive, SimulationSettings& s) {
   archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
-          s.detection.budget, s.detection.ignored_pairs);
+          s.detection.budget, s.detection.ignored_pairs, s.detection.edge_contacts);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);
@@ -126,14 +126,29 @@ void check_kept(const std::vector<KeptContact>& contacts, const Bodies& bodies) 
   }
 }
 
+void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const EdgeEnd& e = ends[i];
+    check_index("end of edge.edge", e.edge, 0, bodies.edges().size());
+    check_index("end of edge.body", e.body, 0, bodies.bodies().size());
+    for (const Index point : e.points) check_index("end of edge", point, 0, bodies.points_rest().size());
+    for (const Vec3& vector : {e.slip, e.direction, e.velocity}) check_finite("end of edge", vector);
+    check_finite("end of edge", {e.coefficients[0], e.coefficients[1], e.coefficients[2]});
+    check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.depth});
+    check_finite("end of edge", {e.stiffness, e.chatter_damping, 0.0});
+    if (i > 0 && e.key() <= ends[i - 1].key())
+      throw Error(source_name, "ends of edges", "another order", "that of edge, body and end");
+  }
+}
+
 void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodies) {
   for (const ActedContact& c : contacts) {
     for (const Index point : c.points) check_index("acting contact", point, 0, bodies.points_rest().size());
     if (tet_of(c, bodies) < 0)
       throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
-    check_finite("acting contact", {c.weights[0], c.weights[1], c.weights[2]});
-    check_finite("acting contact", {c.weights[3], c.depth, 0.0});
+    check_finite("acting contact", {c.coefficients[0], c.coefficients[1], c.coefficients[2]});
+    check_finite("acting contact", {c.coefficients[3], c.coefficients[4], c.depth});
   }
 }
 
@@ -168,6 +183,7 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   }
   check_contacts(saved.contacts, bodies);
   check_kept(saved.kept_contacts, bodies);
+  check_ends(saved.edge_ends, bodies);
   constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // counts as a double in the time
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {

@@ -13,13 +13,14 @@
 #include "contact/contact_table.hpp"
 #include "fem/dynamics.hpp"
 #include "sim/archive.hpp"
+#include "sim/edge_response.hpp"
 #include "sim/grabs.hpp"
 #include "sim/kept_contacts.hpp"
 #include "sim/step_forces.hpp"
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 6};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 7};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -43,6 +44,7 @@ struct SavedState {
   fem::DynamicsState dynamics;
   RememberedContacts contacts;
   std::vector<KeptContact> kept_contacts;
+  std::vector<EdgeEnd> edge_ends;
   DetectorMemory detector;
   std::vector<Vec3> contact_forces;
   std::vector<ActedContact> acting_contacts;
@@ -63,9 +65,10 @@ void describe(Archive& archive, CuckooCounts& c) {
 template <class Archive>
 void describe(Archive& archive, DetectionCounts& c) {
   archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
-          c.border_edges_without_crossing, c.rough_depths, c.contacts, c.border_edges, c.crossings,
-          c.candidates, c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells, c.late_clusters,
-          c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points, c.cuckoo_edges);
+          c.border_edges_without_crossing, c.rough_depths, c.contacts, c.edge_contacts, c.border_edges,
+          c.crossings, c.candidates, c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells,
+          c.late_clusters, c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points,
+          c.cuckoo_edges);
   bool sorts = c.sort.has_value();
   archive(sorts);
   if (!sorts) return c.sort.reset();
@@ -121,8 +124,14 @@ void describe(Archive& archive, KeptContact& c) {
 }
 
 template <class Archive>
+void describe(Archive& archive, EdgeEnd& s) {
+  archive(s.edge, s.body, s.end, s.points, s.coefficients, s.of_edge, s.slip, s.direction, s.depth,
+          s.stiffness, s.velocity, s.chatter_damping, s.lost, s.acts);
+}
+
+template <class Archive>
 void describe(Archive& archive, ActedContact& c) {
-  archive(c.points, c.weights, c.depth, c.direction, c.force);
+  archive(c.points, c.coefficients, c.of_edge, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
   archive(c.speculative);
 }
@@ -141,7 +150,7 @@ void describe(Archive& archive, DetectorMemory& m) {
 template <class Archive>
 void describe(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
-          s.dynamics, s.contacts, s.kept_contacts, s.detector, s.contact_forces);
+          s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
 }
 

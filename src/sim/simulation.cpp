@@ -97,6 +97,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
               response);
   step_forces.set({}, std::vector<Vec3>(model.ties.size()));
   if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
+  response.use_edges(settings.detection.edge_contacts);
   detect(dynamics.positions(), true);
   measure();
 }
@@ -151,7 +152,8 @@ void Simulation::State::measure() {
     metrics.fastest_body = std::max(metrics.fastest_body, std::sqrt(squared_speeds[b] / masses[b]));
   }
   const std::vector<double>& depth = detector.contacts().depth;
-  metrics.deepest = depth.empty() ? 0.0 : *std::max_element(depth.begin(), depth.end());
+  metrics.deepest = depth.empty() ? 0.0 : std::ranges::max(depth);
+  for (const double edge : detector.edge_contacts().depth) metrics.deepest = std::max(metrics.deepest, edge);
 }
 
 /// Tension of fibres as at a time, s.
@@ -290,7 +292,7 @@ void Simulation::State::advance() {
   const double h = settings.time_step;
   response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
                    dynamics.velocities(), h, h * h * length(settings.gravity), couplings);
-  first_speculative = first_contact + detector.contacts().size();
+  first_speculative = first_contact + response.present();
   metrics.forces_seconds = watch.lap();
   try {
     begin_step();
@@ -345,6 +347,7 @@ void Simulation::change(const SimulationSettings& settings) {
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);
+  s.response.use_edges(settings.detection.edge_contacts);
   s.settings = settings;
   s.max_speed = speed_limit(s.bodies, settings);
   s.slow_steps = 0;
@@ -393,6 +396,7 @@ SavedState Simulation::State::saved_state() const {
           .dynamics = dynamics.state(),
           .contacts = DetectorSteps::table(detector).remembered(),
           .kept_contacts = response.kept(),
+          .edge_ends = response.edge_ends(),
           .detector = detector.memory(),
           .contact_forces = contact_forces,
           .acting_contacts = step_forces.contacts(),
@@ -410,6 +414,7 @@ void Simulation::State::take_state(const SavedState& saved) {
   DetectorSteps::table(detector).set_remembered(saved.contacts);
   rails.set_motions(saved.motions);
   response.set_kept(saved.kept_contacts);
+  response.set_edge_ends(saved.edge_ends);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
   if (saved.records_reactions) dynamics.find_held_elements();

@@ -1,6 +1,7 @@
 #include "sim/step_forces.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "geometry/vector.hpp"
 #include "room.hpp"
@@ -24,9 +25,9 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
     if (i < ranges.first_contact) return;
     const ContactOutcome outcome =
         response.outcome(i - ranges.first_contact, fem::relative(coupling, velocities));
-    const std::array<double, 5>& c = coupling.coefficients;
     contacts_[i - ranges.first_contact] = {.points = coupling.points,
-                                           .weights = {-c[1], -c[2], -c[3], -c[4]},
+                                           .coefficients = coupling.coefficients,
+                                           .of_edge = response.is_of_edge(i - ranges.first_contact),
                                            .depth = outcome.depth,
                                            .direction = outcome.direction,
                                            .force = all_[i],
@@ -40,28 +41,62 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
 void StepForces::sum_over_bodies(const Bodies& bodies, std::span<Vec3> sums) const {
   std::fill(sums.begin(), sums.end(), Vec3{});
   for (const ActedContact& contact : contacts_) {
-    at(sums, at(bodies.body_of_point(), contact.points[0])) += contact.force;
-    at(sums, at(bodies.body_of_point(), contact.points[1])) -= contact.force;
+    at(sums, contact.body_inside(bodies)) += contact.force;
+    at(sums, contact.penetrated_body(bodies)) -= contact.force;
   }
 }
 
-/// Tets keep the order of their corners, so it is there.
-Index tet_of(const ActedContact& contact, const Bodies& bodies) {
-  const Tet corners{contact.points[1], contact.points[2], contact.points[3], contact.points[4]};
-  for (const Index tet : bodies.point_tets()[corners[0]]) {
-    if (at(bodies.tets(), tet) == corners) return tet;
-  }
-  return -1;
+Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions) {
+  if (!contact.of_edge) return at(positions, contact.points[0]);
+  return contact.coefficients[0] * at(positions, contact.points[0]) +
+         contact.coefficients[1] * at(positions, contact.points[1]);
 }
+
+Index tet_of(const ActedContact& contact, const Bodies& bodies) {
+  const auto corners = std::span(contact.points).subspan(contact.of_edge ? 2 : 1);
+  const auto has = [&](Index tet) {
+    const Tet& all = at(bodies.tets(), tet);
+    return std::ranges::all_of(corners, [&](Index p) { return std::ranges::find(all, p) != all.end(); });
+  };
+  const std::span<const Index> tets = bodies.point_tets()[corners[0]];
+  const auto found = std::ranges::find_if(tets, has);
+  return found == tets.end() ? -1 : *found;
+}
+
+namespace {
+
+/// Of the place of a contact in a tet that has its points of the penetrated body.
+std::array<double, 4> weights_in(const ActedContact& contact, const Tet& tet) {
+  std::array<double, 4> weights{};
+  for (std::size_t k = contact.of_edge ? 2 : 1; k < contact.points.size(); ++k)
+    at(weights, std::ranges::find(tet, contact.points[k]) - tet.begin()) = -contact.coefficients[k];
+  return weights;
+}
+
+Index edge_of(const ActedContact& contact, const Bodies& bodies) {
+  if (!contact.of_edge) return -1;
+  const auto& [p, q, a, b, c] = contact.points;
+  const std::span<const Index> edges = bodies.point_edges()[p];
+  const auto joins = [&, other = q](Index edge) {
+    const Edge& ends = at(bodies.edges(), edge);
+    return ends[0] == other || ends[1] == other;
+  };
+  const auto found = std::ranges::find_if(edges, joins);
+  return found == edges.end() ? -1 : *found;
+}
+
+}  // namespace
 
 ContactForces contact_forces_of(std::span<const ActedContact> contacts, const Bodies& bodies) {
   ContactForces all;
   for (const ActedContact& c : contacts) {
     const double normal = dot(c.force, c.direction);
-    all.point.push_back(c.points[0]);
-    all.body.push_back(at(bodies.body_of_point(), c.points[1]));
-    all.tet.push_back(tet_of(c, bodies));
-    all.weights.push_back(c.weights);
+    const Index tet = tet_of(c, bodies);
+    all.point.push_back(c.of_edge && c.coefficients[1] > c.coefficients[0] ? c.points[1] : c.points[0]);
+    all.edge.push_back(edge_of(c, bodies));
+    all.body.push_back(c.penetrated_body(bodies));
+    all.tet.push_back(tet);
+    all.weights.push_back(weights_in(c, at(bodies.tets(), tet)));
     all.depth.push_back(c.depth);
     all.direction.push_back(c.direction);
     all.normal.push_back(normal);

@@ -16,14 +16,27 @@ namespace palpate {
 
 /// A contact that a step was solved with, and the force that it had.
 struct ActedContact {
-  std::array<Index, 5> points{};  ///< the point that is inside, then the corners of the penetrated tet
-  std::array<double, 4> weights{};
+  /// The point that is inside, then the corners of the penetrated tet; of an edge contact, the ends of the
+  /// edge, then the corners of the triangle of the body that it passes through.
+  std::array<Index, 5> points{};
+  std::array<double, 5> coefficients{};  ///< weights, those of the penetrated body negative
+  bool of_edge = false;
   double depth = 0.0;  ///< at the start of the step, m
   Vec3 direction{};
-  Vec3 force{};  ///< on the point, N
+  Vec3 force{};  ///< on the point or the edge, N
   ContactStatus status = ContactStatus::open;
   bool speculative = false;
+
+  [[nodiscard]] Index body_inside(const Bodies& bodies) const {
+    return bodies.body_of_point()[static_cast<std::size_t>(points.front())];
+  }
+  [[nodiscard]] Index penetrated_body(const Bodies& bodies) const {
+    return bodies.body_of_point()[static_cast<std::size_t>(points.back())];
+  }
 };
+
+/// Where the force of a contact acts: at the point, or that of the edge.
+[[nodiscard]] Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions);
 
 /// Which couplings of a step are what.
 struct CouplingRanges {
@@ -60,7 +73,8 @@ class StepForces {
   std::vector<ActedContact> contacts_;
 };
 
-/// The penetrated tet. O(tets at a point).
+/// The penetrated tet; of an edge contact, the one whose face is its triangle. -1: no tet has these corners.
+/// O(tets at a point).
 [[nodiscard]] Index tet_of(const ActedContact& contact, const Bodies& bodies);
 
 /// As users get them. O(contacts x tets at a point).

@@ -64,6 +64,18 @@ class SurfaceForces {
     const bool self = at(bodies_.body_of_point(), point) == at(bodies_.body_of_point(), contact.points[1]);
     add_below(tet, self ? point : -1, place, -contact.force, contact.direction);
   }
+  /// Its points are at the surface.
+  void add_edge(const ActedContact& contact) {
+    for (std::size_t k = 0; k < 2; ++k)
+      at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
+    const std::array<Vec3, 3> triangle{at(positions_, contact.points[2]), at(positions_, contact.points[3]),
+                                       at(positions_, contact.points[4])};
+    Vec3 there;
+    for (std::size_t k = 0; k < 3; ++k) there -= contact.coefficients[k + 2] * triangle[k];
+    const std::array<Vec3, 3> forces =
+        on_corners(triangle, there, place_of(contact, positions_), -contact.force);
+    for (std::size_t k = 0; k < 3; ++k) at(sums_, contact.points[k + 2]) += forces[k];
+  }
   [[nodiscard]] std::vector<Vec3>& sums() { return sums_; }
 
  private:
@@ -135,7 +147,12 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
                               std::span<const Vec3> positions) {
   SurfaceForces surface(bodies, positions);
   for (const ActedContact& contact : contacts) {
-    if (contact.force != Vec3{}) surface.add(contact, tet_of(contact, bodies));
+    if (contact.force == Vec3{}) continue;
+    if (contact.of_edge) {
+      surface.add_edge(contact);
+    } else {
+      surface.add(contact, tet_of(contact, bodies));
+    }
   }
   const std::span<const Triangle> triangles = bodies.triangles();
   SurfaceTractions result;

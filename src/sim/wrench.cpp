@@ -13,12 +13,12 @@ Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
                  std::span<const Vec3> positions, Index body, const Vec3& about) {
   Wrench sum{.force = {}, .torque = {}, .about = about};
   for (const ActedContact& contact : contacts) {
-    const Index inside = at(bodies.body_of_point(), contact.points[0]);
-    const Index penetrated = at(bodies.body_of_point(), contact.points[1]);
+    const Index inside = contact.body_inside(bodies);
+    const Index penetrated = contact.penetrated_body(bodies);
     if ((inside == body) == (penetrated == body)) continue;  // neither, or both: no sum
     const Vec3 force = inside == body ? contact.force : -contact.force;
     sum.force += force;
-    sum.torque += cross(at(positions, contact.points[0]) - about, force);
+    sum.torque += cross(place_of(contact, positions) - about, force);
   }
   return sum;
 }
@@ -28,8 +28,8 @@ std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts
   std::vector<PairWrench> pairs;
   const auto of = [](const PairWrench& pair) { return std::pair(pair.body_a, pair.body_b); };
   for (const ActedContact& contact : contacts) {
-    const Index inside = at(bodies.body_of_point(), contact.points[0]);
-    const Index penetrated = at(bodies.body_of_point(), contact.points[1]);
+    const Index inside = contact.body_inside(bodies);
+    const Index penetrated = contact.penetrated_body(bodies);
     const Index low = std::min(inside, penetrated);
     const Index high = std::max(inside, penetrated);
     const auto place = std::ranges::lower_bound(pairs, std::pair(low, high), {}, of);
@@ -45,7 +45,7 @@ std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts
     if (low == high) continue;
     const Vec3 on_high = inside == high ? contact.force : -contact.force;
     pair.on_b.force += on_high;
-    pair.on_b.torque += cross(at(positions, contact.points[0]) - at(centers, high), on_high);
+    pair.on_b.torque += cross(place_of(contact, positions) - at(centers, high), on_high);
   }
   return pairs;
 }

@@ -57,13 +57,10 @@ Json field_json(const FieldInfo& field) {
 }
 
 Json detection_json(const DetectionCounts& counts) {
-  return {{"contacts", counts.contacts},
-          {"border_edges", counts.border_edges},
-          {"crossings", counts.crossings},
-          {"candidates", counts.candidates},
-          {"movers", counts.movers},
-          {"dropped_cells", counts.dropped_cells},
-          {"depth_fallbacks", counts.depth_fallbacks},
+  return {{"contacts", counts.contacts},           {"border_edges", counts.border_edges},
+          {"crossings", counts.crossings},         {"edge_contacts", counts.edge_contacts},
+          {"candidates", counts.candidates},       {"movers", counts.movers},
+          {"dropped_cells", counts.dropped_cells}, {"depth_fallbacks", counts.depth_fallbacks},
           {"cell_size", counts.cell_size}};
 }
 

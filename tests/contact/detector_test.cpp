@@ -11,6 +11,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
 
+#include "contact/same_detections.hpp"
 #include "contact/scenes.hpp"
 #include "contact/ways.hpp"
 #include "geometry/box.hpp"
@@ -109,18 +110,6 @@ Detector detector_for(const ContactScene& scene, Structure structure, int thread
   return Detector(scene.bodies, settings, scene.immovable, threads);
 }
 
-/// Everything that a detection finds, to the bit.
-void expect_same(const Detector& a, const Detector& b) {
-  ASSERT_EQ(a.contacts().point, b.contacts().point);
-  ASSERT_EQ(a.contacts().body, b.contacts().body);
-  ASSERT_EQ(a.contacts().tet, b.contacts().tet);
-  ASSERT_EQ(a.contacts().weights, b.contacts().weights);
-  ASSERT_EQ(a.contacts().depth, b.contacts().depth);
-  ASSERT_EQ(a.contacts().direction, b.contacts().direction);
-  ASSERT_EQ(crossings_of(a), crossings_of(b));
-  ASSERT_EQ(a.counts().depth_fallbacks, b.counts().depth_fallbacks);
-}
-
 class DetectorOn : public ::testing::TestWithParam<int> {};
 
 TEST_P(DetectorOn, AgreesWithRationalArithmeticInTheSmall) {
@@ -192,7 +181,7 @@ TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
                    std::string(at(order_names, int(ways[w].order))) + " " +
                    std::string(at(sort_names, int(ways[w].sort))));
       detectors[w].detect(scene.positions);
-      ASSERT_NO_FATAL_FAILURE(expect_same(brute, detectors[w]));
+      ASSERT_NO_FATAL_FAILURE(test::expect_same(brute, detectors[w]));
       ASSERT_EQ(detectors[w].counts().sort.has_value(), ways[w].structure == Structure::compact);
     }
     quiet_frames += detectors[0].counts().movers < scene.positions.size() / 10 ? 1 : 0;
@@ -235,7 +224,7 @@ TEST(Detector, TinyCellsInAHugeDomainCostNeitherMemoryNorTime) {
       settings.order = order;
       Detector detector(bodies, settings);
       detector.detect(bodies.points_rest());
-      expect_same(brute, detector);
+      test::expect_same(brute, detector);
       EXPECT_EQ(detector.counts().cell_doublings, 10) << "1.2 km of 1 um: 2^30 cells";
       EXPECT_EQ(detector.counts().cell_size, std::ldexp(1e-6, 10));
     }

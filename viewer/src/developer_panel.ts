@@ -56,7 +56,7 @@ export class DeveloperPanel {
     const counts = frame.counts;
     const unit = this.stage.units.length;
     const lines: [string, string | number | undefined][] = [
-      ["contacts", counts.contacts], ["border edges", counts.border_edges], ["crossings", counts.crossings],
+      ["contacts", counts.contacts], ["border edges", counts.border_edges], ["crossings", counts.crossings], ["edge contacts", counts.edge_contacts],
       ["movers", counts.movers], ["candidates", counts.candidates],
       ["deepest", counts.deepest === undefined ? undefined : `${short(counts.deepest)} ${unit}`],
       ["cell size", `${short(counts.cell_size)} ${unit}`],

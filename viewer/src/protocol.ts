@@ -101,6 +101,7 @@ export interface Counts {
   contacts: number;
   border_edges: number;
   crossings: number;
+  edge_contacts: number;
   movers: number;
   candidates: number;
   dropped_cells: number;

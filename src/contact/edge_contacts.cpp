@@ -1,0 +1,130 @@
+#include "contact/edge_contacts.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "contact/rim_edges.hpp"
+#include "contact/rim_falloff.hpp"
+#include "geometry/predicates.hpp"
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 32;
+
+}  // namespace
+
+EdgeContactQuery::EdgeContactQuery(const Bodies& bodies)
+    : sides_(surface_sides(bodies)), query_(bodies, sides_) {
+  for (Index b = 0; b < bodies.body_count(); ++b) slack_.push_back(rim_reach(bodies, b));
+}
+
+void EdgeContactQuery::list_groups(const Bodies& bodies) {
+  const std::span<const EdgeHit> hits = query_.found();
+  const auto key = [&](const EdgeHit& hit) {
+    return std::pair(hit.edge, bodies.body_of(at(bodies.triangles(), hit.triangle)));
+  };
+  groups_.clear();
+  make_room(groups_, hits.size());
+  for (std::size_t begin = 0; begin < hits.size();) {
+    std::size_t end = begin + 1;
+    while (end < hits.size() && key(hits[end]) == key(hits[begin])) ++end;
+    groups_.push_back({begin, end});
+    begin = end;
+  }
+}
+
+/// The shortest way out for the part of an edge between two meetings.
+LineExit EdgeContactQuery::exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+                                const Meeting& in, const Meeting& out, SilhouetteSearch& search) const {
+  const Edge& ends = at(bodies.edges(), edge);
+  const Vec3& a = at(positions, ends[0]);
+  const Vec3 ab = at(positions, ends[1]) - a;
+  const double whole = length(ab);
+  const Vec3 d = normalized(ab);
+  LineExit best{out.parameter * whole, d};
+  const double back = (1.0 - in.parameter) * whole;
+  if (back < best.distance) best = {back, -d};
+  const EdgeLine line{.x = a,
+                      .d = d,
+                      .outward = outward_of_edge(bodies, sides_, positions, edge),
+                      .slack = at(slack_, bodies.body_of(at(bodies.triangles(), in.triangle)))};
+  double bound = best.distance;
+  for (const Meeting& meeting : {in, out}) {
+    const LineExit found = search.nearest(bodies, sides_, positions, meeting.triangle, line, bound);
+    if (found.direction == Vec3{}) continue;
+    best = found;
+    bound = found.distance + line.allowance(found.direction);
+  }
+  return best;
+}
+
+void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group,
+                                Scratch& scratch, std::vector<Row>& rows) const {
+  const Index edge = query_.found()[group.begin].edge;
+  const Edge& ends = at(bodies.edges(), edge);
+  const Vec3& a = at(positions, ends[0]);
+  const Vec3& b = at(positions, ends[1]);
+  std::vector<Meeting>& meetings = scratch.meetings;
+  meetings.clear();
+  for (std::size_t h = group.begin; h < group.end; ++h) {
+    const Index triangle = query_.found()[h].triangle;
+    const Triangle& t = at(bodies.triangles(), triangle);
+    const std::array<Vec3, 3> x{at(positions, t[0]), at(positions, t[1]), at(positions, t[2])};
+    const bool enters = orient3d(x[0], x[1], x[2], a) > orient3d(x[0], x[1], x[2], b);
+    meetings.push_back({triangle, crossing_parameter(a, b, x[0], x[1], x[2]), enters});
+  }
+  // Where an edge passes a corner it enters and leaves at one parameter.
+  std::ranges::sort(meetings, {},
+                    [](const Meeting& m) { return std::tuple(m.parameter, !m.enters, m.triangle); });
+  const auto add = [&](const Meeting& in, const Meeting& out) {
+    const LineExit way = exit(bodies, positions, edge, in, out, scratch.search);
+    rows.push_back(
+        {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, way.distance, way.direction});
+  };
+  const std::size_t rows_before = rows.size();
+  const Meeting* in = nullptr;
+  const Meeting* out = nullptr;
+  for (const Meeting& meeting : meetings) {
+    if (meeting.enters && out != nullptr) {
+      add(*in, *out);
+      in = out = nullptr;
+    }
+    if (meeting.enters && in == nullptr) in = &meeting;
+    if (!meeting.enters && in != nullptr) out = &meeting;
+  }
+  if (out != nullptr) add(*in, *out);
+  // It only touches, or rounding has changed the order.
+  if (rows.size() == rows_before) add(meetings.front(), meetings.back());
+}
+
+void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodies,
+                            std::span<const Vec3> positions, const PairFilter& may_touch,
+                            const ContactTable& contacts, EdgeContacts& found) {
+  query_.find(threads, bodies, positions, may_touch, contacts);
+  list_groups(bodies);
+  const std::size_t chunks = parallel::chunk_count(groups_.size(), grain);
+  if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
+  lists_.fill(threads, groups_.size(), grain,
+              [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
+                for (std::size_t g = begin; g < end; ++g)
+                  add_rows(bodies, positions, groups_[g], scratches_[begin / grain], rows);
+              });
+  lists_.join(rows_);
+  std::apply(
+      [&](auto&... column) { (resize_with_room(column, rows_.size()), ...); },
+      std::tie(found.edge, found.body, found.triangles, found.parameters, found.depth, found.direction));
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    found.edge[i] = row.edge;
+    found.body[i] = bodies.body_of(at(bodies.triangles(), row.triangles[0]));
+    found.triangles[i] = row.triangles;
+    found.parameters[i] = row.parameters;
+    found.depth[i] = row.depth;
+    found.direction[i] = row.direction;
+  }
+}
+
+}  // namespace palpate

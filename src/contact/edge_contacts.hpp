@@ -1,0 +1,67 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/detection.hpp>
+
+#include "contact/edge_query.hpp"
+#include "contact/silhouette.hpp"
+#include "mesh/surface_sides.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+/// Finds the edge contacts among bodies, and how deep they are (docs/edges.md).
+///
+/// A part of an edge that is inside a body, with both ends of the edge outside, leaves it the shortest of
+/// three ways: across itself, over the silhouette of the surface that it enters by or leaves by, or back
+/// along itself, until one end is where it came in.
+class EdgeContactQuery {
+ public:
+  explicit EdgeContactQuery(const Bodies& bodies);
+
+  /// \param contacts  of the same positions
+  /// O(of EdgeQuery + edge contacts x triangles nearer to each than its depth), parallel.
+  void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+            const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found);
+
+ private:
+  /// Where an edge meets a triangle.
+  struct Meeting {
+    Index triangle;
+    double parameter;
+    bool enters;  ///< the body, along the edge
+  };
+  /// The hits of an edge with one body: [begin, end) of the query's.
+  struct Group {
+    std::size_t begin;
+    std::size_t end;
+  };
+  struct Row {
+    Index edge;
+    std::array<Index, 2> triangles;
+    std::array<double, 2> parameters;
+    double depth;
+    Vec3 direction;
+  };
+  struct Scratch {
+    std::vector<Meeting> meetings;
+    SilhouetteSearch search;
+  };
+  void list_groups(const Bodies& bodies);
+  void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
+                std::vector<Row>& rows) const;
+  [[nodiscard]] LineExit exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+                              const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
+
+  SurfaceSides sides_;
+  EdgeQuery query_;
+  std::vector<double> slack_;  ///< (n_bodies) EdgeLine::slack
+  std::vector<Group> groups_;
+  std::vector<Scratch> scratches_;  ///< of each chunk of groups
+  parallel::ChunkedList<Row> lists_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace palpate

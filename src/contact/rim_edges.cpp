@@ -1,0 +1,102 @@
+#include "contact/rim_edges.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/vector.hpp"
+#include "mesh/faces.hpp"
+
+namespace palpate {
+namespace {
+
+/// Part of the way to the middle of its tet by which a point is moved before a walk, so that one on the
+/// surface does not walk along it.
+constexpr double inwards = 1e-4;
+
+Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
+  const Contacts& contacts = frame.table.contacts();
+  const Vec3& p = at(frame.positions, at(contacts.point, contact));
+  Vec3 middle;
+  for (const Index corner : at(frame.bodies.tets(), at(contacts.tet, contact)))
+    middle += 0.25 * at(frame.positions, corner);
+  return p + inwards * (middle - p);
+}
+
+}  // namespace
+
+Vec3 outward_of_edge(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
+                     Index edge) {
+  Vec3 sum;
+  for (const Index triangle : at(sides.triangles, edge)) {
+    if (triangle < 0) continue;
+    const Triangle& t = at(bodies.triangles(), triangle);
+    sum += normalized(
+        cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0])));
+  }
+  return sum;
+}
+
+bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found) {
+  const Contacts& contacts = frame.table.contacts();
+  const Edge& ends = at(frame.bodies.edges(), edge);
+  found.edge = edge;
+  for (std::size_t i = 0; i < 2; ++i) found.contacts[i] = frame.table.find(ends[i], at(contacts.body, c));
+  const Vec3& a = at(frame.positions, ends[0]);
+  const EdgeLine line{.x = a,
+                      .d = normalized(at(frame.positions, ends[1]) - a),
+                      .outward = outward_of_edge(frame.bodies, frame.sides, frame.positions, edge),
+                      .slack = frame.reach};
+  const bool is_link = found.contacts[0] >= 0 && found.contacts[1] >= 0;
+  if (!(is_link ? find_link(frame, line, found) : find_border(frame, c, line, found))) return false;
+  return found.depth > 0.0 && found.depth <= frame.reach;
+}
+
+/// Over the silhouette of the face that it leaves by.
+bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& line, RimEdge& found) {
+  const Contacts& contacts = frame.table.contacts();
+  const Edge& ends = at(frame.bodies.edges(), found.edge);
+  const bool first_inside = found.contacts[0] >= 0;
+  const Vec3& out = at(frame.positions, ends[first_inside ? 1 : 0]);
+  const Vec3 from = moved_inwards(frame, c);
+  const double whole = length(out - from);
+  const WayAhead way =
+      way_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from, normalized(out - from), whole);
+  if (!way.leaves()) return false;
+  found.triangle = frame.triangle_of_face(frame.bodies, way.tet, way.opposite);
+  const double part = way.distance / whole;
+  found.parameter = first_inside ? part : 1.0 - part;
+  const LineExit exit =
+      silhouettes_.nearest(frame.bodies, frame.sides, frame.positions, found.triangle, line, frame.reach);
+  found.depth = exit.distance;
+  found.direction = exit.direction;
+  return exit.direction != Vec3{} && line.allowance(exit.direction) == 0.0;
+}
+
+/// Through the nearest face that its own body can leave by, as seen from the middle of the edge.
+bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge& found) {
+  const Contacts& contacts = frame.table.contacts();
+  const Vec3 from = moved_inwards(frame, found.contacts[0]);
+  const Vec3 to = moved_inwards(frame, found.contacts[1]);
+  const double half = 0.5 * length(to - from);
+  const WayAhead way = way_ahead(frame.bodies, frame.positions, at(contacts.tet, found.contacts[0]), from,
+                                 normalized(to - from), half);
+  if (way.leaves() || way.tet < 0) return false;
+  const Vec3 middle = 0.5 * (from + to);
+  const auto across = [&](const Vec3& normal) { return normalized(normal - dot(normal, line.d) * line.d); };
+  const SurfacePoint face =
+      faces_.nearest_of(frame.bodies, frame.positions, way.tet, middle, frame.reach, [&](const Vec3& normal) {
+        constexpr double clearly = 0.5;  // not nearly along the edge
+        const Vec3 direction = across(normal);
+        return dot(direction, normal) > clearly * length(normal) && line.allowance(direction) == 0.0;
+      });
+  if (face.outward == Vec3{}) return false;
+  found.direction = across(face.outward);
+  // From the edge itself, which is not just where the walk went.
+  const Vec3 on_edge = 0.5 * (at(frame.positions, at(contacts.point, found.contacts[0])) +
+                              at(frame.positions, at(contacts.point, found.contacts[1])));
+  found.depth = dot(face.position - on_edge, face.outward) / dot(found.direction, face.outward);
+  return true;
+}
+
+}  // namespace palpate

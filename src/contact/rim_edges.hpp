@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <palpate/detection.hpp>
+
+#include "contact/contact_table.hpp"
+#include "contact/nearest_surface.hpp"
+#include "contact/silhouette.hpp"
+#include "mesh/surface_sides.hpp"
+
+namespace palpate {
+
+/// A surface edge with an end in contact near a rim of the body.
+struct RimEdge {
+  Index edge = -1;
+  std::array<Index, 2> contacts{-1, -1};  ///< of its ends with the body; -1: outside
+  /// Where it leaves the body, if an end is outside: the triangle, and the place, 0 at the edge's first
+  /// point.
+  Index triangle = -1;
+  double parameter = 0.0;
+  double depth = 0.0;  ///< by which the edge must move to leave, m
+  Vec3 direction;      ///< unit; along it
+};
+
+/// Finds how edges at rims leave the body (docs/edges.md). The plane of a point near a rim says little: where
+/// faces lie flush it is that of the side. The edges there know which way their own body can go. Keeps its
+/// memory between searches; one for each thread.
+class RimEdgeSearch {
+ public:
+  /// What searches are made in.
+  struct Frame {
+    const Bodies& bodies;
+    const SurfaceSides& sides;
+    const TriangleOfFace& triangle_of_face;
+    std::span<const Vec3> positions;
+    const ContactTable& table;
+    double reach = 0.0;  ///< m; edges deeper than that are left out
+  };
+
+  /// A surface edge at the point of contact `c`; false where it does not leave the body in a way that its own
+  /// body can take, or is not inside at all. O(tets along the edge + triangles, or tets,
+  /// nearer than its depth).
+  bool find(const Frame& frame, Index c, Index edge, RimEdge& found);
+
+ private:
+  bool find_border(const Frame& frame, Index c, const EdgeLine& line, RimEdge& found);
+  bool find_link(const Frame& frame, const EdgeLine& line, RimEdge& found);
+
+  SilhouetteSearch silhouettes_;
+  ExitSearch faces_;
+};
+
+/// Of the normals of the triangles at a surface edge, each as a unit vector.
+[[nodiscard]] Vec3 outward_of_edge(const Bodies& bodies, const SurfaceSides& sides,
+                                   std::span<const Vec3> positions, Index edge);
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+#include "contact/silhouette.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t most_triangles = 256;
+/// Of the length of a side: a line nearer to it than this leaves across it, whatever rounding says.
+constexpr double at_side = 1e-6;
+
+Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
+  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+}
+
+Vec3 across(const Vec3& a, const Vec3& d) {
+  return a - dot(a, d) * d;
+}
+
+/// The way from the line to a side of a triangle, as seen along the line; `third` is the triangle's other
+/// corner. All relative to the line, across it.
+LineExit exit_over(const Vec3& a, const Vec3& b, const Vec3& third) {
+  const Vec3 ab = b - a;
+  const double l2 = squared_length(ab);
+  const double t = l2 > 0.0 ? std::clamp(-dot(a, ab) / l2, 0.0, 1.0) : 0.0;
+  const Vec3 way = a + t * ab;
+  const double distance = length(way);
+  if (distance * distance > at_side * at_side * l2) return {distance, (1.0 / distance) * way};
+  const Vec3 inward = third - a;
+  const Vec3 outward = l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
+  return {distance, normalized(outward)};
+}
+
+}  // namespace
+
+bool SilhouetteSearch::has_reached(Index triangle) const {
+  return std::ranges::find(reached_, triangle) != reached_.end();
+}
+
+void SilhouetteSearch::look_at(const Bodies& bodies, const SurfaceSides& sides,
+                               std::span<const Vec3> positions, const EdgeLine& line, const Reached& here,
+                               Best& best) {
+  const Triangle& corners = at(bodies.triangles(), here.triangle);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Index other = at(sides.neighbors, here.triangle)[i];
+    if (other >= 0 && other == here.from) continue;
+    const auto place = [&](std::size_t k) { return across(at(positions, corners[k]) - line.x, line.d); };
+    const LineExit exit = exit_over(place((i + 1) % 3), place((i + 2) % 3), place(i));
+    if (exit.distance >= best.bound) continue;
+    const bool goes_on =
+        other >= 0 && (dot(area_vector(positions, at(bodies.triangles(), other)), line.d) > 0.0) == ahead_;
+    if (!goes_on) {
+      const double bound = exit.distance + line.allowance(exit.direction);
+      if (bound < best.bound) best = {exit, bound};
+    } else if (!has_reached(other)) {
+      reached_.push_back(other);
+      heap_.push_back({exit.distance, other, here.triangle});
+      std::ranges::push_heap(heap_, std::greater{}, &Reached::distance);
+    }
+  }
+}
+
+LineExit SilhouetteSearch::nearest(const Bodies& bodies, const SurfaceSides& sides,
+                                   std::span<const Vec3> positions, Index triangle, const EdgeLine& line,
+                                   double limit) {
+  ahead_ = dot(area_vector(positions, at(bodies.triangles(), triangle)), line.d) > 0.0;
+  Best best{{}, limit};
+  heap_.assign(1, {0.0, triangle, -1});
+  reached_.assign(1, triangle);
+  while (!heap_.empty() && reached_.size() < most_triangles) {
+    std::ranges::pop_heap(heap_, std::greater{}, &Reached::distance);
+    const Reached here = heap_.back();
+    heap_.pop_back();
+    if (here.distance >= best.bound) break;
+    look_at(bodies, sides, positions, line, here, best);
+  }
+  return best.exit;
+}
+
+}  // namespace palpate

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "geometry/vector.hpp"
+#include "mesh/surface_sides.hpp"
+
+namespace palpate {
+
+/// How far a straight line through a body is from leaving it sideways.
+struct LineExit {
+  double distance = 0.0;  ///< m
+  Vec3 direction;         ///< unit, across the line: moved by the distance along it, the line only touches
+};
+
+/// A straight line that is an edge of another body.
+struct EdgeLine {
+  Vec3 x;              ///< a point of it
+  Vec3 d;              ///< unit
+  Vec3 outward;        ///< sum of the normals of its body's triangles there
+  double slack = 0.0;  ///< m, see allowance()
+
+  /// What counts against a way out along `direction`: `slack` where it does not lead the line's own body
+  /// away, as it lies on the other side.
+  [[nodiscard]] double allowance(const Vec3& direction) const {
+    constexpr double clearly = 0.1;
+    return dot(direction, outward) < -clearly * length(outward) ? 0.0 : slack;
+  }
+};
+
+/// Finds the nearest part of a body's silhouette, as seen along a line that enters or leaves the body: the
+/// sides between triangles that face the same way along the line and those that do not. The triangles that
+/// hang together with the one that the line crosses, and face as it does, are looked through in the order of
+/// their distance from the line. A way out that the line's own body cannot take loses against one that it can
+/// and that is not much longer: where faces lie flush, the nearest silhouette is the side that both share.
+/// Keeps its memory between searches; one for each thread.
+class SilhouetteSearch {
+ public:
+  SilhouetteSearch() {
+    heap_.reserve(256);
+    reached_.reserve(256);
+  }
+
+  /// The nearest silhouette, allowances added, if that is less than `limit`; else one without a direction.
+  /// No more than 256 triangles are looked through. \param triangle  that the line crosses
+  /// O(triangles nearer than the result, squared).
+  LineExit nearest(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
+                   Index triangle, const EdgeLine& line, double limit);
+
+ private:
+  struct Reached {
+    double distance;
+    Index triangle;
+    Index from;  ///< the triangle that it was reached from
+  };
+  struct Best {
+    LineExit exit;
+    double bound = 0.0;  ///< its distance and allowance
+  };
+  void look_at(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
+               const EdgeLine& line, const Reached& here, Best& best);
+  [[nodiscard]] bool has_reached(Index triangle) const;
+
+  bool ahead_ = false;         ///< triangles face along the line
+  std::vector<Reached> heap_;  ///< the nearest first
+  std::vector<Index> reached_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+#include "sim/pair_support.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Part of the variance of all contacts that those which hold need to have: 4 x 4 cells that lie flush have
+/// it.
+constexpr double enough = 0.3;
+/// Added to both, times the whole variance of all: across a flat contact neither has any.
+constexpr double floor_of_variance = 0.01;
+
+/// Whether a symmetric matrix (xx, yy, zz, xy, xz, yz) is positive definite, by Cholesky.
+bool is_positive(const std::array<double, 6>& m) {
+  if (!(m[0] > 0.0)) return false;
+  const double yy = m[1] - m[3] * m[3] / m[0];
+  const double yz = m[5] - m[3] * m[4] / m[0];
+  const double zz = m[2] - m[4] * m[4] / m[0];
+  return yy > 0.0 && zz - yz * yz / yy > 0.0;
+}
+
+}  // namespace
+
+void PairSupport::Moments::add(double w, const Vec3& x) {
+  weight += w;
+  first += w * x;
+  const std::array<double, 6> products{x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.x * x.z, x.y * x.z};
+  for (std::size_t k = 0; k < 6; ++k) second[k] += w * products[k];
+}
+
+std::array<double, 6> PairSupport::Moments::variance() const {
+  if (!(weight > 0.0)) return {};
+  const Vec3 m = (1.0 / weight) * first;
+  const std::array<double, 6> of_mean{m.x * m.x, m.y * m.y, m.z * m.z, m.x * m.y, m.x * m.z, m.y * m.z};
+  std::array<double, 6> variance{};
+  for (std::size_t k = 0; k < 6; ++k) variance[k] = second[k] / weight - of_mean[k];
+  return variance;
+}
+
+/// From the least t with which held - t all is not positive, found by halving.
+double PairSupport::lack_of(const Support& support) {
+  std::array<double, 6> all = support.all.variance();
+  std::array<double, 6> held = support.held.variance();
+  const double floor = floor_of_variance * (all[0] + all[1] + all[2]);
+  if (!(floor > 0.0)) return 1.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    all[k] += floor;
+    held[k] += floor;
+  }
+  const auto holds = [&](double t) {
+    std::array<double, 6> rest{};
+    for (std::size_t k = 0; k < 6; ++k) rest[k] = held[k] - t * all[k];
+    return is_positive(rest);
+  };
+  if (holds(enough)) return 0.0;
+  double low = 0.0;
+  double high = enough;
+  constexpr int halvings = 20;
+  for (int i = 0; i < halvings; ++i) {
+    const double t = 0.5 * (low + high);
+    (holds(t) ? low : high) = t;
+  }
+  return 1.0 - low / enough;
+}
+
+void PairSupport::measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
+                          std::span<const double> scales) {
+  pairs_.clear();
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Index own = at(bodies.body_of_point(), contacts.point[c]);
+    if (own == contacts.body[c]) continue;
+    const Pair pair(std::min(own, contacts.body[c]), std::max(own, contacts.body[c]));
+    const Vec3& x = at(positions, contacts.point[c]);
+    auto place = std::ranges::lower_bound(pairs_, pair, {}, &Support::pair);
+    if (place == pairs_.end() || place->pair != pair) {
+      const auto number = place - pairs_.begin();
+      make_room(pairs_, pairs_.size() + 1);
+      place = pairs_.insert(pairs_.begin() + number, {.pair = pair, .origin = x, .all = {}, .held = {}});
+    }
+    place->all.add(1.0, x - place->origin);
+    place->held.add(scales[c], x - place->origin);
+  }
+  for (Support& support : pairs_) support.lack = lack_of(support);
+}
+
+double PairSupport::lack(Index body_a, Index body_b) const {
+  const Pair pair(std::min(body_a, body_b), std::max(body_a, body_b));
+  const auto place = std::ranges::lower_bound(pairs_, pair, {}, &Support::pair);
+  return place != pairs_.end() && place->pair == pair ? place->lack : 1.0;
+}
+
+}  // namespace palpate

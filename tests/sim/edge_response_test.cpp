@@ -1,0 +1,182 @@
+// Oracles: where bodies rest by hand; Newton's third law; a run that was not interrupted.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "sim/exact_runs.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+TetMesh moved(TetMesh mesh, const Vec3& by) {
+  for (Vec3& p : mesh.points) p += by;
+  return mesh;
+}
+
+Vec3 centre(const Simulation& simulation, Index body) {
+  return simulation.center_of_mass(body);
+}
+
+/// A bar of 0.2 x 0.02 x 0.02 of so many cells, along x or y.
+TetMesh bar(int cells, bool along_x, const Vec3& at_centre) {
+  const std::array<int, 3> n = along_x ? std::array{cells, 1, 1} : std::array{1, cells, 1};
+  const Vec3 half = along_x ? Vec3{0.1, 0.01, 0.01} : Vec3{0.01, 0.1, 0.01};
+  return test::box_mesh(n, at_centre - half, at_centre + half);
+}
+
+Simulation crossed_bars(int cells, double gap) {
+  Model model;
+  model.bodies.add("lower", bar(cells, true, {}));
+  model.bodies.add("upper", bar(cells, false, {0.003, 0.001, 0.02 + gap}));
+  model.materials.assign(2, Material{.young_modulus = 1e7});
+  model.obstacles = {1, 0};
+  SimulationSettings settings;
+  settings.time_step = 0.005;
+  settings.response.friction = 0.5;
+  return {std::move(model), settings, 2};
+}
+
+TEST(EdgeContactResponse, BarsThatCrossEdgeOnEdgeRest) {
+  for (const int cells : {1, 3, 5}) {
+    SCOPED_TRACE(cells);
+    Simulation simulation = crossed_bars(cells, 0.01);
+    for (int step = 0; step < 200; ++step) simulation.step();
+    EXPECT_EQ(simulation.detector().contacts().size(), 0U) << "no point is in the other bar";
+    EXPECT_GT(simulation.detector().edge_contacts().size(), 3U);
+    EXPECT_NEAR(centre(simulation, 1).z, 0.02, 0.0005);
+    EXPECT_LT(simulation.metrics().fastest_body, 1e-3);
+    const double weight = test::g * simulation.masses()[1];
+    EXPECT_NEAR(simulation.contact_forces()[1].z, weight, 1e-3 * weight);
+  }
+}
+
+TEST(EdgeContactResponse, WithoutEdgesABarFallsThrough) {
+  Simulation simulation = crossed_bars(1, 0.01);
+  SimulationSettings settings = simulation.settings();
+  settings.detection.edge_contacts = false;
+  simulation.change(settings);
+  for (int step = 0; step < 60; ++step) simulation.step();
+  EXPECT_LT(centre(simulation, 1).z, -0.1) << "the paper's contacts, on which the test above would fail";
+}
+
+/// Its middle is not above the lower bar.
+TEST(EdgeContactResponse, ABarThatIsNotSupportedTipsOver) {
+  Model model;
+  model.bodies.add("lower", bar(8, true, {}));
+  model.bodies.add("upper", bar(8, false, {0.0125, 0.015, 0.022}));
+  model.materials.assign(2, Material{.young_modulus = 1e7});
+  model.obstacles = {1, 0};
+  SimulationSettings settings;
+  settings.time_step = 0.005;
+  Simulation simulation(std::move(model), settings, 2);
+  for (int step = 0; step < 30; ++step) simulation.step();
+  EXPECT_GT(centre(simulation, 1).z, 0.015) << "it does not fall through";
+  for (int step = 0; step < 150; ++step) simulation.step();
+  EXPECT_LT(centre(simulation, 1).z, -0.1);
+}
+
+struct Alignment {
+  int cells;
+  double offset;     ///< m
+  double stiffness;  ///< Pa
+  double time_step;  ///< s
+};
+
+/// A box of 0.1 on a fixed one.
+Simulation box_on_box(const Alignment& a) {
+  const TetMesh box = test::box_mesh({a.cells, a.cells, a.cells}, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
+  Model model;
+  model.bodies.add("low", box);
+  model.bodies.add("high", moved(box, {a.offset, 0.5 * a.offset, 0.1005}));
+  model.materials.assign(2, Material{.young_modulus = a.stiffness});
+  model.obstacles = {1, 0};
+  SimulationSettings settings;
+  settings.time_step = a.time_step;
+  settings.response.friction = 0.5;
+  return {std::move(model), settings, 2};
+}
+
+TEST(Aligned, BoxesOfOneOrTwoCellsRestOnEachOther) {
+  for (const int cells : {1, 2}) {
+    for (const double offset : {0.0, 1e-4, 1e-3, 5e-3}) {
+      for (const auto& [stiffness, time_step] : {std::pair{1e7, 0.005}, {1e5, 0.02}, {1e8, 0.001}}) {
+        SCOPED_TRACE(std::to_string(cells) + " cells, offset " + std::to_string(offset) + ", E " +
+                     std::to_string(stiffness));
+        Simulation simulation = box_on_box({cells, offset, stiffness, time_step});
+        const int steps = static_cast<int>(std::lround(0.4 / time_step));
+        for (int step = 0; step < steps; ++step) simulation.step();
+        // By its own weight the box is shorter by rho g L^2 / 2E at the top, less at its centre.
+        const double sag = 1000.0 * test::g * 0.01 / (2.0 * stiffness);
+        EXPECT_NEAR(centre(simulation, 1).z, 0.1, 0.001 / cells + sag);
+        EXPECT_NEAR(centre(simulation, 1).x, offset, 0.001);
+      }
+    }
+  }
+}
+
+TEST(Aligned, ATowerOfTenBoxesStands) {
+  const TetMesh box = test::box_mesh({2, 2, 2}, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
+  Model model;
+  model.bodies.add("floor", test::box_mesh({4, 4, 1}, {-0.29, -0.29, -0.05}, {0.31, 0.31, 0.0}));
+  for (int i = 0; i < 10; ++i) model.bodies.add("box", moved(box, {0.0, 0.0, 0.0501 + 0.1001 * i}));
+  model.materials.assign(11, Material{.young_modulus = 1e8});
+  model.obstacles.assign(11, 0);
+  model.obstacles[0] = 1;
+  SimulationSettings settings;
+  settings.response.friction = 0.5;
+  Simulation simulation(std::move(model), settings, 2);
+  for (int step = 0; step < 150; ++step) simulation.step();
+  for (Index b = 1; b <= 10; ++b) {
+    EXPECT_NEAR(centre(simulation, b).z, 0.1 * b - 0.05, 0.0005) << b;
+    EXPECT_NEAR(centre(simulation, b).x, 0.0, 0.0005) << b;
+  }
+  EXPECT_LT(simulation.metrics().fastest_body, 1e-3);
+}
+
+TEST(EdgeContactResponse, ForcesAndTorquesAddUpToZero) {
+  Model model;
+  model.bodies.add("lower", bar(1, true, {}));
+  model.bodies.add("upper", bar(1, false, {0.003, 0.02, 0.0195}));
+  model.materials.assign(2, Material{.young_modulus = 1e6});
+  SimulationSettings settings;
+  settings.response.friction = 0.5;
+  Simulation simulation(std::move(model), settings, 1);
+  simulation.step();
+  const ContactForces forces = simulation.acting_contacts();
+  ASSERT_GT(forces.size(), 0U);
+  EXPECT_TRUE(std::ranges::all_of(forces.edge, [](Index edge) { return edge >= 0; }));
+  const Vec3 on_upper = simulation.contact_forces()[1];
+  EXPECT_GT(on_upper.z, 0.1);
+  EXPECT_LT(length(on_upper + simulation.contact_forces()[0]), 1e-13 * length(on_upper));
+  const Wrench upper = simulation.contact_wrench(1, {});
+  const Wrench lower = simulation.contact_wrench(0, {});
+  EXPECT_LT(length(upper.torque + lower.torque), 1e-13 * length(upper.torque));
+  Vec3 sum;
+  for (std::size_t c = 0; c < forces.size(); ++c) sum += (forces.body[c] == 0 ? 1.0 : -1.0) * forces.force(c);
+  EXPECT_LT(length(sum - on_upper), 1e-13 * length(on_upper)) << "listed with their forces";
+}
+
+TEST(EdgeContactResponse, ARunGoesOnFromASavedStateToTheBit) {
+  for (const bool bars : {true, false}) {
+    const auto make = [&] { return bars ? crossed_bars(1, 0.001) : box_on_box({1, 1e-3, 1e6, 0.005}); };
+    Simulation whole = make();
+    for (int step = 0; step < 12; ++step) whole.step();
+    const std::vector<std::byte> saved = whole.save();
+    for (int step = 0; step < 30; ++step) whole.step();
+    Simulation resumed = make();
+    resumed.restore(saved);
+    for (int step = 0; step < 30; ++step) resumed.step();
+    EXPECT_EQ(resumed.state_hash(), whole.state_hash());
+  }
+}
+
+}  // namespace
+}  // namespace palpate
