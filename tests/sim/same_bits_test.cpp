@@ -22,7 +22,8 @@ std::vector<std::string> hashes(Simulation simulation, int steps) {
     simulation.step();
     if ((i + 1) % 10 == 0) all.push_back(simulation.state_hash());
   }
-  EXPECT_GT(simulation.metrics().detection.contacts, 0U);
+  const DetectionCounts& counts = simulation.metrics().detection;
+  EXPECT_GT(counts.contacts + counts.edge_contacts, 0U);
   return all;
 }
 
