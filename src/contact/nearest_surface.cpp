@@ -179,8 +179,8 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
   return true;
 }
 
-double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                     const Vec3& direction) {
+StraightWay straight_way(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                         const Vec3& direction, double longest) {
   constexpr int most_tets = 256;  // of a way that rounding turned into a circle
   constexpr double lost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_tets; ++i) {
@@ -199,11 +199,17 @@ double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Inde
         through = opposite;
       }
     }
-    if (through == 4) return lost;
+    if (through == 4) return {lost, -1};
+    if (exit >= longest) return {longest, tet};
     tet = at(bodies.tet_neighbors(), tet)[through];
-    if (tet < 0) return std::max(0.0, exit);
+    if (tet < 0) return {std::max(0.0, exit), -1};
   }
-  return lost;
+  return {lost, -1};
+}
+
+double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction) {
+  return straight_way(bodies, positions, tet, p, direction, std::numeric_limits<double>::infinity()).length;
 }
 
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,

@@ -123,6 +123,17 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
   }
 }
 
+/// Where a straight way through a body ends.
+struct StraightWay {
+  double length = 0.0;  ///< of what is in the body; infinite where rounding lost the way
+  Index tet = -1;       ///< that holds the end; -1: the way leaves the body, or is lost
+};
+
+/// The straight way from p, a point in `tet`, along the unit vector `direction`, up to the surface or to
+/// `longest`. O(tets on the way).
+StraightWay straight_way(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                         const Vec3& direction, double longest);
+
 /// How far the surface is on the straight way from p, a point in `tet`, along the unit vector `direction`: no
 /// nearest surface point is further. Infinite where the way is lost. O(tets on the way).
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
