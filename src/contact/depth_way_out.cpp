@@ -13,8 +13,8 @@ namespace palpate {
 namespace {
 
 /// Depths, in edges, up to which nothing changes and from which all of it does, by the deepest of a region.
-constexpr double shallow = 0.1;
-constexpr double deep = 0.2;
+constexpr double shallow = 0.2;
+constexpr double deep = 0.4;
 /// Agreement and certainty from which the mean plane counts fully.
 constexpr double enough_agreement = 0.2;
 constexpr double enough_certainty = 0.7;
