@@ -37,6 +37,7 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
   propagate(frame);
   balance(frame);
   finish(frame);
+  lead_out(frame);
   DepthCounts counts = count();
   counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
   return counts;
@@ -212,7 +213,9 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return;
   }
   const double agreement = length(normal);
-  contacts.depth[c] = std::max(0.0, mean) * std::min(1.0, agreement / full_agreement) *
+  estimate.mean = std::max(0.0, mean);
+  estimate.agreement = agreement;
+  contacts.depth[c] = estimate.mean * std::min(1.0, agreement / full_agreement) *
                       std::min(1.0, estimate.certainty / full_certainty);
   contacts.direction[c] = normalized(normal);
   contacts.certainty[c] = std::min(1.0, agreement * estimate.certainty);

@@ -30,7 +30,8 @@ namespace palpate {
 /// contacts are averages of all their neighbours at once (a linear system, with the paper's values as first
 /// guess), for only then nothing jumps where a point enters or leaves the body. Normals turn continuously
 /// along the surface. A depth is never less than the distance to the surface. Where a region has no border
-/// edge, the nearest surface point is taken.
+/// edge, the nearest surface point is taken. Where bodies are deep in each other, depth and direction lead
+/// out together: the point moved along its direction by its depth is outside.
 class DepthEstimate {
  public:
   explicit DepthEstimate(const Bodies& bodies);
@@ -81,6 +82,8 @@ class DepthEstimate {
     double deepest = 0.0;           ///< of the neighbours that its first guess comes from
     double bound = 0.0;             ///< no depth grows by more than the distance to a neighbour
     double certainty = 1.0;         ///< part of the planes that reaches it, 0 to 1
+    double mean = 0.0;              ///< distance to its plane, the mean of all; not negative
+    double agreement = 0.0;         ///< length of the normal of that plane
     bool fixed = false;             ///< its plane is that of its crossings alone, or the cached one
     std::uint8_t from_surface = 0;  ///< a Source
     bool cached = false;            ///< its plane is the cached one
@@ -142,6 +145,9 @@ class DepthEstimate {
   void finish(const Frame& frame);
   [[nodiscard]] DepthCounts count() const;
   void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
+  [[nodiscard]] bool find_deepest(const Frame& frame);
+  void lead_out(const Frame& frame);
+  void lead_contact_out(const Frame& frame, std::size_t c, double fraction, ExitSearch& search);
   void use_propagated_depth(const Frame& frame, std::size_t c);
   void set_unknown_depth(const Frame& frame, std::size_t c);
   Index regions_not_reached();
@@ -153,6 +159,7 @@ class DepthEstimate {
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Estimate> estimates_;       ///< (n_contacts)
   std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
+  std::vector<double> deepest_;           ///< (n_contacts) of the region of each, in edges
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< of each chunk of contacts

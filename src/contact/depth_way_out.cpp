@@ -1,0 +1,148 @@
+// Depth and direction of deep contacts lead out of the body together: the last part of DepthEstimate, derived
+// in docs/depth.md.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact/depth.hpp"
+#include "contact/nearest_surface.hpp"
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Depths, in edges, up to which nothing changes and from which all of it does, by the deepest of a region.
+constexpr double shallow = 0.2;
+constexpr double deep = 0.4;
+/// Agreement and certainty from which the mean plane counts fully.
+constexpr double enough_agreement = 0.2;
+constexpr double enough_certainty = 0.7;
+/// How far inside the end of the mean way is, in lengths of that way, where nothing of the mean is left.
+constexpr double lost_at = 2.0;
+/// The same, where a direction counts as uncertain: from there on the nearest surface may change at once.
+constexpr double uncertain_at = 0.3;
+/// Faces within so many times the distance of the nearest count, so that the end slides over edges.
+constexpr double tie = 1.6;
+/// Bound of the distance of their mean plane, in distances of the nearest: they may face all ways.
+constexpr double furthest_plane = 1.5;
+/// A mean of faces that do not face one way may be inside. So the way goes on, by what the length of their
+/// mean normal lacks of one times this, up to a part of the distance.
+constexpr double overshoot_by_turn = 20.0;
+constexpr double most_overshoot = 0.3;
+
+/// Where a way leads: from p by `length` towards `target`.
+struct WayOut {
+  Vec3 target;
+  double length = 0.0;
+  double inside = 0.0;  ///< how far inside its middle part ends; 0: that leads out by itself, or is lost
+};
+
+/// The way from p, a point in `tet`: straight on by `straight`, from there to the surface. `mean_part`, from
+/// 0 to 1: 0 leads to the nearest surface point itself, 1 to a mean of what is about as near.
+WayOut find_way_out(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                    const Vec3& direction, double straight, double mean_part, Index without,
+                    ExitSearch& search) {
+  const Vec3 end = p + straight * direction;
+  const WayAhead way = straight > 0.0 ? way_ahead(bodies, positions, tet, p, direction, straight)
+                                      : WayAhead{.tet = tet, .distance = 0.0};
+  // Where rounding loses the way, it is left as long as nothing.
+  if (way.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
+  if (way.leaves()) return {end, straight, 0.0};
+  const SurfacePoint nearest =
+      search.nearest(bodies, positions, way.tet, end, without, std::numeric_limits<double>::infinity(), -1.0);
+  const double inside = nearest.distance;
+  if (!std::isfinite(inside)) return {end, inside, 0.0};
+  if (!(mean_part > 0.0)) return {nearest.position, straight + inside, inside};
+  const double reach = (1.0 + (tie - 1.0) * mean_part) * inside;
+  double sum = 0.0;
+  double offset = 0.0;
+  Vec3 normal;
+  search.for_each_face(bodies, positions, way.tet, end, without, reach,
+                       [&](Index there, std::size_t opposite, const Vec3& x, double distance) {
+                         const double excess = inside / distance - inside / reach;
+                         const double weight = excess * excess;
+                         if (!std::isfinite(weight)) return;  // it is at the end itself
+                         const Vec3 n = face_normal(bodies, positions, there, opposite);
+                         sum += weight;
+                         offset += weight * dot(x - end, n);
+                         normal += weight * n;
+                       });
+  const double agreement = length(normal) / sum;
+  if (!(agreement > 0.0) || !(offset > 0.0)) return {nearest.position, straight + inside, inside};
+  const double to_plane = std::min(offset / (agreement * sum), furthest_plane * inside);
+  const double overshoot = std::min(most_overshoot, overshoot_by_turn * std::max(0.0, 1.0 - agreement));
+  return {end + to_plane * normalized(normal), straight + (1.0 + mean_part * overshoot) * inside, inside};
+}
+
+}  // namespace
+
+/// Of each connected region of contacts the deepest, in edges of the point: whether shallow contacts in it
+/// are a part of something deep. Says no where no contact is deep. O(contacts + links).
+bool DepthEstimate::find_deepest(const Frame& frame) {
+  const Contacts& contacts = frame.table.contacts();
+  const auto relative = [&](std::size_t c) { return contacts.depth[c] / system_.nodes[c].length; };
+  bool any = false;
+  for (std::size_t c = 0; c < contacts.size() && !any; ++c) any = relative(c) > shallow;
+  if (!any) return false;
+  constexpr double unknown = -1.0;
+  assign_with_room(deepest_, contacts.size(), unknown);
+  make_room(frontier_, contacts.size());
+  for (std::size_t seed = 0; seed < contacts.size(); ++seed) {
+    if (deepest_[seed] != unknown) continue;
+    frontier_.assign(1, static_cast<Index>(seed));
+    double deepest = deepest_[seed] = relative(seed);
+    for (std::size_t next = 0; next < frontier_.size(); ++next) {
+      const Range links = at(frame.links.ranges_of_links(), frontier_[next]);
+      for (Index l = links.begin; l < links.end; ++l) {
+        const Index other = at(frame.links.links(), l);
+        if (at(deepest_, other) != unknown) continue;
+        at(deepest_, other) = relative(static_cast<std::size_t>(other));
+        deepest = std::max(deepest, at(deepest_, other));
+        frontier_.push_back(other);
+      }
+    }
+    for (const Index c : frontier_) at(deepest_, c) = deepest;
+  }
+  return true;
+}
+
+void DepthEstimate::lead_out(const Frame& frame) {
+  if (!find_deepest(frame)) return;
+  parallel::for_chunks(frame.threads, estimates_.size(), contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         for (std::size_t c = begin; c < end; ++c) {
+                           const double fraction =
+                               std::clamp((deepest_[c] - shallow) / (deep - shallow), 0.0, 1.0);
+                           if (fraction > 0.0) lead_contact_out(frame, c, fraction, scratches_[chunk].search);
+                         }
+                       });
+}
+
+void DepthEstimate::lead_contact_out(const Frame& frame, std::size_t c, double fraction, ExitSearch& search) {
+  Contacts& contacts = frame.table.contacts();
+  const Estimate& estimate = estimates_[c];
+  if (estimate.rough || estimate.from_surface == no_border) return;
+  const Vec3& p = at(frame.positions, contacts.point[c]);
+  const Vec3 direction = contacts.direction[c];
+  const double mean = estimate.mean * std::min(1.0, estimate.agreement / enough_agreement) *
+                      std::min(1.0, estimate.certainty / enough_certainty);
+  const auto way_of = [&](double part) {
+    return find_way_out(frame.bodies, frame.positions, contacts.tet[c], p, direction, part * mean, part,
+                        own_point(frame, c), search);
+  };
+  WayOut way = way_of(1.0);
+  double certainty = 1.0;
+  if (way.inside > 0.0) {
+    const double part = mean > 0.0 ? std::max(0.0, 1.0 - way.inside / (lost_at * mean)) : 0.0;
+    certainty = part > 0.0 ? part * std::max(0.0, 1.0 - way.inside / (uncertain_at * mean)) : 0.0;
+    if (part < 1.0) way = way_of(part);
+  }
+  const Vec3 out = normalized(way.target - p);
+  if (!std::isfinite(way.length) || out == Vec3{}) return;  // lost, or on the surface
+  contacts.depth[c] += fraction * (way.length - contacts.depth[c]);
+  contacts.direction[c] = normalized((1.0 - fraction) * direction + fraction * out);
+  contacts.certainty[c] *= 1.0 - fraction * (1.0 - certainty);
+}
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+// Two balls that hit each other off their centres, without gravity. Oracle: nothing outside turns them, so
+// the sum of their angular momenta stays. docs/time-integration.md says what is lost and where.
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double density = 1000.0;
+
+std::vector<double> masses(const Bodies& bodies) {
+  std::vector<double> result(bodies.points_rest().size(), 0.0);
+  const auto x = [&](Index p) { return at(bodies.points_rest(), p); };
+  for (const Tet& t : bodies.tets()) {
+    const double volume = dot(cross(x(t[1]) - x(t[0]), x(t[2]) - x(t[0])), x(t[3]) - x(t[0])) / 6.0;
+    for (const Index corner : t) at(result, corner) += 0.25 * density * volume;
+  }
+  return result;
+}
+
+Model balls_off_center(double offset, double young_modulus, double speed) {
+  Model model;
+  for (int i = 0; i < 2; ++i) {
+    const double side = 2.0 * i - 1.0;
+    TetMesh ball = test::ball_mesh(6, {0, 0, 0}, 0.05);
+    for (Vec3& p : ball.points)
+      p = test::rotated(p, {1, 2, 0}, 0.3 * i) + Vec3{0.06 * side, 0.5 * offset * side, 0.0};
+    std::string name("ball ");
+    name += std::to_string(i);
+    model.bodies.add(std::move(name), std::move(ball));
+  }
+  model.materials.assign(2, {.young_modulus = young_modulus, .density = density});
+  for (const Index body : model.bodies.body_of_point())
+    model.velocities.push_back({speed * (1 - 2 * body), 0, 0});
+  return model;
+}
+
+/// Change of the angular momentum by a collision at 0.5 m/s each, as a part of it.
+double change_of_momentum(double offset, double young_modulus, double time_step) {
+  SimulationSettings settings;
+  settings.time_step = time_step;
+  settings.gravity = {};
+  settings.solver = {.tolerance = 1e-8, .max_iterations = 3000};
+  Simulation simulation(balls_off_center(offset, young_modulus, 0.5), settings, 1);
+  const std::vector<double> mass = masses(simulation.bodies());
+  const auto momentum = [&] {
+    Vec3 sum;
+    for (std::size_t p = 0; p < mass.size(); ++p)
+      sum += mass[p] * cross(simulation.positions()[p], simulation.velocities()[p]);
+    return sum;
+  };
+  const Vec3 before = momentum();
+  bool met = false;
+  while (simulation.metrics().time < 0.4) {
+    simulation.step();
+    met = met || simulation.contact_forces().front() != Vec3{};
+  }
+  EXPECT_TRUE(met);
+  return length(momentum() - before) / length(before);
+}
+
+TEST(Momentum, OfBallsThatCollideOffTheirCentersStays) {
+  for (const double young_modulus : {3e4, 3e5}) {
+    for (const double offset : {0.03, 0.05, 0.07}) {
+      SCOPED_TRACE(std::to_string(young_modulus) + " Pa, offset " + std::to_string(offset));
+      EXPECT_LT(change_of_momentum(offset, young_modulus, 0.002), 0.01);
+      EXPECT_LT(change_of_momentum(offset, young_modulus, 0.01), 0.03);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
