@@ -37,9 +37,11 @@ inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "s
 /// The force acts on the point; its reaction, on the penetrated body, acts at the same place. So a sum over
 /// both bodies is zero to rounding, torques too. Structure of arrays.
 struct ContactForces {
-  std::vector<Index> point;                    ///< (n) the point that is inside
-  std::vector<Index> body;                     ///< (n) the penetrated body
-  std::vector<Index> tet;                      ///< (n) the penetrated tet
+  std::vector<Index> point;  ///< (n) the point that is inside
+  std::vector<Index> body;   ///< (n) the penetrated body
+  /// (n) the penetrated tet; -1: two edges that would have passed each other (docs/continuous.md), of which
+  /// `point` is one end and weights are those of both of the other body's and then of the other end, -s.
+  std::vector<Index> tet;
   std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the point in the tet, corner order
   std::vector<double> depth;  ///< (n) at the start of the step, m; negative: the gap of a speculative contact
   std::vector<Vec3> direction;            ///< (n x 3) unit vector out of the penetrated body

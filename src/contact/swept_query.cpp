@@ -78,18 +78,27 @@ std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads,
                                                std::span<const Vec3> end, const PairFilter& filter,
                                                const SweptSettings& settings) {
   const Step step{threads, start, end, filter, settings};
-  counts_ = {};
-  contacts_.clear();
-  sweep_clusters(step);
-  sweep_bodies();
-  find_body_pairs(step);
-  counts_.body_pairs = body_pairs_.size();
+  begin(step);
   if (body_pairs_.empty()) return contacts_;
   mark_clusters();
   find_cluster_pairs(step);
   counts_.cluster_pairs = pairs_.size();
   test_pairs(step);
   return contacts_;
+}
+
+void SweptQuery::count(const parallel::Threads& threads, std::span<const Vec3> start,
+                       std::span<const Vec3> end, const PairFilter& filter, const SweptSettings& settings) {
+  begin({threads, start, end, filter, settings});
+}
+
+void SweptQuery::begin(const Step& step) {
+  counts_ = {};
+  contacts_.clear();
+  sweep_clusters(step);
+  sweep_bodies();
+  find_body_pairs(step);
+  counts_.body_pairs = body_pairs_.size();
 }
 
 /// Boxes hold the rounding of the motion's places and are grown by the tolerance, so that what touches within

@@ -59,6 +59,10 @@ class SweptQuery {
                                      std::span<const Vec3> end, const PairFilter& filter,
                                      const SweptSettings& settings);
 
+  /// Only the pairs of bodies that could pass, for counts(). O(surface points + bodies log bodies + pairs).
+  void count(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
+             const PairFilter& filter, const SweptSettings& settings);
+
   [[nodiscard]] const SweptCounts& counts() const { return counts_; }
   [[nodiscard]] const SweptSurface& surface() const { return surface_; }
 
@@ -76,6 +80,7 @@ class SweptQuery {
     const PairFilter& filter;
     const SweptSettings& settings;
   };
+  void begin(const Step& step);
   void sweep_clusters(const Step& step);
   void sweep_bodies();
   void find_body_pairs(const Step& step);

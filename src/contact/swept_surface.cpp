@@ -13,18 +13,6 @@ Index edge_between(const Bodies& bodies, Index a, Index b) {
   return -1;
 }
 
-/// Six times the volume of the tet behind a triangle, by twice the area.
-double height_behind(const Bodies& bodies, Index triangle) {
-  const Tet& tet = at(bodies.tets(), tet_behind(bodies, triangle));
-  std::array<Vec3, 4> x;
-  for (std::size_t i = 0; i < 4; ++i) x[i] = at(bodies.points_rest(), tet[i]);
-  const double volume = dot(cross(x[1] - x[0], x[2] - x[0]), x[3] - x[0]);
-  const Triangle& t = at(bodies.triangles(), triangle);
-  const Vec3& a = at(bodies.points_rest(), t[0]);
-  const double area = length(cross(at(bodies.points_rest(), t[1]) - a, at(bodies.points_rest(), t[2]) - a));
-  return area > 0.0 ? volume / area : 0.0;
-}
-
 /// Appends what is not in another row yet, ascending.
 class OwnedRows {
  public:
@@ -104,6 +92,17 @@ Index tet_behind(const Bodies& bodies, Index triangle) {
     return tet;
   }
   return -1;
+}
+
+double height_behind(const Bodies& bodies, Index triangle) {
+  const Tet& tet = at(bodies.tets(), tet_behind(bodies, triangle));
+  std::array<Vec3, 4> x;
+  for (std::size_t i = 0; i < 4; ++i) x[i] = at(bodies.points_rest(), tet[i]);
+  const double volume = dot(cross(x[1] - x[0], x[2] - x[0]), x[3] - x[0]);
+  const Triangle& t = at(bodies.triangles(), triangle);
+  const Vec3& a = at(bodies.points_rest(), t[0]);
+  const double area = length(cross(at(bodies.points_rest(), t[1]) - a, at(bodies.points_rest(), t[2]) - a));
+  return area > 0.0 ? volume / area : 0.0;
 }
 
 }  // namespace palpate

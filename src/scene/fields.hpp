@@ -265,6 +265,7 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.words_or_number("cell_size", contact.detection.cell_size, cell_size_rule_names, above(0));
   v.word_or_number("cells_per_primitive", contact.detection.cells_per_primitive, "exact", within(1, 27));
   v.field("coherence", contact.detection.coherence);
+  v.field("continuous", contact.detection.continuous);
   v.optional("budget", contact.detection.budget);
   v.rule(!contact.detection.budget ||
              (contact.detection.structure == Structure::compact && !contact.detection.cells_per_primitive),

@@ -24,6 +24,12 @@ struct ContactOutcome {
   ContactStatus status = ContactStatus::open;
 };
 
+/// A law for what would pass through another body within the step (SweptResponse), and what it holds apart.
+struct StopOfPassing {
+  fem::ContactLaw law;
+  fem::Coupling coupling;
+};
+
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
 ///
@@ -91,6 +97,10 @@ class ContactResponse {
                                        ContactTable& table, std::span<const Vec3> positions_end,
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
+
+  /// Appends laws and couplings of what would pass within the step. They are no contacts: the next step knows
+  /// nothing of them. O(stops).
+  void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }

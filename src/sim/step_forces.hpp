@@ -9,6 +9,7 @@
 #include <palpate/mesh.hpp>
 
 #include "fem/coupling.hpp"
+#include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/response.hpp"
 
@@ -16,13 +17,24 @@ namespace palpate {
 
 /// A contact that a step was solved with, and the force that it had.
 struct ActedContact {
-  std::array<Index, 5> points{};  ///< the point that is inside, then the corners of the penetrated tet
-  std::array<double, 4> weights{};
-  double depth = 0.0;  ///< at the start of the step, m
+  /// The point that is inside, then the corners of the penetrated tet. Of two edges that would have passed
+  /// each other (SweptResponse) a point of the first, both of the second, the other of the first, and -1.
+  std::array<Index, 5> points{};
+  std::array<double, 4> weights{};  ///< of the last four, with the sign that the tet's have
+  double depth = 0.0;               ///< at the start of the step, m
   Vec3 direction{};
   Vec3 force{};  ///< on the point, N
   ContactStatus status = ContactStatus::open;
   bool speculative = false;
+
+  [[nodiscard]] bool is_of_edges() const { return points[4] < 0; }
+  /// Part of the force that a point of is_of_edges() has.
+  [[nodiscard]] double part(std::size_t i) const { return i == 0 ? 1.0 + weights[2] : -weights[i - 1]; }
+  /// Where the force acts.
+  [[nodiscard]] Vec3 place(std::span<const Vec3> positions) const {
+    const Vec3& first = at(positions, points[0]);
+    return is_of_edges() ? first + part(3) * (at(positions, points[3]) - first) : first;
+  }
 };
 
 /// Which couplings of a step are what.
@@ -60,7 +72,7 @@ class StepForces {
   std::vector<ActedContact> contacts_;
 };
 
-/// The penetrated tet. O(tets at a point).
+/// The penetrated tet; -1 for edges. O(tets at a point).
 [[nodiscard]] Index tet_of(const ActedContact& contact, const Bodies& bodies);
 
 /// As users get them. O(contacts x tets at a point).

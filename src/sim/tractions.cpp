@@ -53,6 +53,9 @@ class SurfaceForces {
     }
   }
 
+  void add_edges(const ActedContact& contact) {
+    for (std::size_t i = 0; i < 4; ++i) at(sums_, contact.points[i]) += contact.part(i) * contact.force;
+  }
   void add(const ActedContact& contact, Index tet) {
     const Index point = contact.points[0];
     const Vec3& place = at(positions_, point);
@@ -135,7 +138,12 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
                               std::span<const Vec3> positions) {
   SurfaceForces surface(bodies, positions);
   for (const ActedContact& contact : contacts) {
-    if (contact.force != Vec3{}) surface.add(contact, tet_of(contact, bodies));
+    if (contact.force == Vec3{}) continue;
+    if (contact.is_of_edges()) {
+      surface.add_edges(contact);
+    } else {
+      surface.add(contact, tet_of(contact, bodies));
+    }
   }
   const std::span<const Triangle> triangles = bodies.triangles();
   SurfaceTractions result;

@@ -18,7 +18,7 @@ Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
     if ((inside == body) == (penetrated == body)) continue;  // neither, or both: no sum
     const Vec3 force = inside == body ? contact.force : -contact.force;
     sum.force += force;
-    sum.torque += cross(at(positions, contact.points[0]) - about, force);
+    sum.torque += cross(contact.place(positions) - about, force);
   }
   return sum;
 }
@@ -45,7 +45,7 @@ std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts
     if (low == high) continue;
     const Vec3 on_high = inside == high ? contact.force : -contact.force;
     pair.on_b.force += on_high;
-    pair.on_b.torque += cross(at(positions, contact.points[0]) - at(centers, high), on_high);
+    pair.on_b.torque += cross(contact.place(positions) - at(centers, high), on_high);
   }
   return pairs;
 }
