@@ -45,7 +45,7 @@ void describe(Archive& archive, RunOutcome& o) {
           o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
           o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
           o.late_steps, o.least_completeness, o.steps_without_foresight, o.solver_iterations,
-          o.steps_not_converged, o.steps_too_far, o.largest_forces);
+          o.steps_not_converged, o.steps_too_far, o.thinnest, o.largest_forces);
 }
 
 template <class Archive>

@@ -12,15 +12,7 @@
 namespace palpate::app {
 namespace {
 
-double shortest_edge(const Bodies& bodies) {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (Index b = 0; b < bodies.body_count(); ++b) {
-    shortest = std::min(shortest, mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean);
-  }
-  return shortest;
-}
-
-void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
+void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
   outcome.steps = m.step;
   outcome.contacts.add(m.detection.contacts);
   outcome.border_edges.add(m.detection.border_edges);
@@ -42,7 +34,10 @@ void count(RunOutcome& outcome, const StepMetrics& m, double time_step) {
   outcome.steps_without_foresight += m.looks_ahead ? 0 : 1;
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_not_converged += m.solver_converged ? 0 : 1;
-  outcome.steps_too_far += m.step > 0 && m.largest_speed * time_step > outcome.shortest_edge ? 1 : 0;
+  if (m.passes > 0 || (!continuous && m.pairs_that_could_pass > 0)) {
+    outcome.thinnest = outcome.steps_too_far == 0 ? m.thinnest : std::min(outcome.thinnest, m.thinnest);
+    ++outcome.steps_too_far;
+  }
 }
 
 /// A row of metrics and one of forces, and the largest forces so far.
@@ -69,7 +64,7 @@ bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs
   }
   const double seconds = watch.lap();
   outcome.times.add(simulation.metrics(), seconds);
-  count(outcome, simulation.metrics(), simulation.settings().time_step);
+  count(outcome, simulation.metrics(), simulation.settings().detection.continuous);
   add_rows(simulation, seconds, outcome, outputs);
   return true;
 }
@@ -96,9 +91,8 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
                     const std::optional<RunOutcome>& before) {
   const auto& [frames, metrics, forces, probe, checkpoints, progress] = outputs;
   RunOutcome outcome = before.value_or(RunOutcome{});
-  outcome.shortest_edge = shortest_edge(simulation.bodies());
   if (!before) {
-    count(outcome, simulation.metrics(), simulation.settings().time_step);
+    count(outcome, simulation.metrics(), simulation.settings().detection.continuous);
     add_rows(simulation, 0.0, outcome, outputs);
     frames.add(simulation, true);
   }

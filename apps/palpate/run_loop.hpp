@@ -65,10 +65,10 @@ struct RunOutcome {
   std::int64_t steps_without_foresight = 0;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_not_converged = 0;  ///< in which a solve ended above the tolerance
-  /// Steps in which a point went further than `shortest_edge`: bodies as thin as that may be passed through
-  /// between two detections, unseen.
+  /// Steps in which something may have passed through a body unseen: left on the wrong side, or without
+  /// continuous detection so far moved that it could.
   std::int64_t steps_too_far = 0;
-  double shortest_edge = 0.0;                  ///< smallest mean edge length of a body at rest
+  double thinnest = 0.0;                       ///< least local thickness of bodies in these steps; 0: none
   std::vector<LargestForce> largest_forces{};  ///< (n_bodies) of contacts
 };
 

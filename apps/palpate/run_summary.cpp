@@ -151,10 +151,10 @@ std::string report_text(const RunReport& report) {
                       counted(static_cast<std::size_t>(outcome.steps), "step"));
   if (outcome.steps_too_far > 0) {
     text += fmt::format(
-        "too far       in {} a point went further than {} {}, the edges of the finest body: "
-        "what is as thin may be passed through; take a smaller time_step\n",
-        counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.shortest_edge),
-        units.length);
+        "too far       in {} something may have gone through a body unseen ({} {} thin); take a smaller "
+        "time_step{}\n",
+        counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.thinnest),
+        units.length, report.simulation.settings().detection.continuous ? "" : ", or contact.continuous");
   }
   text += budget_lines(report);
   text += fmt::format("wall time     {} s on {}\n", short_text(report.wall_seconds),

@@ -110,6 +110,9 @@ struct DetectionSettings {
   /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
   /// Only Structure::compact without cells_per_primitive and budget can.
   bool coherence = true;
+  /// Whether a simulation looks for what would pass through another body within a step (docs/continuous.md),
+  /// and stops it where they touch. Off, pairs of bodies that could pass are only counted.
+  bool continuous = true;
   std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

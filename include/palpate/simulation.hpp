@@ -26,14 +26,23 @@ struct StepMetrics {
       0;  ///< linear solves; more than one where contacts change between stick and slide, or bodies meet
   int detections = 0;                     ///< more than one where bodies met within the step
   std::int64_t speculative_contacts = 0;  ///< of those that the step was solved with: met within it
-  bool looks_ahead = true;                ///< false: the budget left no time to look for speculative contacts
-  int solver_iterations = 0;              ///< of all solves
-  bool solver_converged = true;           ///< each solve
-  double kinetic_energy = 0.0;            ///< J
-  double elastic_energy = 0.0;            ///< J
-  double largest_speed = 0.0;             ///< m/s, over all points
-  double fastest_body = 0.0;              ///< m/s, largest root mean square speed (by mass) of a body
-  double deepest = 0.0;                   ///< m, largest penetration depth
+  /// Of these, what would have passed through another body and ended on the wrong side (docs/continuous.md).
+  std::int64_t stopped_passes = 0;
+  /// Left on the wrong side, since the step had no solve left for them or nothing held them; only with
+  /// detection.continuous.
+  std::int64_t passes = 0;
+  /// Pairs of bodies of which parts moved so far against each other that they could pass, where they could
+  /// meet, and the least local thickness of these, m (0: there are none).
+  std::int64_t pairs_that_could_pass = 0;
+  double thinnest = 0.0;
+  bool looks_ahead = true;           ///< false: the budget left no time to look for speculative contacts
+  int solver_iterations = 0;         ///< of all solves
+  bool solver_converged = true;      ///< each solve
+  double kinetic_energy = 0.0;       ///< J
+  double elastic_energy = 0.0;       ///< J
+  double largest_speed = 0.0;        ///< m/s, over all points
+  double fastest_body = 0.0;         ///< m/s, largest root mean square speed (by mass) of a body
+  double deepest = 0.0;              ///< m, largest penetration depth
   std::int64_t inverted_tets = 0;    ///< tets of bodies that deform without a positive volume, at the end
   DetectionTimes detection_seconds;  ///< of all detections
   double forces_seconds = 0.0;       ///< contact forces

@@ -65,7 +65,8 @@ void Simulation::restore(std::span<const std::byte> saved) {
 ContactForces Simulation::acting_contacts() {
   ContactForces forces = idle().acting_contacts();
   for (std::size_t c = 0; c < forces.size(); ++c) {
-    if (at(turned_, forces.tet[c]) != 0) std::swap(forces.weights[c][2], forces.weights[c][3]);
+    if (forces.tet[c] >= 0 && at(turned_, forces.tet[c]) != 0)
+      std::swap(forces.weights[c][2], forces.weights[c][3]);
   }
   return forces;
 }

@@ -162,6 +162,9 @@ ContactTable& DetectorSteps::table(Detector& detector) {
 const ContactTable& DetectorSteps::table(const Detector& detector) {
   return detector.state_->tables.now();
 }
+PairFilter DetectorSteps::may_touch(const Detector& detector) {
+  return detector.state_->may_touch();
+}
 void DetectorSteps::hold(Detector& detector) {
   detector.state_->hold();
 }

@@ -3,6 +3,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/contact_table.hpp"
+#include "contact/pair_filter.hpp"
 
 namespace palpate {
 
@@ -13,6 +14,8 @@ class DetectorSteps {
   /// Of the last detection.
   [[nodiscard]] static ContactTable& table(Detector& detector);
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
+  /// Which pairs its settings let touch. As long as the detector.
+  [[nodiscard]] static PairFilter may_touch(const Detector& detector);
   /// Keeps the results of the last detection while others follow, and what the next depended on. O(clusters)
   /// with a budget, else O(1).
   static void hold(Detector& detector);

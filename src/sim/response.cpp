@@ -311,6 +311,17 @@ double ContactResponse::add_speculative(const parallel::Threads& threads, const 
   return acting > 0.0 ? std::sqrt(met_with) / acting : std::numeric_limits<double>::infinity();
 }
 
+void ContactResponse::add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings) {
+  make_room(laws_, laws_.size() + stops.size());
+  make_room(of_edge_, of_edge_.size() + stops.size());
+  make_room(couplings, couplings.size() + stops.size());
+  for (const StopOfPassing& stop : stops) {
+    laws_.push_back(stop.law);
+    of_edge_.push_back(stop.of_edge ? 1 : 0);
+    couplings.push_back(stop.coupling);
+  }
+}
+
 /// A contact that was lost keeps for how long, and its damping of chatter.
 void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());

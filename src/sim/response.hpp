@@ -25,6 +25,13 @@ struct ContactOutcome {
   ContactStatus status = ContactStatus::open;
 };
 
+/// A law for what would pass through another body within the step (SweptResponse), and what it holds apart.
+struct StopOfPassing {
+  fem::ContactLaw law;
+  fem::Coupling coupling;
+  bool of_edge = false;  ///< the coupling is of an edge, else of a point with a tet
+};
+
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
 ///
@@ -96,6 +103,10 @@ class ContactResponse {
 
   /// Laws of the last compute(), without those of speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
+  /// Appends laws and couplings of what would pass within the step. They are no contacts: the next step knows
+  /// nothing of them. O(stops).
+  void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
+
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }
@@ -124,6 +135,8 @@ class ContactResponse {
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
   /// what one layer of tets resists: contacts sink in less than the tissue gives way.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
+  /// Of the two places of a coupling, kg; 0 where none of its points can move.
+  [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
   /// Of a contact of this stiffness, without that of chatter, N s/m.
   [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
   /// A stretch of the friction spring, no longer than it can be.
@@ -171,7 +184,6 @@ class ContactResponse {
   void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
   void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
                    std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
-  [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
 
   ResponseSettings settings_;
   KeptContacts kept_;

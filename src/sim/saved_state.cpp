@@ -55,7 +55,7 @@ void describe(Archive& archive, Budget& budget) {
 template <class Archive>
 void describe(Archive& archive, SimulationSettings& s) {
   archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
-          s.detection.budget, s.detection.ignored_pairs, s.detection.edge_contacts);
+          s.detection.budget, s.detection.ignored_pairs, s.detection.edge_contacts, s.detection.continuous);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);
@@ -143,7 +143,8 @@ void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
 
 void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodies) {
   for (const ActedContact& c : contacts) {
-    for (const Index point : c.points) check_index("acting contact", point, 0, bodies.points_rest().size());
+    for (const Index point : std::span(c.points).first(c.of_edge ? c.all_points() : c.points.size()))
+      check_index("acting contact", point, 0, bodies.points_rest().size());
     if (tet_of(c, bodies) < 0)
       throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);

@@ -79,9 +79,9 @@ void describe(Archive& archive, DetectionCounts& c) {
 
 template <class Archive>
 void describe(Archive& archive, StepMetrics& m) {
-  archive(m.step, m.time, m.detection, m.solves, m.detections, m.speculative_contacts, m.looks_ahead,
-          m.solver_iterations, m.solver_converged, m.kinetic_energy, m.elastic_energy, m.largest_speed,
-          m.fastest_body, m.deepest);
+  archive(m.step, m.time, m.detection, m.solves, m.detections, m.speculative_contacts, m.stopped_passes,
+          m.passes, m.pairs_that_could_pass, m.thinnest, m.looks_ahead, m.solver_iterations,
+          m.solver_converged, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest);
 }
 
 template <class Archive>

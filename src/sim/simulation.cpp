@@ -81,6 +81,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
       contact_materials(fem::mean_materials(bodies, materials)),
       response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                dynamics.free_points()),
+      swept(bodies),
       max_speed(speed_limit(bodies, settings)),
       contact_forces(bodies.bodies().size()),
       masses(bodies.bodies().size(), 0.0),
@@ -175,6 +176,9 @@ void Simulation::State::begin_step() {
   metrics.solver_converged = true;
   metrics.detections = 0;
   metrics.speculative_contacts = 0;
+  metrics.stopped_passes = 0;
+  metrics.passes = 0;
+  swept.begin_step();
   metrics.looks_ahead = true;
   metrics.detection_seconds = {};
 }
@@ -225,14 +229,14 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
     for (int i = 0; dynamics.follow_turns(); ++i) {
-      if (i == most_turns || metrics.solves >= settings.solver.max_solves) {
+      if (i == most_turns || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
         metrics.solver_converged = false;
         break;
       }
       metrics.solver_converged = solve(loose, steady);
     }
     metrics.solver_seconds += watch.lap();
-    const bool looks_again = can_look_ahead() && metrics.solves < settings.solver.max_solves;
+    const bool looks_again = can_look_ahead() && metrics.solves < most_solves(metrics.stopped_passes > 0);
     detect(dynamics.end_positions(), !looks_again);
     ++metrics.detections;
     watch.lap();
@@ -241,9 +245,10 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
                                                       dynamics.end_positions(), dynamics.mean_velocities(),
                                                       normal_forces(), couplings)
                            : 0.0;
+    const bool passes = met == 0.0 && !loose && stop_passes();
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    const bool solved = met == 0.0 && !loose;
+    const bool solved = met == 0.0 && !passes && !loose;
     if (solved && (fixed || !dynamics.follow_tissue(settings.solver.tolerance))) break;
     if (solved && !looks_again) {
       dynamics.end_on_way();
@@ -306,6 +311,7 @@ void Simulation::State::advance() {
   }
   DetectorSteps::release(detector);
   watch.lap();
+  count_passes();
   take_forces();
   grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
                     dynamics.mean_velocities());

@@ -15,6 +15,7 @@
 #include "sim/response.hpp"
 #include "sim/saved_state.hpp"
 #include "sim/step_forces.hpp"
+#include "sim/swept_response.hpp"
 #include "sim/ties.hpp"
 
 namespace palpate {
@@ -35,6 +36,11 @@ struct Simulation::State {
   bool solve(bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
+  /// What a step knows so far of where it leads to.
+  [[nodiscard]] PredictedStep predicted() const;
+  [[nodiscard]] int most_solves(bool stops_passes) const;
+  bool stop_passes();
+  void count_passes();
   void solve_with_speculative_contacts(const StepMetrics& last);
   void advance();
   void take_forces();
@@ -58,6 +64,7 @@ struct Simulation::State {
   Detector detector;
   std::vector<Material> contact_materials;
   ContactResponse response;
+  SweptResponse swept;
   Ties ties;
   std::vector<fem::Coupling> couplings;  ///< of grabs, held axes, ties, then contacts
   std::size_t grab_couplings = 0;

@@ -53,7 +53,7 @@ Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions) {
 }
 
 Index tet_of(const ActedContact& contact, const Bodies& bodies) {
-  const auto corners = std::span(contact.points).subspan(contact.of_edge ? 2 : 1);
+  const auto corners = std::span(contact.points).first(contact.all_points()).subspan(contact.own_points());
   const auto has = [&](Index tet) {
     const Tet& all = at(bodies.tets(), tet);
     return std::ranges::all_of(corners, [&](Index p) { return std::ranges::find(all, p) != all.end(); });
@@ -68,7 +68,7 @@ namespace {
 /// Of the place of a contact in a tet that has its points of the penetrated body.
 std::array<double, 4> weights_in(const ActedContact& contact, const Tet& tet) {
   std::array<double, 4> weights{};
-  for (std::size_t k = contact.of_edge ? 2 : 1; k < contact.points.size(); ++k)
+  for (std::size_t k = contact.own_points(); k < contact.all_points(); ++k)
     at(weights, std::ranges::find(tet, contact.points[k]) - tet.begin()) = -contact.coefficients[k];
   return weights;
 }

@@ -9,6 +9,7 @@
 #include <palpate/mesh.hpp>
 
 #include "fem/coupling.hpp"
+#include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/response.hpp"
 
@@ -16,8 +17,9 @@ namespace palpate {
 
 /// A contact that a step was solved with, and the force that it had.
 struct ActedContact {
-  /// The point that is inside, then the corners of the penetrated tet; of an edge contact, the ends of the
-  /// edge, then the corners of the triangle of the body that it passes through.
+  /// The point that is inside, then the corners of the penetrated tet. Of an edge its ends, then the corners
+  /// of the triangle of the body that it passes through; or the ends of another edge that it would have
+  /// passed (SweptResponse), and -1.
   std::array<Index, 5> points{};
   std::array<double, 5> coefficients{};  ///< weights, those of the penetrated body negative
   bool of_edge = false;
@@ -27,11 +29,14 @@ struct ActedContact {
   ContactStatus status = ContactStatus::open;
   bool speculative = false;
 
+  /// Of the body that is inside; the others are of the penetrated body.
+  [[nodiscard]] std::size_t own_points() const { return of_edge ? 2 : 1; }
+  [[nodiscard]] std::size_t all_points() const { return points.back() < 0 ? 4 : 5; }
   [[nodiscard]] Index body_inside(const Bodies& bodies) const {
     return bodies.body_of_point()[static_cast<std::size_t>(points.front())];
   }
   [[nodiscard]] Index penetrated_body(const Bodies& bodies) const {
-    return bodies.body_of_point()[static_cast<std::size_t>(points.back())];
+    return bodies.body_of_point()[static_cast<std::size_t>(points[own_points()])];
   }
 };
 
@@ -73,8 +78,8 @@ class StepForces {
   std::vector<ActedContact> contacts_;
 };
 
-/// The penetrated tet; of an edge contact, the one whose face is its triangle. -1: no tet has these corners.
-/// O(tets at a point).
+/// The penetrated tet; of an edge the one whose face is its triangle, or one at the other edge. -1: no tet
+/// has these corners. O(tets at a point).
 [[nodiscard]] Index tet_of(const ActedContact& contact, const Bodies& bodies);
 
 /// As users get them. O(contacts x tets at a point).

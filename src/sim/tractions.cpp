@@ -61,13 +61,18 @@ class SurfaceForces {
     } else {
       add_below(bodies_.point_tets()[point].front(), -1, place, contact.force, -contact.direction);
     }
-    const bool self = at(bodies_.body_of_point(), point) == at(bodies_.body_of_point(), contact.points[1]);
+    const bool self = contact.body_inside(bodies_) == contact.penetrated_body(bodies_);
     add_below(tet, self ? point : -1, place, -contact.force, contact.direction);
   }
   /// Its points are at the surface.
   void add_edge(const ActedContact& contact) {
     for (std::size_t k = 0; k < 2; ++k)
       at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
+    if (contact.all_points() < contact.points.size()) {
+      for (std::size_t k = 2; k < 4; ++k)
+        at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
+      return;
+    }
     const std::array<Vec3, 3> triangle{at(positions_, contact.points[2]), at(positions_, contact.points[3]),
                                        at(positions_, contact.points[4])};
     Vec3 there;

@@ -5,6 +5,7 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/swept_query.hpp"
 #include "contact/ways.hpp"
 #include "geometry/vector.hpp"
 #include "support/count_allocations.hpp"
@@ -73,6 +74,28 @@ TEST(DetectorAllocations, ASteadyFrameMakesNoneInAnyWay) {
         EXPECT_GT(steady.fallbacks, 0U);
       }
     }
+  }
+}
+
+TEST(SweptQueryAllocations, ASteadyStepMakesNone) {
+  const Bodies bodies = pressed_bodies();
+  const std::vector<Vec3> start(bodies.points_rest().begin(), bodies.points_rest().end());
+  test::Random random(4);
+  const std::vector<std::uint8_t> none(bodies.bodies().size(), 0);
+  SweptQuery query(bodies);
+  for (const int threads : {1, 3}) {
+    const parallel::Threads team(threads);
+    long before = 0;
+    for (int step = 0; step < 30; ++step) {
+      if (step == 20) before = allocations;
+      std::vector<Vec3> end = start;
+      const long own = allocations;
+      for (Vec3& p : end) p += random.point(-0.04, 0.04);
+      EXPECT_GT(query.find(team, start, end, {none, none}, {.tolerance = 1e-6}).size(), 30U);
+      if (step < 20) continue;
+      EXPECT_EQ(allocations - own, 0) << step;
+    }
+    EXPECT_GT(before, 0) << "allocations are not counted";
   }
 }
 

@@ -1,0 +1,338 @@
+#include "contact/swept_query.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "contact/swept_pair.hpp"
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t cluster_grain = 64;
+constexpr std::size_t pair_grain = 16;
+
+/// A box of the places of a primitive during the step.
+template <class Corners>
+Box swept_box(std::span<const Vec3> start, std::span<const Vec3> end, const Corners& corners) {
+  Box box = box_of(start, corners);
+  box.extend(box_of(end, corners));
+  return box;
+}
+
+Box grown(Box box, double by) {
+  const Vec3 all{by, by, by};
+  box.lower = box.lower - all;
+  box.upper += all;
+  return box;
+}
+
+/// The longest way that a point of one can go against a point of the other, never too short.
+double most_motion(const Box& a, const Box& b) {
+  constexpr double rounding = 1.0 + 1e-12;
+  const Vec3 d{std::max(a.upper.x - b.lower.x, b.upper.x - a.lower.x),
+               std::max(a.upper.y - b.lower.y, b.upper.y - a.lower.y),
+               std::max(a.upper.z - b.lower.z, b.upper.z - a.lower.z)};
+  return rounding * length(d);
+}
+
+std::size_t longest_axis(const Vec3& d) {
+  return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+}
+
+double along(std::size_t axis, const Vec3& p) {
+  return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
+template <class A, class B>
+bool share_a_point(const A& a, const B& b) {
+  return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
+}
+
+template <class A, class B>
+SweptPoints points_of(std::span<const Vec3> start, std::span<const Vec3> end, const A& a, const B& b) {
+  SweptPoints points;
+  std::size_t i = 0;
+  const auto add = [&](Index p) {
+    points.start[i] = at(start, p);
+    points.end[i++] = at(end, p);
+  };
+  for (const Index p : a) add(p);
+  for (const Index p : b) add(p);
+  return points;
+}
+
+}  // namespace
+
+SweptQuery::SweptQuery(const Bodies& bodies)
+    : bodies_(bodies),
+      surface_(bodies),
+      clusters_(surface_.clusters.clusters.size()),
+      of_bodies_(bodies.bodies().size()),
+      marked_(clusters_.size(), 0) {}
+
+std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads, std::span<const Vec3> start,
+                                               std::span<const Vec3> end, const PairFilter& filter,
+                                               const SweptSettings& settings) {
+  const Step step{threads, start, end, filter, settings};
+  begin(step);
+  if (body_pairs_.empty()) return contacts_;
+  mark_clusters();
+  find_cluster_pairs(step);
+  counts_.cluster_pairs = pairs_.size();
+  test_pairs(step);
+  return contacts_;
+}
+
+void SweptQuery::count(const parallel::Threads& threads, std::span<const Vec3> start,
+                       std::span<const Vec3> end, const PairFilter& filter, const SweptSettings& settings) {
+  begin({threads, start, end, filter, settings});
+}
+
+void SweptQuery::begin(const Step& step) {
+  counts_ = {};
+  contacts_.clear();
+  sweep_clusters(step);
+  sweep_bodies();
+  find_body_pairs(step);
+  counts_.body_pairs = body_pairs_.size();
+}
+
+/// Boxes hold the rounding of the motion's places and are grown by the tolerance, so that what touches within
+/// it is found, too.
+void SweptQuery::sweep_clusters(const Step& step) {
+  parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
+    Swept swept;
+    for (const Index p : surface_.clusters.points_of(surface_.clusters.clusters[c])) {
+      const Vec3& from = at(step.start, p);
+      const Vec3& to = at(step.end, p);
+      swept.places.extend(from);
+      swept.places.extend(to);
+      swept.ways.extend(to - from);
+    }
+    swept.places = grown(swept.places, step.settings.tolerance);
+    clusters_[c] = swept;
+  });
+}
+
+void SweptQuery::sweep_bodies() {
+  for (std::size_t b = 0; b < of_bodies_.size(); ++b) {
+    Swept swept;
+    const Range& range = surface_.of_body[b];
+    for (Index c = range.begin; c < range.end; ++c) {
+      swept.places.extend(at(clusters_, c).places);
+      swept.ways.extend(at(clusters_, c).ways);
+    }
+    of_bodies_[b] = swept;
+  }
+}
+
+bool SweptQuery::may_touch(const PairFilter& filter, Index a, Index b) const {
+  const bool one_moves = at(filter.immovable, a) == 0 || at(filter.immovable, b) == 0;
+  if (a != b) return one_moves && !filter.ignores(a, b);
+  return one_moves && !filter.self_collision.empty() && at(filter.self_collision, a) != 0;
+}
+
+/// Sorted sweep along x. Of each body with itself, too.
+void SweptQuery::find_body_pairs(const Step& step) {
+  body_pairs_.clear();
+  by_lower_.clear();
+  make_room(by_lower_, of_bodies_.size());
+  for (Index b = 0; b < bodies_.body_count(); ++b)
+    if (at(surface_.of_body, b).size() > 0) by_lower_.push_back(b);
+  std::sort(by_lower_.begin(), by_lower_.end(), [&](Index a, Index b) {
+    const double low_a = at(of_bodies_, a).places.lower.x;
+    const double low_b = at(of_bodies_, b).places.lower.x;
+    return low_a != low_b ? low_a < low_b : a < b;
+  });
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < by_lower_.size(); ++i) {
+    const Swept& first = at(of_bodies_, by_lower_[i]);
+    for (std::size_t j = i; j < by_lower_.size(); ++j) {
+      const Index a = std::min(by_lower_[i], by_lower_[j]);
+      const Index b = std::max(by_lower_[i], by_lower_[j]);
+      const Swept& second = at(of_bodies_, by_lower_[j]);
+      if (second.places.lower.x > first.places.upper.x) break;
+      if (!first.places.overlaps(second.places)) continue;
+      const double thickness = std::min(at(surface_.of_thinnest, a), at(surface_.of_thinnest, b));
+      if (!(most_motion(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+      if (!may_touch(step.filter, a, b)) continue;
+      make_room(body_pairs_, body_pairs_.size() + 1);
+      body_pairs_.push_back({a, b});
+      thinnest = std::min(thinnest, thickness);
+    }
+  }
+  std::sort(body_pairs_.begin(), body_pairs_.end());
+  counts_.thinnest = body_pairs_.empty() ? 0.0 : thinnest;
+}
+
+bool SweptQuery::is_body_pair(Index a, Index b) const {
+  return std::binary_search(body_pairs_.begin(), body_pairs_.end(), Pair{std::min(a, b), std::max(a, b)});
+}
+
+/// Clusters that meet the swept box of the other body.
+void SweptQuery::mark_clusters() {
+  std::fill(marked_.begin(), marked_.end(), 0);
+  const auto mark = [&](Index body, Index other) {
+    const Box& box = at(of_bodies_, other).places;
+    const Range& range = at(surface_.of_body, body);
+    for (Index c = range.begin; c < range.end; ++c)
+      if (at(clusters_, c).places.overlaps(box)) at(marked_, c) = 1;
+  };
+  for (const Pair& pair : body_pairs_) {
+    mark(pair[0], pair[1]);
+    if (pair[0] != pair[1]) mark(pair[1], pair[0]);
+  }
+}
+
+/// Sorted sweep along the longest axis of what is marked.
+void SweptQuery::find_cluster_pairs(const Step& step) {
+  by_lower_.clear();
+  make_room(by_lower_, clusters_.size());
+  Box all;
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
+    if (marked_[c] == 0) continue;
+    by_lower_.push_back(static_cast<Index>(c));
+    all.extend(clusters_[c].places);
+  }
+  const std::size_t axis = longest_axis(all.upper - all.lower);
+  const auto lower = [&](Index c) { return along(axis, at(clusters_, c).places.lower); };
+  std::sort(by_lower_.begin(), by_lower_.end(),
+            [&](Index a, Index b) { return lower(a) != lower(b) ? lower(a) < lower(b) : a < b; });
+  pair_lists_.fill(
+      step.threads, by_lower_.size(), cluster_grain,
+      [&](std::size_t begin, std::size_t end, std::vector<Pair>& list) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Index a = by_lower_[i];
+          const Swept& first = at(clusters_, a);
+          const double upper = along(axis, first.places.upper);
+          for (std::size_t j = i; j < by_lower_.size() && lower(by_lower_[j]) <= upper; ++j) {
+            const Index b = by_lower_[j];
+            const Swept& second = at(clusters_, b);
+            if (!first.places.overlaps(second.places)) continue;
+            const double thickness = std::min(at(surface_.thickness, a), at(surface_.thickness, b));
+            if (!(most_motion(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+            if (!is_body_pair(at(surface_.clusters.clusters, a).body, at(surface_.clusters.clusters, b).body))
+              continue;
+            list.push_back({std::min(a, b), std::max(a, b)});
+          }
+        }
+      });
+  pair_lists_.join(pairs_);
+}
+
+void SweptQuery::test_pairs(const Step& step) {
+  assign_with_room(tested_, parallel::chunk_count(pairs_.size(), pair_grain), std::size_t{0});
+  lists_.fill(step.threads, pairs_.size(), pair_grain,
+              [&](std::size_t begin, std::size_t end, std::vector<SweptContact>& list) {
+                std::size_t& tested = tested_[begin / pair_grain];
+                for (std::size_t i = begin; i < end; ++i) {
+                  const auto [a, b] = pairs_[i];
+                  test_points(step, a, b, list, tested);
+                  if (a != b) test_points(step, b, a, list, tested);
+                  test_edges(step, pairs_[i], list, tested);
+                }
+              });
+  lists_.join(contacts_);
+  std::sort(contacts_.begin(), contacts_.end(), [](const SweptContact& a, const SweptContact& b) {
+    return std::tie(a.kind, a.first, a.second) < std::tie(b.kind, b.first, b.second);
+  });
+  for (const std::size_t tested : tested_) counts_.tested += tested;
+}
+
+/// Points of one cluster against triangles of the other.
+void SweptQuery::test_points(const Step& step, Index points, Index triangles,
+                             std::vector<SweptContact>& found, std::size_t& tested) const {
+  const auto list = surface_.clusters.primitives_of(at(surface_.clusters.clusters, triangles));
+  const Box& whole = at(clusters_, triangles).places;
+  std::array<Box, Cluster::most_primitives> boxes;
+  bool filled = false;
+  for (const Index point : surface_.points[points]) {
+    const Box box =
+        grown(swept_box(step.start, step.end, std::array<Index, 1>{point}), step.settings.tolerance);
+    if (!box.overlaps(whole)) continue;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (!filled) boxes[i] = swept_box(step.start, step.end, at(bodies_.triangles(), list[i]));
+      if (!box.overlaps(boxes[i])) continue;
+      ++tested;
+      test_point(step, point, list[i], found);
+    }
+    filled = true;
+  }
+}
+
+void SweptQuery::test_point(const Step& step, Index point, Index triangle,
+                            std::vector<SweptContact>& found) const {
+  const Triangle& corners = at(bodies_.triangles(), triangle);
+  const std::array<Index, 1> first{point};
+  if (share_a_point(first, corners)) return;
+  const auto touch =
+      point_meets_triangle(points_of(step.start, step.end, first, corners), step.settings.tolerance);
+  if (!touch) return;
+  const bool apart_before = touch->direction != Vec3{};
+  found.push_back(
+      {.kind = SweptKind::point_triangle,
+       .first = point,
+       .second = triangle,
+       .time = touch->time,
+       .weights = touch->weights,
+       .direction = apart_before ? touch->direction : SweptSurface::outward(bodies_, step.start, triangle)});
+}
+
+void SweptQuery::test_edges(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
+                            std::size_t& tested) const {
+  const bool one_body =
+      at(surface_.clusters.clusters, pair[0]).body == at(surface_.clusters.clusters, pair[1]).body;
+  const auto others = surface_.edges[pair[1]];
+  const Box& whole = at(clusters_, pair[1]).places;
+  constexpr std::size_t most_edges = 3 * Cluster::most_primitives;
+  std::array<Box, most_edges> boxes;
+  bool filled = false;
+  for (const Index edge : surface_.edges[pair[0]]) {
+    const Box box =
+        grown(swept_box(step.start, step.end, at(bodies_.edges(), edge)), step.settings.tolerance);
+    if (!box.overlaps(whole)) continue;
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      if (!filled) boxes[i] = swept_box(step.start, step.end, at(bodies_.edges(), others[i]));
+      if (pair[0] == pair[1] && others[i] <= edge) continue;
+      if (!box.overlaps(boxes[i])) continue;
+      ++tested;
+      const bool swaps = one_body && others[i] < edge;
+      test_edge(step, swaps ? others[i] : edge, swaps ? edge : others[i], found);
+    }
+    filled = true;
+  }
+}
+
+void SweptQuery::test_edge(const Step& step, Index first, Index second,
+                           std::vector<SweptContact>& found) const {
+  const Edge& a = at(bodies_.edges(), first);
+  const Edge& b = at(bodies_.edges(), second);
+  if (share_a_point(a, b)) return;
+  const auto touch = edge_meets_edge(points_of(step.start, step.end, a, b), step.settings.tolerance);
+  if (!touch) return;
+  const bool apart_before = touch->direction != Vec3{};
+  found.push_back({.kind = SweptKind::edge_edge,
+                   .first = first,
+                   .second = second,
+                   .time = touch->time,
+                   .weights = touch->weights,
+                   .direction = apart_before ? touch->direction : out_of_edge(step, first, second)});
+}
+
+/// Across both edges, at the start, out of the second's body by the surfaces beside them.
+Vec3 SweptQuery::out_of_edge(const Step& step, Index first, Index second) const {
+  const Edge& a = at(bodies_.edges(), first);
+  const Edge& b = at(bodies_.edges(), second);
+  const Vec3 across = normalized(
+      cross(at(step.start, a[1]) - at(step.start, a[0]), at(step.start, b[1]) - at(step.start, b[0])));
+  const Vec3 outward = surface_.outward_of_edge(bodies_, step.start, second) -
+                       surface_.outward_of_edge(bodies_, step.start, first);
+  if (across == Vec3{}) return normalized(outward);
+  return dot(across, outward) < 0.0 ? -across : across;
+}
+
+}  // namespace palpate

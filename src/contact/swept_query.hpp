@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "contact/pair_filter.hpp"
+#include "contact/swept_surface.hpp"
+#include "geometry/box.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate {
+
+enum class SweptKind : std::uint8_t { point_triangle, edge_edge };
+
+/// A surface point and a surface triangle, or two surface edges, that touch within a step.
+struct SweptContact {
+  SweptKind kind = SweptKind::point_triangle;
+  Index first = -1;   ///< the point, or the edge of the lower body (of one body: the lower edge)
+  Index second = -1;  ///< the triangle, or the other edge
+  double time = 0.0;  ///< in [0, 1] of the step; see SweptTouch
+  std::array<double, 3> weights{};
+  /// Unit; leads the first out of the second, on the side that it came from. Where they touch at the start
+  /// of the step already, along the surfaces' normals there; zero where these cancel.
+  Vec3 direction{};
+  friend bool operator==(const SweptContact&, const SweptContact&) = default;
+};
+
+struct SweptSettings {
+  /// m; see point_meets_triangle().
+  double tolerance = 0.0;
+  /// Two clusters are looked at only where points of them move against each other by more than so many times
+  /// the lesser of their local thicknesses; negative: always.
+  double least_motion = 0.25;
+};
+
+/// What one query did.
+struct SweptCounts {
+  std::size_t body_pairs = 0;     ///< that could pass: swept boxes meet, motion above the least
+  std::size_t cluster_pairs = 0;  ///< the same of clusters
+  std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
+  double thinnest = 0.0;          ///< of the body pairs: least local thickness, m; 0 where there are none
+};
+
+/// Finds what passes or touches within a step: surface points of bodies against surface triangles of others,
+/// and surface edges against surface edges, moving straight between two positions. What the filters prove is
+/// in docs/continuous.md. The same bits for every thread count. Keeps its memory from step to step.
+class SweptQuery {
+ public:
+  explicit SweptQuery(const Bodies& bodies);
+
+  /// All contacts of the pairs of bodies that `filter` lets (of one body: primitives that share no point),
+  /// by (kind, first, second). Positions are finite (n_points x 3). O(surface points) where nothing could
+  /// pass; else beside it O(clusters log clusters + pairs whose swept boxes meet). Until the next call.
+  std::span<const SweptContact> find(const parallel::Threads& threads, std::span<const Vec3> start,
+                                     std::span<const Vec3> end, const PairFilter& filter,
+                                     const SweptSettings& settings);
+
+  /// Only the pairs of bodies that could pass, for counts(). O(surface points + bodies log bodies + pairs).
+  void count(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
+             const PairFilter& filter, const SweptSettings& settings);
+
+  [[nodiscard]] const SweptCounts& counts() const { return counts_; }
+  [[nodiscard]] const SweptSurface& surface() const { return surface_; }
+
+ private:
+  /// Where corners are during the step, and the ways that they go in it.
+  struct Swept {
+    Box places;
+    Box ways;
+  };
+  using Pair = std::array<Index, 2>;
+  struct Step {
+    const parallel::Threads& threads;
+    std::span<const Vec3> start;
+    std::span<const Vec3> end;
+    const PairFilter& filter;
+    const SweptSettings& settings;
+  };
+  void begin(const Step& step);
+  void sweep_clusters(const Step& step);
+  void sweep_bodies();
+  void find_body_pairs(const Step& step);
+  void mark_clusters();
+  void find_cluster_pairs(const Step& step);
+  void test_pairs(const Step& step);
+  void test_points(const Step& step, Index points, Index triangles, std::vector<SweptContact>& found,
+                   std::size_t& tested) const;
+  void test_edges(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
+                  std::size_t& tested) const;
+  void test_point(const Step& step, Index point, Index triangle, std::vector<SweptContact>& found) const;
+  void test_edge(const Step& step, Index first, Index second, std::vector<SweptContact>& found) const;
+  [[nodiscard]] Vec3 out_of_edge(const Step& step, Index first, Index second) const;
+  [[nodiscard]] bool may_touch(const PairFilter& filter, Index a, Index b) const;
+  [[nodiscard]] bool is_body_pair(Index a, Index b) const;
+
+  const Bodies& bodies_;
+  SweptSurface surface_;
+  std::vector<Swept> clusters_;       ///< swept by the step at hand
+  std::vector<Swept> of_bodies_;      ///< the same
+  std::vector<Index> by_lower_;       ///< bodies, or marked clusters, by where they begin
+  std::vector<Pair> body_pairs_;      ///< ascending
+  std::vector<std::uint8_t> marked_;  ///< per cluster: meets the other body of a pair
+  parallel::ChunkedList<Pair> pair_lists_;
+  std::vector<Pair> pairs_;  ///< of clusters
+  parallel::ChunkedList<SweptContact> lists_;
+  std::vector<std::size_t> tested_;  ///< per chunk
+  std::vector<SweptContact> contacts_;
+  SweptCounts counts_;
+};
+
+}  // namespace palpate

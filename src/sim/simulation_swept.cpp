@@ -1,0 +1,42 @@
+#include "contact/detector_steps.hpp"
+#include "sim/simulation_state.hpp"
+
+// What would pass within a step: docs/continuous.md.
+namespace palpate {
+
+PredictedStep Simulation::State::predicted() const {
+  return {.start = dynamics.positions(),
+          .end = dynamics.end_positions(),
+          .velocities = dynamics.mean_velocities(),
+          .time_step = settings.time_step,
+          .contacts = DetectorSteps::table(detector)};
+}
+
+/// Where something has to be stopped, it may take more.
+int Simulation::State::most_solves(bool stops_passes) const {
+  constexpr int for_passes = 4;
+  return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
+}
+
+/// Adds what stops that which would pass, and says whether there is such; where the step cannot be solved
+/// again, it is only counted.
+bool Simulation::State::stop_passes() {
+  if (!settings.detection.continuous) return false;
+  const auto stops =
+      swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
+                 std::span(couplings).subspan(first_contact, first_speculative - first_contact));
+  const bool solves_again = can_look_ahead() && metrics.solves < most_solves(true);
+  metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
+  if (stops.empty() || !solves_again) return false;
+  response.add_stops(stops, couplings);
+  metrics.stopped_passes += std::ssize(stops);
+  return true;
+}
+
+void Simulation::State::count_passes() {
+  if (!settings.detection.continuous) swept.count(threads, predicted(), DetectorSteps::may_touch(detector));
+  metrics.pairs_that_could_pass = static_cast<std::int64_t>(swept.counts().body_pairs);
+  metrics.thinnest = swept.counts().thinnest;
+}
+
+}  // namespace palpate

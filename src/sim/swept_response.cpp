@@ -1,0 +1,232 @@
+#include "sim/swept_response.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+/// Of the mean edge length of all bodies.
+constexpr double tolerance_of_edge = 1e-6;
+/// Of the local thickness: how far before the touch it stops, and how far beyond counts as passed.
+constexpr double margin_of_thickness = 0.02;
+/// Of the local thickness: how far beyond points, and edges, are left to contacts that lead back.
+constexpr double deepest_point = 0.1;
+constexpr double deepest_edge = 0.02;
+/// Cosine: how far a direction may be outside those that a surface can be left by at an edge.
+constexpr double most_outside = 0.1;
+/// Bound of the first stiffness, by that of other contacts: what is lighter than its body asks for more.
+constexpr double most_first_stiffness = 100.0;
+/// Times that a pair is stopped in a step, each ten times as stiff; more would leave double precision.
+constexpr std::ptrdiff_t most_stops = 6;
+
+double mean_edge(const Bodies& bodies) {
+  return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
+}
+
+/// Where a point is at a time of the step, in [0, 1].
+Vec3 place(const PredictedStep& step, Index point, double time) {
+  const Vec3& from = at(step.start, point);
+  return from + time * (at(step.end, point) - from);
+}
+
+}  // namespace
+
+SweptResponse::SweptResponse(const Bodies& bodies)
+    : bodies_(bodies), query_(bodies), tolerance_(tolerance_of_edge * mean_edge(bodies)) {}
+
+std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& threads,
+                                                   const PredictedStep& step, const PairFilter& filter,
+                                                   const ContactResponse& response,
+                                                   std::span<const fem::Coupling> contacts) {
+  stops_.clear();
+  now_.clear();
+  left_ = 0;
+  for (const SweptContact& contact : query_.find(threads, step.start, step.end, filter, settings()))
+    if (enters(contact, step)) add(contact, step, response);
+  if (query_.counts().body_pairs > 0) add_sinking(step, response, contacts);
+  const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
+  make_room(stopped_, stopped_.size() + now_.size());
+  stopped_.insert(stopped_.end(), now_.begin(), now_.end());
+  std::sort(stopped_.begin() + before, stopped_.end());
+  std::inplace_merge(stopped_.begin(), stopped_.begin() + before, stopped_.end());
+  return stops_;
+}
+
+void SweptResponse::count(const parallel::Threads& threads, const PredictedStep& step,
+                          const PairFilter& filter) {
+  query_.count(threads, step.start, step.end, filter, settings());
+}
+
+SweptResponse::Key SweptResponse::key_of(const SweptContact& contact) const {
+  const bool of_edges = contact.kind == SweptKind::edge_edge;
+  return {contact.kind, contact.first,
+          of_edges ? contact.second : bodies_.body_of(at(bodies_.triangles(), contact.second))};
+}
+
+/// Whether it comes from outside. Where two closed surfaces meet first, the direction is one of those that
+/// each can be left by there; once they have met, parts of them come from inside.
+bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& step) const {
+  if (contact.direction == Vec3{}) return false;
+  if (contact.kind == SweptKind::edge_edge) {
+    return is_left_by(contact, contact.second, contact.direction, step) &&
+           is_left_by(contact, contact.first, -contact.direction, step);
+  }
+  std::array<Vec3, 3> x;
+  for (std::size_t i = 0; i < 3; ++i)
+    x[i] = place(step, at(bodies_.triangles(), contact.second)[i], contact.time);
+  return dot(contact.direction, cross(x[1] - x[0], x[2] - x[0])) > 0.0;
+}
+
+/// Whether a direction is between the normals of the triangles at an edge: into neither of them.
+bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
+                               const PredictedStep& step) const {
+  const Edge& ends = at(bodies_.edges(), edge);
+  const Vec3 from = place(step, ends[0], contact.time);
+  const Vec3 along = normalized(place(step, ends[1], contact.time) - from);
+  const auto into = [&](Index triangle) {
+    for (const Index corner : at(bodies_.triangles(), triangle)) {
+      if (corner == ends[0] || corner == ends[1]) continue;
+      const Vec3 away = place(step, corner, contact.time) - from;
+      return dot(direction, normalized(away - dot(away, along) * along));
+    }
+    return 0.0;
+  };
+  return std::ranges::all_of(query_.surface().triangles_at(edge),
+                             [&](Index t) { return t < 0 || into(t) <= most_outside; });
+}
+
+/// Whether a contact at the end of the step leads out on the side that it came from. It must be shallow, and
+/// of edges almost nothing: what passes by a little now begins the next step beyond.
+/// \param beyond  how far it is beyond where it touched, m
+/// \param thick   local thickness, m
+bool SweptResponse::has_way_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
+                                 double thick) const {
+  const auto leads = [&](Index point, Index body, const Vec3& back) {
+    const Index row = contacts.find(point, body);
+    return row >= 0 && dot(at(contacts.contacts().direction, row), back) > 0.0 &&
+           at(contacts.contacts().depth, row) <= deepest_point * thick;
+  };
+  const Vec3& back = contact.direction;
+  if (contact.kind == SweptKind::point_triangle) {
+    const Index body = bodies_.body_of(at(bodies_.triangles(), contact.second));
+    return beyond <= deepest_point * thick && leads(contact.first, body, back);
+  }
+  const Edge& a = at(bodies_.edges(), contact.first);
+  const Edge& b = at(bodies_.edges(), contact.second);
+  const EdgeContacts& edges = contacts.edges();
+  const auto passes = [&](Index edge, Index body, const Vec3& way) {
+    const auto [first, last] = std::ranges::equal_range(edges.edge, edge);
+    for (auto row = static_cast<std::size_t>(first - edges.edge.begin());
+         row < static_cast<std::size_t>(last - edges.edge.begin()); ++row) {
+      if (edges.body[row] == body && dot(edges.direction[row], way) > 0.0 &&
+          edges.depth[row] <= deepest_point * thick)
+        return true;
+    }
+    return false;
+  };
+  if (beyond <= deepest_point * thick &&
+      (passes(contact.first, bodies_.body_of(b), back) || passes(contact.second, bodies_.body_of(a), -back)))
+    return true;
+  if (beyond > deepest_edge * thick) return false;
+  return leads(a[0], bodies_.body_of(b), back) || leads(a[1], bodies_.body_of(b), back) ||
+         leads(b[0], bodies_.body_of(a), -back) || leads(b[1], bodies_.body_of(a), -back);
+}
+
+/// The first point is of the first body, the second of the other.
+fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
+  fem::Coupling coupling;
+  const auto& w = contact.weights;
+  if (contact.kind == SweptKind::edge_edge) {
+    const Edge& a = at(bodies_.edges(), contact.first);
+    const Edge& b = at(bodies_.edges(), contact.second);
+    coupling.points = {a[0], a[1], b[0], b[1], -1};
+    coupling.coefficients = {1.0 - w[0], w[0], w[1] - 1.0, -w[1], 0.0};
+    return coupling;
+  }
+  const Triangle& triangle = at(bodies_.triangles(), contact.second);
+  const Tet& tet = at(bodies_.tets(), tet_behind(bodies_, contact.second));
+  coupling.points = {contact.first, tet[0], tet[1], tet[2], tet[3]};
+  coupling.coefficients[0] = 1.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t c = 0; c < 3; ++c)
+      if (tet[i] == triangle[c]) coupling.coefficients[1 + i] = -w[c];
+  }
+  return coupling;
+}
+
+/// Least of the tets behind the triangles that touch, m.
+double SweptResponse::thickness(const SweptContact& contact) const {
+  if (contact.kind == SweptKind::point_triangle) return height_behind(bodies_, contact.second);
+  double least = std::numeric_limits<double>::infinity();
+  for (const Index edge : {contact.first, contact.second}) {
+    for (const Index triangle : query_.surface().triangles_at(edge))
+      if (triangle >= 0) least = std::min(least, height_behind(bodies_, triangle));
+  }
+  return least;
+}
+
+void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
+                        const ContactResponse& response) {
+  const fem::Coupling coupling = coupling_of(contact);
+  const double thick = thickness(contact);
+  const double margin = margin_of_thickness * thick;
+  const double end = dot(contact.direction, fem::relative(coupling, step.end));
+  if (!(end < 0.0) || has_way_back(contact, step.contacts, -end, thick)) return;
+  const double gap = dot(contact.direction, fem::relative(coupling, step.start));
+  add(key_of(contact),
+      {coupling, contact.direction, std::max(gap, 0.0) - margin, margin - end, margin,
+       contact.kind == SweptKind::edge_edge},
+      step.time_step, response);
+}
+
+/// A contact at the start of the step that goes deeper by more than what is not looked at, whatever pushes
+/// it.
+void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
+                                std::span<const fem::Coupling> contacts) {
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Vec3& direction = response.laws()[c].direction;
+    const double deeper = -step.time_step * dot(direction, fem::relative(contacts[c], step.velocities));
+    const Index body = at(bodies_.body_of_point(), contacts[c].points.back());
+    const double thickness = at(query_.surface().of_thinnest, body);
+    if (!(deeper > settings().least_motion * thickness)) continue;
+    const Key key{SweptKind::point_triangle, contacts[c].points[0], body};
+    add(key, {contacts[c], direction, 0.0, deeper, margin_of_thickness * thickness, response.is_of_edge(c)},
+        step.time_step, response);
+  }
+}
+
+/// With the stiffness that stops the mass of its points within the margin, and ten times that for each time
+/// that it has been stopped in this step.
+void SweptResponse::add(const Key& key, const Passing& passing, double time_step,
+                        const ContactResponse& response) {
+  const auto [first, last] = std::equal_range(stopped_.begin(), stopped_.end(), key);
+  const double mass = response.reduced_mass(passing.coupling);
+  if (mass == 0.0) return;  // led there from outside
+  if (last - first >= most_stops) {
+    ++left_;
+    return;
+  }
+  const auto& points = passing.coupling.points;
+  const double usual = response.stiffness(at(bodies_.body_of_point(), points[0]),
+                                          at(bodies_.body_of_point(), points[passing.of_edge ? 2 : 1]));
+  const double force = mass * passing.beyond / (time_step * time_step);
+  double stiffness = std::clamp(force / passing.margin, usual, most_first_stiffness * usual);
+  for (auto time = first; time != last; ++time) stiffness *= 10.0;
+  make_room(stops_, stops_.size() + 1);
+  make_room(now_, now_.size() + 1);
+  now_.push_back(key);
+  StopOfPassing& stop = stops_.emplace_back();
+  stop.law.stiffness = stiffness;
+  stop.law.depth = -passing.gap;
+  stop.law.direction = passing.direction;
+  stop.of_edge = passing.of_edge;
+  stop.coupling.points = passing.coupling.points;
+  stop.coupling.coefficients = passing.coupling.coefficients;
+}
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "contact/contact_table.hpp"
+#include "contact/swept_query.hpp"
+#include "fem/contact_law.hpp"
+#include "fem/coupling.hpp"
+#include "parallel/parallel.hpp"
+#include "sim/response.hpp"
+
+namespace palpate {
+
+/// A step as a solve predicts it.
+struct PredictedStep {
+  std::span<const Vec3> start;       ///< (n_points x 3), m
+  std::span<const Vec3> end;         ///< (n_points x 3), m
+  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s: (end - start) / time_step
+  double time_step = 0.0;            ///< s
+  const ContactTable& contacts;      ///< at `end`
+};
+
+/// Stops what would pass through another body within a step and end on the wrong side.
+///
+/// What SweptQuery finds counts where it enters a body from outside (the direction is one that the surfaces
+/// there can be left by) and ends on the other side of where it entered. It is left to the contacts at the
+/// end of the step where one of these leads out on the side that it came from. All others get a law that
+/// lets them come as near as they are when they touch: without damping or friction's memory, like the
+/// speculative contacts of ContactResponse, with the stiffness that stops the mass of their points within a
+/// fiftieth of the local thickness, and ten times that each time that they still pass.
+class SweptResponse {
+ public:
+  explicit SweptResponse(const Bodies& bodies);
+
+  /// Nothing is stopped yet.
+  void begin_step() { stopped_.clear(); }
+
+  /// Laws and couplings for what passes. \param contacts  of the start of the step, whose laws are the
+  /// response's first. Empty: nothing ends on a wrong side. Until the next call. Time:
+  /// SweptQuery::find(), and O(found log found).
+  std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
+                                      const PairFilter& filter, const ContactResponse& response,
+                                      std::span<const fem::Coupling> contacts);
+  /// Of the last find(): what has been stopped so often that it is given up.
+  [[nodiscard]] std::int64_t left() const { return left_; }
+  /// Pairs of bodies that could pass, without looking further; their counts are in counts().
+  void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
+  /// Of the last find() or count().
+  [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
+
+ private:
+  /// A pair that has been stopped in this step, once for each time.
+  struct Key {
+    SweptKind kind;
+    Index first;
+    Index second;  ///< of a point the body, of an edge the other edge
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+  /// What is held apart, along what, and how far.
+  struct Passing {
+    const fem::Coupling& coupling;
+    const Vec3& direction;
+    double gap;     ///< that it may close, m
+    double beyond;  ///< how far it would go beyond, m
+    double margin;  ///< within which it is to be stopped, m
+    bool of_edge;   ///< the coupling's first two points are an edge
+  };
+  [[nodiscard]] Key key_of(const SweptContact& contact) const;
+  [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
+  [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
+                                const PredictedStep& step) const;
+  [[nodiscard]] bool has_way_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
+                                  double thick) const;
+  [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
+  [[nodiscard]] double thickness(const SweptContact& contact) const;
+  void add(const SweptContact& contact, const PredictedStep& step, const ContactResponse& response);
+  void add_sinking(const PredictedStep& step, const ContactResponse& response,
+                   std::span<const fem::Coupling> contacts);
+  void add(const Key& key, const Passing& passing, double time_step, const ContactResponse& response);
+  [[nodiscard]] SweptSettings settings() const { return {.tolerance = tolerance_}; }
+
+  const Bodies& bodies_;
+  SweptQuery query_;
+  double tolerance_;
+  std::vector<Key> stopped_;  ///< ascending
+  std::vector<Key> now_;      ///< scratch
+  std::vector<StopOfPassing> stops_;
+  std::int64_t left_ = 0;
+};
+
+}  // namespace palpate

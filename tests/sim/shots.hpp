@@ -1,0 +1,262 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
+
+#include "geometry/box.hpp"
+#include "geometry/predicates.hpp"
+#include "geometry/vector.hpp"
+#include "support/meshes.hpp"
+#include "support/random.hpp"
+
+/// Shots of one body at another, and what tells whether one went through.
+namespace palpate::test {
+
+/// A body whose middle is the origin, and how much of it is its core along each axis.
+struct ShotBody {
+  std::string name;
+  TetMesh mesh;
+  Vec3 core;
+  double thickness = 0.0;  ///< m
+};
+
+inline ShotBody random_shot_body(Random& random) {
+  switch (random.integer(0, 3)) {
+    case 0: {
+      const double r = random.uniform(0.01, 0.03);
+      return {"ball", ball_mesh(random.integer(2, 3), {}, r), {0.5, 0.5, 0.5}, r};
+    }
+    case 1: {
+      const double half = 0.5 * random.uniform(0.0005, 0.005);
+      const double side = random.uniform(0.02, 0.05);
+      return {"sheet",
+              box_mesh({random.integer(2, 4), random.integer(2, 4), 1}, {-side, -side, -half},
+                       {side, side, half}),
+              {0.8, 0.8, 0.5},
+              2.0 * half};
+    }
+    case 2: {
+      const double half = 0.5 * random.uniform(0.001, 0.003);
+      const double side = random.uniform(0.02, 0.04);
+      return {"needle",
+              box_mesh({random.integer(4, 8), 1, 1}, {-side, -half, -half}, {side, half, half}),
+              {0.8, 0.5, 0.5},
+              2.0 * half};
+    }
+    default: {
+      const double s = random.uniform(0.01, 0.03);
+      TetMesh mesh{{{-s, -s, -s}, {s, s, -s}, {s, -s, s}, {-s, s, s}}, {{0, 1, 2, 3}}};
+      for (Vec3& p : mesh.points) p += random.point(-0.2 * s, 0.2 * s);
+      return {"tet", mesh, {0.4, 0.4, 0.4}, s};
+    }
+  }
+}
+
+/// The inner part of a body, which goes with its tissue.
+class Core {
+ public:
+  /// \param rest  points of the mesh where the simulation has them at rest
+  Core(const Bodies& bodies, Index body, const Vec3& part, const TetMesh& about_origin) : bodies_(bodies) {
+    const Body& b = at(bodies.bodies(), body);
+    Vec3 middle;
+    for (const Vec3& p : about_origin.points)
+      middle += (1.0 / static_cast<double>(about_origin.points.size())) * p;
+    for (Index p = b.points.begin; p < b.points.end; ++p) {
+      const Vec3 d = at(about_origin.points, p - b.points.begin) - middle;
+      places_.push_back(place_of(about_origin, b, middle + Vec3{part.x * d.x, part.y * d.y, part.z * d.z}));
+    }
+    for (Index t = b.triangles.begin; t < b.triangles.end; ++t) {
+      Triangle corners = at(bodies.triangles(), t);
+      for (Index& corner : corners) corner -= b.points.begin;
+      triangles_.push_back(corners);
+    }
+  }
+  /// Where its points are at a time between two positions of the body.
+  void put(std::span<const Vec3> start, std::span<const Vec3> end, double time) {
+    points_.clear();
+    for (const auto& [tet, weights] : places_) {
+      Vec3 sum;
+      for (std::size_t i = 0; i < 4; ++i) {
+        const Index p = at(bodies_.tets(), tet)[i];
+        sum += weights[i] * (at(start, p) + time * (at(end, p) - at(start, p)));
+      }
+      points_.push_back(sum);
+    }
+  }
+  [[nodiscard]] Box box() const {
+    Box box;
+    for (const Vec3& p : points_) box.extend(p);
+    return box;
+  }
+  /// Whether a side of one goes through the surface of the other, where they have been put.
+  [[nodiscard]] bool crosses(const Core& other) const { return pierces(other) || other.pierces(*this); }
+
+ private:
+  struct Place {
+    Index tet;
+    std::array<double, 4> weights;
+  };
+  Place place_of(const TetMesh& mesh, const Body& b, const Vec3& p) const {
+    for (Index t = b.tets.begin; t < b.tets.end; ++t) {
+      std::array<Vec3, 4> x;
+      for (std::size_t i = 0; i < 4; ++i) x[i] = at(mesh.points, at(bodies_.tets(), t)[i] - b.points.begin);
+      if (point_in_tet(p, x[0], x[1], x[2], x[3])) return {t, barycentric_weights(p, x[0], x[1], x[2], x[3])};
+    }
+    return {b.tets.begin, {0.25, 0.25, 0.25, 0.25}};
+  }
+  [[nodiscard]] bool pierces(const Core& other) const {
+    const Box whole = other.box();
+    for (const Triangle& t : triangles_) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Vec3& a = at(points_, t[c]);
+        const Vec3& b = at(points_, t[(c + 1) % 3]);
+        Box edge;
+        edge.extend(a);
+        edge.extend(b);
+        if (t[c] > t[(c + 1) % 3] || !edge.overlaps(whole)) continue;
+        for (const Triangle& o : other.triangles_)
+          if (segment_meets_triangle(a, b, at(other.points_, o[0]), at(other.points_, o[1]),
+                                     at(other.points_, o[2])))
+            return true;
+      }
+    }
+    return false;
+  }
+
+  const Bodies& bodies_;
+  std::vector<Place> places_;
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3> points_;
+};
+
+/// A random shot: what flies, what it flies at, how fast.
+struct Shot {
+  std::array<ShotBody, 2> bodies;  ///< target, projectile
+  std::string name;
+  bool obstacle = false;
+  double way = 0.0;  ///< of the projectile in a step, in the lesser thickness
+  Model model;
+  int steps = 0;
+};
+
+inline constexpr double shot_step = 0.01;
+
+inline Shot random_shot(std::uint64_t seed) {
+  Random random(seed);
+  Shot shot;
+  shot.bodies = {random_shot_body(random), random_shot_body(random)};
+  const double thin = std::min(shot.bodies[0].thickness, shot.bodies[1].thickness);
+  shot.way = 0.2 * std::pow(250.0, random.uniform(0.0, 1.0));
+  shot.obstacle = random.chance(0.5);
+  const Vec3 direction = normalized(random.chance(0.4) ? Vec3{0.01, 0.02, -1.0} : random.point(-1, 1));
+  const double size = 0.06;
+  const double speed = shot.way * thin / shot_step;
+  const Vec3 aside = random.chance(0.5) ? Vec3{} : random.point(-0.02, 0.02);
+  const double before = (2.0 * size + random.uniform(0.0, 1.0) * speed * shot_step);
+  const Vec3 axis = random.point(-1, 1);
+  const double angle = random.chance(0.5) ? 0.0 : random.uniform(-3, 3);
+  const Vec3 spin = random.chance(0.5) ? Vec3{} : 0.3 * speed / size * random.point(-1, 1);
+  for (std::size_t b = 0; b < 2; ++b) {
+    TetMesh mesh = shot.bodies[b].mesh;
+    for (Vec3& p : mesh.points) {
+      if (b == 1) p = rotated(p, axis, angle) + aside - before * direction;
+      shot.model.velocities.push_back(
+          b == 1 ? speed * direction + cross(spin, p - (aside - before * direction)) : Vec3{});
+    }
+    shot.model.bodies.add(shot.bodies[b].name, std::move(mesh));
+    Material material;
+    material.young_modulus = 1e5;
+    shot.model.materials.push_back(material);
+  }
+  shot.model.obstacles = {static_cast<std::uint8_t>(shot.obstacle ? 1 : 0), 0};
+  shot.steps = std::min(static_cast<int>((before + 2.0 * size) / (speed * shot_step)) + 4, 120);
+  shot.name = shot.bodies[1].name + " at " + shot.bodies[0].name + (shot.obstacle ? " (fixed)" : "") + ", " +
+              std::to_string(shot.way) + " thicknesses a step, seed " + std::to_string(seed);
+  return shot;
+}
+
+struct ShotResult {
+  bool went_through = false;
+  bool creeps = false;  ///< in a step in which nothing moved enough to be looked at: for edge contacts
+  int through_step = 0;
+  std::int64_t stopped = 0;
+  std::int64_t passes = 0;
+  int most_solves = 0;
+};
+
+/// Whether the cores of the bodies ever cross, with so many looks at a step that nothing moves further
+/// against the other than a tenth of a thickness between two.
+inline ShotResult shoot(const Shot& shot, bool continuous) {
+  SimulationSettings settings;
+  settings.time_step = shot_step;
+  settings.gravity = {};
+  settings.detection.continuous = continuous;
+  Simulation simulation(shot.model, settings, 1);
+  const Bodies& bodies = simulation.bodies();
+  std::array<Core, 2> cores{Core(bodies, 0, shot.bodies[0].core, shot.bodies[0].mesh),
+                            Core(bodies, 1, shot.bodies[1].core, shot.bodies[1].mesh)};
+  ShotResult result;
+  const double thin = std::min(shot.bodies[0].thickness, shot.bodies[1].thickness);
+  std::vector<Vec3> start;
+  for (int step = 0; step < shot.steps && !result.went_through; ++step) {
+    start.assign(simulation.positions().begin(), simulation.positions().end());
+    const StepMetrics& m = simulation.step();
+    result.stopped += m.stopped_passes;
+    result.passes += m.passes;
+    result.most_solves = std::max(result.most_solves, m.solves);
+    double way = 0.0;
+    std::array<Box, 2> boxes;
+    for (std::size_t p = 0; p < start.size(); ++p) {
+      way = std::max(way, length(simulation.positions()[p] - start[p]));
+      Box& box = at(boxes, bodies.body_of_point()[p]);
+      box.extend(start[p]);
+      box.extend(simulation.positions()[p]);
+    }
+    if (!boxes[0].overlaps(boxes[1])) continue;
+    const int looks = std::min(static_cast<int>(2.0 * way / (0.1 * thin)) + 1, 1500);
+    for (int i = 1; i <= looks && !result.went_through; ++i) {
+      for (Core& core : cores) core.put(start, simulation.positions(), static_cast<double>(i) / looks);
+      if (!cores[0].box().overlaps(cores[1].box())) continue;
+      result.went_through = cores[0].crosses(cores[1]);
+      result.creeps = result.went_through && m.pairs_that_could_pass == 0;
+      result.through_step = step + 1;
+    }
+  }
+  return result;
+}
+
+/// What became of shots.
+struct Shots {
+  int through = 0;
+  int creeps = 0;
+  int blown_up = 0;
+};
+
+/// Shots with these seeds; names those that went through.
+inline Shots shoot_all(std::uint64_t first, int count) {
+  Shots shots;
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(count); ++seed) {
+    const Shot shot = random_shot(seed);
+    try {
+      const ShotResult result = shoot(shot, true);
+      const bool through = result.went_through && !result.creeps;
+      if (through) std::printf("through in step %d: %s\n", result.through_step, shot.name.c_str());
+      shots.through += through ? 1 : 0;
+      shots.creeps += result.creeps ? 1 : 0;
+    } catch (const Error&) {
+      ++shots.blown_up;  // needles that spin, also in free flight: docs/continuous.md
+    }
+  }
+  std::printf("%d shots: %d went through, %d crept through below the filter, %d blew up\n", count,
+              shots.through, shots.creeps, shots.blown_up);
+  return shots;
+}
+
+}  // namespace palpate::test

@@ -1,0 +1,18 @@
+// Ten thousand shots; the ordinary tests have the first some hundred.
+#include <gtest/gtest.h>
+
+#include "sim/shots.hpp"
+
+namespace palpate {
+namespace {
+
+TEST(SweptInTheLarge, NoShotOfTenThousandGoesThrough) {
+  constexpr int count = 10000;
+  const test::Shots shots = test::shoot_all(1000000, count);
+  EXPECT_LE(shots.through, count / 400);
+  EXPECT_LE(shots.creeps, 3 * count / 100);
+  EXPECT_LE(shots.blown_up, 5 * count / 100);
+}
+
+}  // namespace
+}  // namespace palpate

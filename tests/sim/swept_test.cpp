@@ -1,0 +1,91 @@
+// Nothing slips through. Oracle: the inner parts of two bodies never cross, looked at densely in time.
+#include <filesystem>
+#include <gtest/gtest.h>
+
+#include <palpate/error.hpp>
+
+#include "scene/load.hpp"
+#include "scene/scene.hpp"
+#include "sim/shots.hpp"
+
+namespace palpate {
+namespace {
+
+Simulation simulate(Scene scene, bool continuous, int threads = 2) {
+  scene.settings.detection.continuous = continuous;
+  Model model = load_model(scene, [](const std::filesystem::path& path) -> TetMesh {
+    throw Error(path.string(), "", "a mesh file", "none");
+  });
+  return Simulation(std::move(model), scene.settings, threads);
+}
+
+double lowest(const Simulation& simulation, Index body) {
+  double z = 1e300;
+  const Range& points = at(simulation.bodies().bodies(), body).points;
+  for (Index p = points.begin; p < points.end; ++p) z = std::min(z, at(simulation.positions(), p).z);
+  return z;
+}
+
+constexpr const char* sheet_on_plate =
+    R"({"time_step": 0.01, "duration": 0.4, "gravity": [0, 0, 0], "bodies": [
+  {"name": "plate", "box": {"cells": [8, 8, 1], "size": [0.2, 0.2, 0.002]}, "translate": [0.003, 0.002, 0], "obstacle": true},
+  {"name": "sheet", "box": {"cells": [6, 6, 1], "size": [0.1, 0.1, 0.002]}, "translate": [0, 0, 0.0218],
+   "velocity": [0, 0, -0.6], "material": {}}]})";
+
+TEST(Swept, ASheetAtThreeThicknessesAStepStopsAtAPlate) {
+  const Scene scene = read_scene_text(sheet_on_plate, "sheet");
+  Simulation off = simulate(scene, false);
+  while (off.metrics().time < 0.4 - 1e-9) off.step();
+  EXPECT_LT(lowest(off, 1), -0.1) << "it must take a continuous detection";
+  Simulation on = simulate(scene, true);
+  std::int64_t stopped = 0;
+  while (on.metrics().time < 0.4 - 1e-9) {
+    const StepMetrics& m = on.step();
+    stopped += m.stopped_passes;
+    EXPECT_EQ(m.passes, 0);
+    ASSERT_GT(lowest(on, 1), 0.001 - 0.1 * 0.002) << "step " << m.step;
+  }
+  EXPECT_GT(stopped, 0);
+}
+
+TEST(Swept, WithoutItPairsThatCouldPassAreCounted) {
+  Simulation off = simulate(read_scene_text(sheet_on_plate, "sheet"), false);
+  std::int64_t pairs = 0;
+  for (int i = 0; i < 10; ++i) {
+    pairs += off.step().pairs_that_could_pass;
+    EXPECT_EQ(off.metrics().stopped_passes, 0);
+    if (off.metrics().pairs_that_could_pass == 0) continue;
+    EXPECT_NEAR(off.metrics().thinnest, 0.002, 1e-9);
+  }
+  EXPECT_GT(pairs, 0);
+}
+
+TEST(Swept, StopsHaveTheSameBitsForEveryThreadCountAndAfterARestart) {
+  const Scene scene = read_scene_text(sheet_on_plate, "sheet");
+  const auto hash = [&](int threads, bool restarts) {
+    Simulation simulation = simulate(scene, true, threads);
+    std::int64_t stopped = 0;
+    for (int i = 0; i < 12; ++i) {
+      stopped += simulation.step().stopped_passes;
+      if (!restarts) continue;
+      const std::vector<std::byte> saved = simulation.save();
+      simulation = simulate(scene, true, threads);
+      simulation.restore(saved);
+    }
+    EXPECT_GT(stopped, 0);
+    return simulation.state_hash();
+  };
+  const std::string one = hash(1, false);
+  for (const int threads : {2, 3, 7}) EXPECT_EQ(hash(threads, false), one) << threads;
+  EXPECT_EQ(hash(2, true), one);
+}
+
+TEST(Swept, NoShotGoesThrough) {
+  const test::Shots shots = test::shoot_all(0, 300);
+  EXPECT_EQ(shots.through, 0);
+  EXPECT_LE(shots.creeps, 9);
+  EXPECT_LE(shots.blown_up, 15);
+}
+
+}  // namespace
+}  // namespace palpate
