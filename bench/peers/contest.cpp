@@ -57,6 +57,7 @@ class Preparation {
   static DetectionSettings settings(const Course& course) {
     DetectionSettings settings;
     settings.self_collision = course.scene.self_collision;
+    settings.edge_contacts = false;  // peers are asked for points in tets and for border edges
     return settings;
   }
   const Course* course_;

@@ -21,6 +21,8 @@ void bind_metrics(nb::module_& m) {
       .add("solves", &StepMetrics::solves, doc::StepMetrics_solves)
       .add("detections", &StepMetrics::detections, doc::StepMetrics_detections)
       .add("speculative_contacts", &StepMetrics::speculative_contacts, doc::StepMetrics_speculative_contacts)
+      .add("stopped_passes", &StepMetrics::stopped_passes, doc::StepMetrics_stopped_passes)
+      .add("passes", &StepMetrics::passes, doc::StepMetrics_passes)
       .add("looks_ahead", &StepMetrics::looks_ahead, doc::StepMetrics_looks_ahead)
       .add("solver_iterations", &StepMetrics::solver_iterations, doc::StepMetrics_solver_iterations)
       .add("solver_converged", &StepMetrics::solver_converged, doc::StepMetrics_solver_converged)

@@ -104,6 +104,7 @@ std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>&
     for (const Way& way : ways) {
       DetectionSettings settings = way.settings;
       settings.coherence = false;  // structures are compared by what a frame on its own costs
+      settings.edge_contacts = false;  // the paper has none
       detectors.emplace_back(recording.bodies, settings, recording.rigid, way.threads);
     }
     for (std::size_t frame = 0; frame < recording.frames.size(); ++frame) {

@@ -320,7 +320,6 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
   const Json through = Json::parse(read("fast/run.json"));
   EXPECT_GE(through["steps_too_far"], 1);
   EXPECT_LT(through["steps_too_far"], 4) << "those in which it is near the plate";
-  EXPECT_LT(through["bodies"][1]["mean_position"][2], -0.05);
   const Finished stopped = palpate({"run", "fast.json", "--no-picture", "--out", "stopped"});
   EXPECT_EQ(stopped.out.find("too far"), std::string::npos) << stopped.out;
   EXPECT_EQ(Json::parse(read("stopped/run.json"))["steps_too_far"], 0) << "looked at over the whole step";
