@@ -111,8 +111,9 @@ struct DetectionSettings {
   /// Only Structure::compact without cells_per_primitive and budget can.
   bool coherence = true;
   /// Whether a simulation looks for what would pass through another body within a step (docs/continuous.md),
-  /// and stops it where they touch. Off, pairs of bodies that could pass are only counted.
-  bool continuous = true;
+  /// and stops it where they touch; a step that has to stop much takes many solves. Off, pairs of bodies that
+  /// could pass are only counted.
+  bool continuous = false;
   std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

@@ -1,6 +1,7 @@
 #include "contact/edge_query.hpp"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 #include "geometry/predicates.hpp"
@@ -36,6 +37,7 @@ EdgeQuery::EdgeQuery(const Bodies& bodies, const SurfaceSides& sides)
     }
     edges_.begin.push_back(static_cast<Index>(edges_.values.size()));
   }
+  edge_boxes_.resize(edges_.values.size());
 }
 
 void EdgeQuery::find_boxes(const Frame& frame) {
@@ -81,8 +83,13 @@ void EdgeQuery::choose_clusters(const Frame& frame) {
   }
   std::ranges::sort(active_);
   parallel::for_each(frame.threads, active_.size(), grain, [&](std::size_t i) {
-    for (const Index t : clusters_.primitives_of(at(clusters_.clusters, active_[i].second)))
-      at(triangle_boxes_, t) = box_of(frame.positions, at(frame.bodies.triangles(), t));
+    const Index c = active_[i].second;
+    const Cluster& cluster = at(clusters_.clusters, c);
+    for (Index k = cluster.first; k < cluster.first + cluster.size; ++k)
+      at(triangle_boxes_, k) =
+          box_of(frame.positions, at(frame.bodies.triangles(), at(clusters_.primitives, k)));
+    for (Index k = at(edges_.begin, c); k < at(edges_.begin, c + 1); ++k)
+      at(edge_boxes_, k) = box_of(frame.positions, at(frame.bodies.edges(), at(edges_.values, k)));
   });
 }
 
@@ -107,20 +114,30 @@ void EdgeQuery::pair_clusters(const Frame& frame) {
 void EdgeQuery::test(const Frame& frame, Index cluster_of_edges, Index cluster_of_triangles,
                      std::vector<EdgeHit>& found) const {
   const Cluster& cluster = at(clusters_.clusters, cluster_of_triangles);
-  const Box& around = at(boxes_, cluster_of_triangles);
+  const Box& a = at(boxes_, cluster_of_edges);
+  const Box& b = at(boxes_, cluster_of_triangles);
+  // What meets, meets where both clusters are.
+  const Box both{
+      {std::max(a.lower.x, b.lower.x), std::max(a.lower.y, b.lower.y), std::max(a.lower.z, b.lower.z)},
+      {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
+  std::array<Index, Cluster::most_primitives> near{};
+  std::size_t count = 0;
+  for (Index k = cluster.first; k < cluster.first + cluster.size; ++k)
+    if (at(triangle_boxes_, k).overlaps(both)) near[count++] = k;
+  if (count == 0) return;
   const std::span<const Vec3> x = frame.positions;
-  for (const Index e : edges_[cluster_of_edges]) {
-    const Edge& edge = at(frame.bodies.edges(), e);
-    const Box box = box_of(x, edge);
-    if (!box.overlaps(around)) continue;
-    if (frame.contacts.find(edge[0], cluster.body) >= 0 || frame.contacts.find(edge[1], cluster.body) >= 0)
-      continue;
-    for (const Index t : clusters_.primitives_of(cluster)) {
-      if (!box.overlaps(at(triangle_boxes_, t))) continue;
-      const Triangle& triangle = at(frame.bodies.triangles(), t);
-      if (segment_meets_triangle(at(x, edge[0]), at(x, edge[1]), at(x, triangle[0]), at(x, triangle[1]),
-                                 at(x, triangle[2])))
-        found.push_back({e, t});
+  for (Index e = at(edges_.begin, cluster_of_edges); e < at(edges_.begin, cluster_of_edges + 1); ++e) {
+    const Box& box = at(edge_boxes_, e);
+    if (!box.overlaps(both)) continue;
+    const Edge& edge = at(frame.bodies.edges(), at(edges_.values, e));
+    for (const Index k : std::span(near).first(count)) {
+      if (!box.overlaps(at(triangle_boxes_, k))) continue;
+      const Triangle& t = at(frame.bodies.triangles(), at(clusters_.primitives, k));
+      if (!segment_meets_triangle(at(x, edge[0]), at(x, edge[1]), at(x, t[0]), at(x, t[1]), at(x, t[2])))
+        continue;
+      if (frame.contacts.find(edge[0], cluster.body) >= 0 || frame.contacts.find(edge[1], cluster.body) >= 0)
+        break;
+      found.push_back({at(edges_.values, e), at(clusters_.primitives, k)});
     }
   }
 }

@@ -47,10 +47,11 @@ class EdgeQuery {
             std::vector<EdgeHit>& found) const;
 
   Clusters clusters_;
-  Rows edges_;                                        ///< (n_clusters) that each owns
-  std::vector<Box> boxes_;                            ///< (n_clusters)
-  std::vector<Box> body_boxes_;                       ///< (n_bodies)
-  std::vector<Box> triangle_boxes_;                   ///< (n_triangles) of active clusters
+  Rows edges_;                       ///< (n_clusters) that each owns
+  std::vector<Box> boxes_;           ///< (n_clusters)
+  std::vector<Box> body_boxes_;      ///< (n_bodies)
+  std::vector<Box> triangle_boxes_;  ///< (n_triangles) of active clusters, in the order of their primitives
+  std::vector<Box> edge_boxes_;      ///< (n_surface_edges) the same, as edges_ has them
   std::vector<std::pair<double, Index>> body_order_;  ///< by their lower x
   std::vector<Pair> body_pairs_;                  ///< whose boxes meet and that may touch, both ways, sorted
   std::vector<std::pair<double, Index>> active_;  ///< clusters near another body, by their lower x

@@ -209,7 +209,7 @@ WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index 
 
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double infinity = std::numeric_limits<double>::infinity();
   const WayAhead way = way_ahead(bodies, positions, tet, p, direction, infinity);
   return way.leaves() ? way.distance : infinity;
 }

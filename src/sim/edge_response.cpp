@@ -57,9 +57,10 @@ double held_near(const EdgeResponse::Frame& frame, Index triangle, Index body, d
   double most = 0.0;
   for (const Index corner : at(frame.bodies.triangles(), triangle)) {
     most = std::max(most, held_by(frame, frame.table.find(corner, body), depth));
-    for (const Index edge : frame.bodies.point_edges()[corner])
-      most =
-          std::max(most, held_by(frame, frame.table.find(frame.bodies.other_end(edge, corner), body), depth));
+    for (const Index edge : frame.bodies.point_edges()[corner]) {
+      const Index neighbor = frame.bodies.other_end(edge, corner);
+      most = std::max(most, held_by(frame, frame.table.find(neighbor, body), depth));
+    }
   }
   return most;
 }
