@@ -184,7 +184,8 @@ inline Shot random_shot(std::uint64_t seed) {
 
 struct ShotResult {
   bool went_through = false;
-  bool creeps = false;  ///< in a step in which nothing moved enough to be looked at: for edge contacts
+  bool creeps = false;   ///< in a step in which nothing moved enough to be looked at: for edge contacts
+  bool blew_up = false;  ///< faster than five times what it was shot at: not what a hit does
   int through_step = 0;
   std::int64_t stopped = 0;
   std::int64_t passes = 0;
@@ -205,9 +206,12 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
   ShotResult result;
   const double thin = std::min(shot.bodies[0].thickness, shot.bodies[1].thickness);
   std::vector<Vec3> start;
+  const double speed = simulation.metrics().largest_speed;
   for (int step = 0; step < shot.steps && !result.went_through; ++step) {
     start.assign(simulation.positions().begin(), simulation.positions().end());
     const StepMetrics& m = simulation.step();
+    result.blew_up = m.largest_speed > 5.0 * speed;
+    if (result.blew_up) break;
     result.stopped += m.stopped_passes;
     result.passes += m.passes;
     result.most_solves = std::max(result.most_solves, m.solves);
@@ -250,6 +254,7 @@ inline Shots shoot_all(std::uint64_t first, int count) {
       if (through) std::printf("through in step %d: %s\n", result.through_step, shot.name.c_str());
       shots.through += through ? 1 : 0;
       shots.creeps += result.creeps ? 1 : 0;
+      shots.blown_up += result.blew_up ? 1 : 0;
     } catch (const Error&) {
       ++shots.blown_up;  // needles that spin, also in free flight: docs/continuous.md
     }

@@ -84,7 +84,7 @@ TEST(Swept, NoShotGoesThrough) {
   const test::Shots shots = test::shoot_all(0, 300);
   EXPECT_EQ(shots.through, 0);
   EXPECT_LE(shots.creeps, 9);
-  EXPECT_LE(shots.blown_up, 15);
+  EXPECT_LE(shots.blown_up, 30);
 }
 
 }  // namespace
