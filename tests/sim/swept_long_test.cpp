@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-TEST(SweptInTheLarge, NoShotOfTenThousandGoesThrough) {
+TEST(SweptInTheLarge, ShotsOfTenThousandThatGoThroughAreAsFewAsKnown) {
   constexpr int count = 10000;
   const test::Shots shots = test::shoot_all(1000000, count);
   EXPECT_LE(shots.through, count / 400);
