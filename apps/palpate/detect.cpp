@@ -129,8 +129,9 @@ int detect(const DetectOptions& options) {
     print_out(text);
   }
   const DetectionCounts& counts = detector.counts();
-  say_note(fmt::format("{}, {}, {}, {}, {} tested", counted(counts.contacts, "contact"),
-                       counted(counts.edge_contacts, "edge contact"),
+  const std::string edges =
+      counts.edge_contacts > 0 ? counted(counts.edge_contacts, "edge contact") + ", " : "";
+  say_note(fmt::format("{}, {}{}, {}, {} tested", counted(counts.contacts, "contact"), edges,
                        counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
                        counted(counts.candidates, "candidate")));
   if (counts.late_clusters > 0) {

@@ -37,7 +37,7 @@ void EdgeContactQuery::list_groups(const Bodies& bodies) {
 }
 
 /// The shortest way out for the part of an edge between two meetings.
-LineExit EdgeContactQuery::exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+LineExit EdgeContactQuery::way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
                                 const Meeting& in, const Meeting& out, SilhouetteSearch& search) const {
   const Edge& ends = at(bodies.edges(), edge);
   const Vec3& a = at(positions, ends[0]);
@@ -80,7 +80,7 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
   std::ranges::sort(meetings, {},
                     [](const Meeting& m) { return std::tuple(m.parameter, !m.enters, m.triangle); });
   const auto add = [&](const Meeting& in, const Meeting& out) {
-    const LineExit way = exit(bodies, positions, edge, in, out, scratch.search);
+    const LineExit way = way_out(bodies, positions, edge, in, out, scratch.search);
     rows.push_back(
         {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, way.distance, way.direction});
   };

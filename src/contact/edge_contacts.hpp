@@ -52,7 +52,7 @@ class EdgeContactQuery {
   void list_groups(const Bodies& bodies);
   void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
                 std::vector<Row>& rows) const;
-  [[nodiscard]] LineExit exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+  [[nodiscard]] LineExit way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
                               const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
 
   SurfaceSides sides_;

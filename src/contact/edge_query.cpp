@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "geometry/predicates.hpp"
@@ -15,6 +18,40 @@ constexpr std::size_t grain = 64;
 
 }  // namespace
 
+EdgeQuery::FloatBox::FloatBox(const Box& box) {
+  constexpr float rounding = 1.2e-7F;  // of a double that became a float, relative
+  const auto down = [](double x) {
+    constexpr double most = 1e38;  // what is beyond counts as there
+    const auto f = static_cast<float>(std::clamp(x, -most, most));
+    return f - (rounding * std::abs(f) + std::numeric_limits<float>::min());
+  };
+  const auto up = [&](double x) { return -down(-x); };
+  lower = {down(box.lower.x), down(box.lower.y), down(box.lower.z)};
+  upper = {up(box.upper.x), up(box.upper.y), up(box.upper.z)};
+}
+
+void EdgeQuery::TriangleBoxes::put(const FloatBox& box, std::size_t lane) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    lower[k][lane] = box.lower[k];
+    upper[k][lane] = box.upper[k];
+  }
+}
+
+/// A bit for each lane whose box meets another; written so that compilers make vectors of it.
+std::uint32_t EdgeQuery::TriangleBoxes::meeting(const FloatBox& box) const {
+  std::array<std::int32_t, Cluster::most_primitives> bits{};
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    const int meets =
+        static_cast<int>(lower[0][i] <= box.upper[0]) & static_cast<int>(lower[1][i] <= box.upper[1]) &
+        static_cast<int>(lower[2][i] <= box.upper[2]) & static_cast<int>(box.lower[0] <= upper[0][i]) &
+        static_cast<int>(box.lower[1] <= upper[1][i]) & static_cast<int>(box.lower[2] <= upper[2][i]);
+    bits[i] = meets << i;
+  }
+  std::int32_t all = 0;
+  for (const std::int32_t bit : bits) all |= bit;
+  return static_cast<std::uint32_t>(all);
+}
+
 struct EdgeQuery::Frame {
   const parallel::Threads& threads;
   const Bodies& bodies;
@@ -27,7 +64,7 @@ EdgeQuery::EdgeQuery(const Bodies& bodies, const SurfaceSides& sides)
     : clusters_(make_triangle_clusters(bodies)),
       boxes_(clusters_.clusters.size()),
       body_boxes_(bodies.bodies().size()),
-      triangle_boxes_(bodies.triangles().size()) {
+      triangle_boxes_(clusters_.clusters.size()) {
   std::vector<std::uint8_t> owned(bodies.edges().size(), 0);
   for (const Cluster& cluster : clusters_.clusters) {
     for (const Index t : clusters_.primitives_of(cluster)) {
@@ -85,11 +122,16 @@ void EdgeQuery::choose_clusters(const Frame& frame) {
   parallel::for_each(frame.threads, active_.size(), grain, [&](std::size_t i) {
     const Index c = active_[i].second;
     const Cluster& cluster = at(clusters_.clusters, c);
-    for (Index k = cluster.first; k < cluster.first + cluster.size; ++k)
-      at(triangle_boxes_, k) =
-          box_of(frame.positions, at(frame.bodies.triangles(), at(clusters_.primitives, k)));
+    TriangleBoxes& boxes = at(triangle_boxes_, c);
+    const std::span<const Index> triangles = clusters_.primitives_of(cluster);
+    for (std::size_t lane = 0; lane < Cluster::most_primitives; ++lane) {
+      const Box box = lane < triangles.size()
+                          ? box_of(frame.positions, at(frame.bodies.triangles(), triangles[lane]))
+                          : Box{};
+      boxes.put(FloatBox(box), lane);
+    }
     for (Index k = at(edges_.begin, c); k < at(edges_.begin, c + 1); ++k)
-      at(edge_boxes_, k) = box_of(frame.positions, at(frame.bodies.edges(), at(edges_.values, k)));
+      at(edge_boxes_, k) = FloatBox(box_of(frame.positions, at(frame.bodies.edges(), at(edges_.values, k))));
   });
 }
 
@@ -120,24 +162,27 @@ void EdgeQuery::test(const Frame& frame, Index cluster_of_edges, Index cluster_o
   const Box both{
       {std::max(a.lower.x, b.lower.x), std::max(a.lower.y, b.lower.y), std::max(a.lower.z, b.lower.z)},
       {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
-  std::array<Index, Cluster::most_primitives> near{};
-  std::size_t count = 0;
-  for (Index k = cluster.first; k < cluster.first + cluster.size; ++k)
-    if (at(triangle_boxes_, k).overlaps(both)) near[count++] = k;
-  if (count == 0) return;
+  const FloatBox around(both);
+  const TriangleBoxes& boxes = at(triangle_boxes_, cluster_of_triangles);
+  const std::uint32_t near = boxes.meeting(around) & ((1U << cluster.size) - 1U);
+  if (near == 0) return;
   const std::span<const Vec3> x = frame.positions;
+  const std::span<const Index> triangles = clusters_.primitives_of(cluster);
   for (Index e = at(edges_.begin, cluster_of_edges); e < at(edges_.begin, cluster_of_edges + 1); ++e) {
-    const Box& box = at(edge_boxes_, e);
-    if (!box.overlaps(both)) continue;
+    const FloatBox& box = at(edge_boxes_, e);
+    const auto apart = [&](std::size_t k) {
+      return box.upper[k] < around.lower[k] || around.upper[k] < box.lower[k];
+    };
+    if (apart(0) || apart(1) || apart(2)) continue;
     const Edge& edge = at(frame.bodies.edges(), at(edges_.values, e));
-    for (const Index k : std::span(near).first(count)) {
-      if (!box.overlaps(at(triangle_boxes_, k))) continue;
-      const Triangle& t = at(frame.bodies.triangles(), at(clusters_.primitives, k));
+    for (std::uint32_t left = near & boxes.meeting(box); left != 0; left &= left - 1) {
+      const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
+      const Triangle& t = at(frame.bodies.triangles(), triangle);
       if (!segment_meets_triangle(at(x, edge[0]), at(x, edge[1]), at(x, t[0]), at(x, t[1]), at(x, t[2])))
         continue;
       if (frame.contacts.find(edge[0], cluster.body) >= 0 || frame.contacts.find(edge[1], cluster.body) >= 0)
         break;
-      found.push_back({at(edges_.values, e), at(clusters_.primitives, k)});
+      found.push_back({at(edges_.values, e), triangle});
     }
   }
 }

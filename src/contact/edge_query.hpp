@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -38,6 +40,20 @@ class EdgeQuery {
 
  private:
   using Pair = std::pair<Index, Index>;
+  /// Rounded outwards.
+  struct FloatBox {
+    FloatBox() = default;
+    explicit FloatBox(const Box& box);
+    std::array<float, 3> lower;
+    std::array<float, 3> upper;
+  };
+  /// Of the triangles of a cluster, a lane each; those beyond the last are met by nothing.
+  struct TriangleBoxes {
+    std::array<std::array<float, Cluster::most_primitives>, 3> lower;
+    std::array<std::array<float, Cluster::most_primitives>, 3> upper;
+    void put(const FloatBox& box, std::size_t lane);
+    [[nodiscard]] std::uint32_t meeting(const FloatBox& box) const;
+  };
   struct Frame;
   void find_boxes(const Frame& frame);
   void pair_bodies(const Frame& frame);
@@ -47,11 +63,11 @@ class EdgeQuery {
             std::vector<EdgeHit>& found) const;
 
   Clusters clusters_;
-  Rows edges_;                       ///< (n_clusters) that each owns
-  std::vector<Box> boxes_;           ///< (n_clusters)
-  std::vector<Box> body_boxes_;      ///< (n_bodies)
-  std::vector<Box> triangle_boxes_;  ///< (n_triangles) of active clusters, in the order of their primitives
-  std::vector<Box> edge_boxes_;      ///< (n_surface_edges) the same, as edges_ has them
+  Rows edges_;                                 ///< (n_clusters) that each owns
+  std::vector<Box> boxes_;                     ///< (n_clusters)
+  std::vector<Box> body_boxes_;                ///< (n_bodies)
+  std::vector<TriangleBoxes> triangle_boxes_;  ///< (n_clusters) of active ones
+  std::vector<FloatBox> edge_boxes_;           ///< (n_surface_edges) of active ones, as edges_ has them
   std::vector<std::pair<double, Index>> body_order_;  ///< by their lower x
   std::vector<Pair> body_pairs_;                  ///< whose boxes meet and that may touch, both ways, sorted
   std::vector<std::pair<double, Index>> active_;  ///< clusters near another body, by their lower x

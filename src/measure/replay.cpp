@@ -103,7 +103,7 @@ std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>&
     detectors.reserve(ways.size());
     for (const Way& way : ways) {
       DetectionSettings settings = way.settings;
-      settings.coherence = false;  // structures are compared by what a frame on its own costs
+      settings.coherence = false;      // structures are compared by what a frame on its own costs
       settings.edge_contacts = false;  // the paper has none
       detectors.emplace_back(recording.bodies, settings, recording.rigid, way.threads);
     }

@@ -86,6 +86,7 @@ class Relaxation {
         rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
         start_(rails_.start_positions(threads_, bodies_.points_rest())) {
+    response_.use_edges(settings.detection.edge_contacts);
     dynamics_.set_fixed_axes(bodies_, materials_, axes_or_none(model));
     dynamics_.set_positions(start_);
     detector_.detect(dynamics_.positions());

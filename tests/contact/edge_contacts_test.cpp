@@ -24,6 +24,12 @@ namespace palpate {
 namespace {
 
 using test::ContactScene;
+DetectionSettings with_edges() {
+  DetectionSettings settings;
+  settings.edge_contacts = true;
+  return settings;
+}
+
 using EdgeSet = std::set<std::pair<Index, Index>>;  // (edge, body)
 
 EdgeSet set_of(const EdgeContacts& contacts) {
@@ -83,7 +89,7 @@ TEST_P(EdgeContactsOn, AreThoseOfRationalArithmetic) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const ContactScene scene = test::make_contact_scene(GetParam(), seed);
     const EdgeSet expected = rational_edges(scene);
-    Detector detector(scene.bodies, {}, scene.immovable, 2);
+    Detector detector(scene.bodies, with_edges(), scene.immovable, 2);
     detector.detect(scene.positions);
     const EdgeContacts& edges = detector.edge_contacts();
     ASSERT_EQ(set_of(edges), expected);
@@ -176,7 +182,7 @@ std::size_t check_pairs(std::uint64_t seed, int most, std::size_t& met) {
       bodies.add("b", std::move(mesh));
     }
   }
-  Detector detector(bodies, {}, {}, 1);
+  Detector detector(bodies, with_edges(), {}, 1);
   detector.detect(bodies.points_rest());
   std::vector<bool> found(pairs, false);
   for (const Index body : detector.contacts().body) found[static_cast<std::size_t>(body / 2)] = true;
@@ -217,7 +223,7 @@ TEST(EdgeContacts, OfCrossedBarsLeadStraightUp) {
   Bodies bodies;
   bodies.add("lower", bar(0, {0.0, 0.0, 0.0}));
   bodies.add("upper", bar(1, {0.003, 0.0, 0.0198}));  // 0.2 mm deep
-  Detector detector(bodies, {}, {}, 1);
+  Detector detector(bodies, with_edges(), {}, 1);
   detector.detect(bodies.points_rest());
   EXPECT_EQ(detector.contacts().size(), 0U);
   const EdgeContacts& edges = detector.edge_contacts();
@@ -245,7 +251,7 @@ TEST(EdgeContacts, OfARidgeOnARidgeLeadAcrossBoth) {
   bodies.add("lower", on_edge(0, 0.0));
   const double apart = 2.0 * 0.01 * std::sqrt(2.0);
   bodies.add("upper", on_edge(1, apart - 0.001));
-  Detector detector(bodies, {}, {}, 1);
+  Detector detector(bodies, with_edges(), {}, 1);
   detector.detect(bodies.points_rest());
   EXPECT_EQ(detector.contacts().size(), 0U);
   const EdgeContacts& edges = detector.edge_contacts();
@@ -266,7 +272,7 @@ TEST(EdgeContacts, OfANeedleThroughASheetLeadBack) {
       .points = {{0.003, 0.001, -0.001}, {0.002, 0.001, 0.009}, {0.004, 0.0, 0.009}, {0.003, 0.002, 0.009}},
       .tets = {{0, 1, 2, 3}}};
   bodies.add("needle", needle);
-  Detector detector(bodies, {}, {}, 1);
+  Detector detector(bodies, with_edges(), {}, 1);
   detector.detect(bodies.points_rest());
   const EdgeContacts& edges = detector.edge_contacts();
   ASSERT_EQ(edges.size(), 3U);
@@ -289,7 +295,7 @@ TEST(EdgeContacts, OfConvexBodiesLeaveWhenMovedByTheirDepth) {
       for (Vec3& p : box.points) p = test::rotated(p, axis, 1.0) + shift;
       bodies.add("b", std::move(box));
     }
-    Detector detector(bodies, {}, {}, 1);
+    Detector detector(bodies, with_edges(), {}, 1);
     detector.detect(bodies.points_rest());
     const EdgeContacts edges = detector.edge_contacts();
     for (std::size_t c = 0; c < edges.size(); ++c) {
@@ -310,7 +316,7 @@ TEST(EdgeContacts, AreTheSameForEveryThreadCountAndStructure) {
     test::Random random(seed);
     Bodies bodies;
     for (int b = 0; b < 12; ++b) bodies.add("b", test::ball_mesh(4, random.point(-0.15, 0.15), 0.1));
-    DetectionSettings settings;
+    DetectionSettings settings = with_edges();
     Detector one(bodies, settings, {}, 1);
     one.detect(bodies.points_rest());
     EXPECT_GT(one.edge_contacts().size(), 10U);

@@ -26,7 +26,7 @@ def objects():
     key = palpate.Keyframe(1.0, (0.0, 0.0, 1.0))
     return [simulation, world, palpate.World(), palpate.Model.from_scene(palpate.stacking_scene(count=2)), palpate.Material(),
             key, palpate.Motion([key], interpolation="smooth"), simulation.grab(30, (0, 0, 0), 1.0), simulation.bodies,
-            simulation.bodies[1], simulation.contacts, simulation.crossings, simulation.metrics, simulation.metrics.detection,
+            simulation.bodies[1], simulation.contacts, simulation.crossings, simulation.edge_contacts, simulation.metrics, simulation.metrics.detection,
             world.times, relaxed, simulation.acting_contacts, simulation.contact_wrench(0), *pressed_pairs()[:1], simulation.tractions(),
             simulation.tissue(), palpate.Ramp([0.0, 1.0], [0.0, 1.0]), world.bodies, world.bodies[0],
             palpate.Fibres(direction=(0, 1, 0), stiffness=1000.0, exponent=1.0)]

@@ -39,6 +39,7 @@ Simulation crossed_bars(int cells, double gap) {
   model.materials.assign(2, Material{.young_modulus = 1e7});
   model.obstacles = {1, 0};
   SimulationSettings settings;
+  settings.detection.edge_contacts = true;
   settings.time_step = 0.005;
   settings.response.friction = 0.5;
   return {std::move(model), settings, 2};
@@ -75,6 +76,7 @@ TEST(EdgeContactResponse, ABarThatIsNotSupportedTipsOver) {
   model.materials.assign(2, Material{.young_modulus = 1e7});
   model.obstacles = {1, 0};
   SimulationSettings settings;
+  settings.detection.edge_contacts = true;
   settings.time_step = 0.005;
   Simulation simulation(std::move(model), settings, 2);
   for (int step = 0; step < 30; ++step) simulation.step();
@@ -99,6 +101,7 @@ Simulation box_on_box(const Alignment& a) {
   model.materials.assign(2, Material{.young_modulus = a.stiffness});
   model.obstacles = {1, 0};
   SimulationSettings settings;
+  settings.detection.edge_contacts = true;
   settings.time_step = a.time_step;
   settings.response.friction = 0.5;
   return {std::move(model), settings, 2};
@@ -131,6 +134,7 @@ TEST(Aligned, ATowerOfTenBoxesStands) {
   model.obstacles.assign(11, 0);
   model.obstacles[0] = 1;
   SimulationSettings settings;
+  settings.detection.edge_contacts = true;
   settings.response.friction = 0.5;
   Simulation simulation(std::move(model), settings, 2);
   for (int step = 0; step < 150; ++step) simulation.step();
@@ -147,6 +151,7 @@ TEST(EdgeContactResponse, ForcesAndTorquesAddUpToZero) {
   model.bodies.add("upper", bar(1, false, {0.003, 0.02, 0.0195}));
   model.materials.assign(2, Material{.young_modulus = 1e6});
   SimulationSettings settings;
+  settings.detection.edge_contacts = true;
   settings.response.friction = 0.5;
   Simulation simulation(std::move(model), settings, 1);
   simulation.step();
