@@ -38,7 +38,7 @@ void EdgeContactQuery::list_groups(const Bodies& bodies) {
 
 /// The shortest way out for the part of an edge between two meetings.
 LineExit EdgeContactQuery::way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
-                                const Meeting& in, const Meeting& out, SilhouetteSearch& search) const {
+                                   const Meeting& in, const Meeting& out, SilhouetteSearch& search) const {
   const Edge& ends = at(bodies.edges(), edge);
   const Vec3& a = at(positions, ends[0]);
   const Vec3 ab = at(positions, ends[1]) - a;

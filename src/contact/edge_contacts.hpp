@@ -53,7 +53,7 @@ class EdgeContactQuery {
   void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
                 std::vector<Row>& rows) const;
   [[nodiscard]] LineExit way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
-                              const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
+                                 const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
 
   SurfaceSides sides_;
   EdgeQuery query_;
