@@ -79,6 +79,23 @@ class Bodies {
   /// (n_tets x 4): the tet across the face opposite corner i, or -1 at the surface.
   [[nodiscard]] std::span<const std::array<Index, 4>> tet_neighbors() const { return tet_neighbors_; }
   [[nodiscard]] std::span<const Index> body_of_point() const { return body_of_point_; }  ///< (n_points)
+  /// (n_triangles): the tet that a triangle is a face of.
+  [[nodiscard]] std::span<const Index> triangle_tets() const { return triangle_tets_; }
+  /// (n_triangles x 3): the edge opposite corner i.
+  [[nodiscard]] std::span<const std::array<Index, 3>> triangle_edges() const { return triangle_edges_; }
+  /// (n_triangles x 3): the triangle across the edge opposite corner i; -1 where more than two meet there.
+  [[nodiscard]] std::span<const std::array<Index, 3>> triangle_neighbors() const {
+    return triangle_neighbors_;
+  }
+  /// (n_edges x 2): the triangles at an edge, the first two of more; -1, -1 inside a body.
+  [[nodiscard]] std::span<const std::array<Index, 2>> edge_triangles() const { return edge_triangles_; }
+  /// The triangle that is the face opposite corner `opposite` of a tet; the face is at the surface. O(1).
+  [[nodiscard]] Index triangle_of_face(Index tet, std::size_t opposite) const {
+    Index triangle = first_triangles_[static_cast<std::size_t>(tet)];
+    for (std::size_t i = 0; i < opposite; ++i)
+      triangle += tet_neighbors_[static_cast<std::size_t>(tet)][i] < 0 ? 1 : 0;
+    return triangle;
+  }
   /// Body of a tet, triangle or edge: that of its first point.
   [[nodiscard]] Index body_of(const auto& corners) const {
     return body_of_point_[static_cast<std::size_t>(corners[0])];
@@ -99,6 +116,11 @@ class Bodies {
   std::vector<Edge> edges_;
   std::vector<Triangle> triangles_;
   std::vector<std::array<Index, 4>> tet_neighbors_;
+  std::vector<Index> first_triangles_;  ///< (n_tets): triangles are in the order of their tets
+  std::vector<Index> triangle_tets_;
+  std::vector<std::array<Index, 3>> triangle_edges_;
+  std::vector<std::array<Index, 3>> triangle_neighbors_;
+  std::vector<std::array<Index, 2>> edge_triangles_;
   std::vector<Index> body_of_point_;
   Rows point_edges_;
   Rows point_tets_;

@@ -106,7 +106,7 @@ struct DetectionSettings {
   std::vector<std::array<Index, 2>> ignored_pairs{};
   /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md).
   /// Without, contacts are those of the paper: bodies that cross edge on edge go through each other unseen.
-  bool edge_contacts = false;
+  bool edge_contacts = true;
   /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
   /// Only Structure::compact without cells_per_primitive and budget can.
   bool coherence = true;

@@ -35,14 +35,16 @@ struct StepMetrics {
   /// meet, and the least local thickness of these, m (0: there are none).
   std::int64_t pairs_that_could_pass = 0;
   double thinnest = 0.0;
-  bool looks_ahead = true;           ///< false: the budget left no time to look for speculative contacts
-  int solver_iterations = 0;         ///< of all solves
-  bool solver_converged = true;      ///< each solve
-  double kinetic_energy = 0.0;       ///< J
-  double elastic_energy = 0.0;       ///< J
-  double largest_speed = 0.0;        ///< m/s, over all points
-  double fastest_body = 0.0;         ///< m/s, largest root mean square speed (by mass) of a body
-  double deepest = 0.0;              ///< m, largest penetration depth
+  bool looks_ahead = true;       ///< false: the budget left no time to look for speculative contacts
+  int solver_iterations = 0;     ///< of all solves
+  bool solver_converged = true;  ///< each solve
+  double kinetic_energy = 0.0;   ///< J
+  double elastic_energy = 0.0;   ///< J
+  double largest_speed = 0.0;    ///< m/s, over all points
+  double fastest_body = 0.0;     ///< m/s, largest root mean square speed (by mass) of a body
+  /// m, largest penetration depth: of points, and of edges where two bodies meet by edges alone. Elsewhere
+  /// edges of uneven faces are deeper than the points that hold them.
+  double deepest = 0.0;
   std::int64_t inverted_tets = 0;    ///< tets of bodies that deform without a positive volume, at the end
   DetectionTimes detection_seconds;  ///< of all detections
   double forces_seconds = 0.0;       ///< contact forces

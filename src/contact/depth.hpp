@@ -46,6 +46,7 @@ class DepthEstimate {
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
                       const PlaneCache& cache = {}, const Deadline& deadline = {});
+  [[nodiscard]] const SurfaceNormals& normals() const { return normals_; }
   /// How a contact came to its plane.
   [[nodiscard]] PlaneCache::Outcome outcome(std::size_t contact) const {
     using Outcome = PlaneCache::Outcome;

@@ -208,7 +208,7 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach
       frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
       own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
         const double excess = 1.0 / std::max(distance, smallest_part * reach) - 1.0 / reach;
-        scratch.points.push_back({normals_.triangle_of_face(frame.bodies, tet, opposite), x});
+        scratch.points.push_back({frame.bodies.triangle_of_face(tet, opposite), x});
         scratch.beside.push_back({c, distance, excess * excess});
       });
 }

@@ -165,6 +165,9 @@ const ContactTable& DetectorSteps::table(const Detector& detector) {
 PairFilter DetectorSteps::may_touch(const Detector& detector) {
   return detector.state_->may_touch();
 }
+const SurfaceNormals* DetectorSteps::normals(const Detector& detector) {
+  return detector.state_->settings.edge_contacts ? &detector.state_->depth.normals() : nullptr;
+}
 void DetectorSteps::hold(Detector& detector) {
   detector.state_->hold();
 }

@@ -4,6 +4,7 @@
 
 #include "contact/contact_table.hpp"
 #include "contact/pair_filter.hpp"
+#include "contact/surface_normals.hpp"
 
 namespace palpate {
 
@@ -16,6 +17,8 @@ class DetectorSteps {
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
   /// Which pairs its settings let touch. As long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
+  /// Of the surfaces of its bodies, as long as the detector; none where it does not look for edge contacts.
+  [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
   /// Keeps the results of the last detection while others follow, and what the next depended on. O(clusters)
   /// with a budget, else O(1).
   static void hold(Detector& detector);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <tuple>
 
-#include "contact/rim_edges.hpp"
 #include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/outward.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -16,18 +16,17 @@ constexpr std::size_t grain = 32;
 
 }  // namespace
 
-EdgeContactQuery::EdgeContactQuery(const Bodies& bodies)
-    : sides_(surface_sides(bodies)), query_(bodies, sides_) {
+EdgeContactQuery::EdgeContactQuery(const Bodies& bodies) : query_(bodies) {
   for (Index b = 0; b < bodies.body_count(); ++b) slack_.push_back(rim_reach(bodies, b));
 }
 
-void EdgeContactQuery::list_groups(const Bodies& bodies) {
-  const std::span<const EdgeHit> hits = query_.found();
-  const auto key = [&](const EdgeHit& hit) {
+void EdgeContactQuery::list_groups(const Bodies& bodies, std::size_t spare) {
+  const std::span<const EdgeTriangle> hits = query_.found();
+  const auto key = [&](const EdgeTriangle& hit) {
     return std::pair(hit.edge, bodies.body_of(at(bodies.triangles(), hit.triangle)));
   };
   groups_.clear();
-  make_room(groups_, hits.size());
+  make_room(groups_, hits.size() + spare);
   for (std::size_t begin = 0; begin < hits.size();) {
     std::size_t end = begin + 1;
     while (end < hits.size() && key(hits[end]) == key(hits[begin])) ++end;
@@ -36,9 +35,10 @@ void EdgeContactQuery::list_groups(const Bodies& bodies) {
   }
 }
 
-/// The shortest way out for the part of an edge between two meetings.
-LineExit EdgeContactQuery::way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
-                                   const Meeting& in, const Meeting& out, SilhouetteSearch& search) const {
+/// How the part of an edge between two meetings leaves the body.
+LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+                                         const Meeting& in, const Meeting& out,
+                                         SilhouetteSearch& search) const {
   const Edge& ends = at(bodies.edges(), edge);
   const Vec3& a = at(positions, ends[0]);
   const Vec3 ab = at(positions, ends[1]) - a;
@@ -49,11 +49,11 @@ LineExit EdgeContactQuery::way_out(const Bodies& bodies, std::span<const Vec3> p
   if (back < best.distance) best = {back, -d};
   const EdgeLine line{.x = a,
                       .d = d,
-                      .outward = outward_of_edge(bodies, sides_, positions, edge),
+                      .outward = outward_of_edge(bodies, positions, edge),
                       .slack = at(slack_, bodies.body_of(at(bodies.triangles(), in.triangle)))};
   double bound = best.distance;
   for (const Meeting& meeting : {in, out}) {
-    const LineExit found = search.nearest(bodies, sides_, positions, meeting.triangle, line, bound);
+    const LineExit found = search.nearest(bodies, positions, meeting.triangle, line, bound);
     if (found.direction == Vec3{}) continue;
     best = found;
     bound = found.distance + line.allowance(found.direction);
@@ -80,9 +80,9 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
   std::ranges::sort(meetings, {},
                     [](const Meeting& m) { return std::tuple(m.parameter, !m.enters, m.triangle); });
   const auto add = [&](const Meeting& in, const Meeting& out) {
-    const LineExit way = way_out(bodies, positions, edge, in, out, scratch.search);
+    const LineExit exit = shortest_exit(bodies, positions, edge, in, out, scratch.search);
     rows.push_back(
-        {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, way.distance, way.direction});
+        {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, exit.distance, exit.direction});
   };
   const std::size_t rows_before = rows.size();
   const Meeting* in = nullptr;
@@ -104,17 +104,25 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
                             std::span<const Vec3> positions, const PairFilter& may_touch,
                             const ContactTable& contacts, EdgeContacts& found) {
   query_.find(threads, bodies, positions, may_touch, contacts);
-  list_groups(bodies);
-  const std::size_t chunks = parallel::chunk_count(groups_.size(), grain);
+  // Where bodies tremble, contacts of points become some of edges: a steady run asks in its first steps only.
+  const std::size_t spare = contacts.size();
+  list_groups(bodies, spare);
+  const std::size_t chunks = parallel::chunk_count(groups_.size() + spare, grain);
   if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
+  lists_.make_room_in_all(scratches_.size(), 2 * grain);
   lists_.fill(threads, groups_.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t g = begin; g < end; ++g)
                   add_rows(bodies, positions, groups_[g], scratches_[begin / grain], rows);
               });
+  make_room(rows_, groups_.size() + spare);
   lists_.join(rows_);
+  const auto resize = [&](auto& column) {
+    make_room(column, rows_.size() + spare);
+    column.resize(rows_.size());
+  };
   std::apply(
-      [&](auto&... column) { (resize_with_room(column, rows_.size()), ...); },
+      [&](auto&... column) { (resize(column), ...); },
       std::tie(found.edge, found.body, found.triangles, found.parameters, found.depth, found.direction));
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];

@@ -7,7 +7,6 @@
 
 #include "contact/edge_query.hpp"
 #include "contact/silhouette.hpp"
-#include "mesh/surface_sides.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -46,16 +45,16 @@ class EdgeContactQuery {
     Vec3 direction;
   };
   struct Scratch {
+    Scratch() { meetings.reserve(64); }
     std::vector<Meeting> meetings;
     SilhouetteSearch search;
   };
-  void list_groups(const Bodies& bodies);
+  void list_groups(const Bodies& bodies, std::size_t spare);
   void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
                 std::vector<Row>& rows) const;
-  [[nodiscard]] LineExit way_out(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
-                                 const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
+  [[nodiscard]] LineExit shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
+                                       const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
 
-  SurfaceSides sides_;
   EdgeQuery query_;
   std::vector<double> slack_;  ///< (n_bodies) EdgeLine::slack
   std::vector<Group> groups_;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 
 namespace palpate {
 namespace {
@@ -19,9 +19,7 @@ struct SurfacePlane {
 EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
                    const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings) {
   const auto plane_of = [&](const Crossing& c) {
-    const Triangle& t = at(bodies.triangles(), c.triangle);
-    const Vec3 area =
-        cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
+    const Vec3 area = area_vector(positions, at(bodies.triangles(), c.triangle));
     const Vec3 n = normals.at_point(bodies, positions, c.triangle, p + c.parameter * edge);
     const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
     return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};

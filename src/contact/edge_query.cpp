@@ -1,56 +1,34 @@
 #include "contact/edge_query.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <tuple>
 
+#include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "room.hpp"
+#include "simd/separations.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 64;
+constexpr std::size_t clusters_of_chunk = 64;
+constexpr std::size_t groups_of_chunk = 64;
+/// Detections like the last one for which a list leaves room, and the most room, of the reach of a rim.
+constexpr double detections = 12.0;
+constexpr double most_room = 0.4;
+constexpr double least_room = 1e-3;
+/// Detections for which it must suffice at least: what moves faster is listed each time.
+constexpr double fewest_detections = 3.0;
+/// Lists that are made without, where room did not pay: four times as many each time.
+constexpr int shortest_patience = 8;
+constexpr int longest_patience = 2048;
+/// What is nearer is not worth remembering, m; floats have room below.
+constexpr double least_apart = 1e-30;
+constexpr double most_apart = 1e38;
+/// Never less than the sum of a few numbers.
+constexpr double rounding = 1.0 + 1e-12;
 
 }  // namespace
-
-EdgeQuery::FloatBox::FloatBox(const Box& box) {
-  constexpr float rounding = 1.2e-7F;  // of a double that became a float, relative
-  const auto down = [](double x) {
-    constexpr double most = 1e38;  // what is beyond counts as there
-    const auto f = static_cast<float>(std::clamp(x, -most, most));
-    return f - (rounding * std::abs(f) + std::numeric_limits<float>::min());
-  };
-  const auto up = [&](double x) { return -down(-x); };
-  lower = {down(box.lower.x), down(box.lower.y), down(box.lower.z)};
-  upper = {up(box.upper.x), up(box.upper.y), up(box.upper.z)};
-}
-
-void EdgeQuery::TriangleBoxes::put(const FloatBox& box, std::size_t lane) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    lower[k][lane] = box.lower[k];
-    upper[k][lane] = box.upper[k];
-  }
-}
-
-/// A bit for each lane whose box meets another; written so that compilers make vectors of it.
-std::uint32_t EdgeQuery::TriangleBoxes::meeting(const FloatBox& box) const {
-  std::array<std::int32_t, Cluster::most_primitives> bits{};
-  for (std::size_t i = 0; i < bits.size(); ++i) {
-    const int meets =
-        static_cast<int>(lower[0][i] <= box.upper[0]) & static_cast<int>(lower[1][i] <= box.upper[1]) &
-        static_cast<int>(lower[2][i] <= box.upper[2]) & static_cast<int>(box.lower[0] <= upper[0][i]) &
-        static_cast<int>(box.lower[1] <= upper[1][i]) & static_cast<int>(box.lower[2] <= upper[2][i]);
-    bits[i] = meets << i;
-  }
-  std::int32_t all = 0;
-  for (const std::int32_t bit : bits) all |= bit;
-  return static_cast<std::uint32_t>(all);
-}
 
 struct EdgeQuery::Frame {
   const parallel::Threads& threads;
@@ -60,149 +38,223 @@ struct EdgeQuery::Frame {
   const ContactTable& contacts;
 };
 
-EdgeQuery::EdgeQuery(const Bodies& bodies, const SurfaceSides& sides)
-    : clusters_(make_triangle_clusters(bodies)),
-      boxes_(clusters_.clusters.size()),
-      body_boxes_(bodies.bodies().size()),
-      triangle_boxes_(clusters_.clusters.size()) {
-  std::vector<std::uint8_t> owned(bodies.edges().size(), 0);
-  for (const Cluster& cluster : clusters_.clusters) {
-    for (const Index t : clusters_.primitives_of(cluster)) {
-      for (const Index edge : at(sides.edges, t)) {
-        if (std::exchange(at(owned, edge), 1) == 0) edges_.values.push_back(edge);
-      }
+EdgeQuery::EdgeQuery(const Bodies& bodies)
+    : search_(bodies),
+      boxes_(search_.clusters().clusters.size()),
+      ways_(boxes_.size()),
+      bodies_(bodies.bodies().size()),
+      grown_(bodies.bodies().size(), 0.0) {
+  for (Index b = 0; b < bodies.body_count(); ++b) most_room_.push_back(most_room * rim_reach(bodies, b));
+}
+
+/// Where clusters and bodies are, and how they have moved.
+void EdgeQuery::follow(const Frame& frame) {
+  if (last_.empty()) last_.assign(frame.positions.begin(), frame.positions.end());
+  const Clusters& clusters = search_.clusters();
+  parallel::for_each(frame.threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
+    Box box;
+    Box ways;
+    for (const Index p : clusters.points_of(clusters.clusters[c])) {
+      const Vec3& x = at(frame.positions, p);
+      box.extend(x);
+      ways.extend(x - at(last_, p));
     }
-    edges_.begin.push_back(static_cast<Index>(edges_.values.size()));
-  }
-  edge_boxes_.resize(edges_.values.size());
-}
-
-void EdgeQuery::find_boxes(const Frame& frame) {
-  parallel::for_each(frame.threads, boxes_.size(), grain, [&](std::size_t c) {
-    boxes_[c] = box_of(frame.positions, clusters_.points_of(clusters_.clusters[c]));
+    boxes_[c] = box;
+    ways_[c] = ways;
   });
-  std::ranges::fill(body_boxes_, Box{});
-  for (std::size_t c = 0; c < boxes_.size(); ++c)
-    at(body_boxes_, clusters_.clusters[c].body).extend(boxes_[c]);
+  std::ranges::copy(frame.positions, last_.begin());
+  std::ranges::fill(bodies_, Motion{});
+  for (std::size_t c = 0; c < boxes_.size(); ++c) {
+    Motion& body = at(bodies_, clusters.clusters[c].body);
+    body.box.extend(boxes_[c]);
+    body.ways.extend(ways_[c]);
+  }
 }
 
-/// Pairs of bodies whose boxes meet and that may touch, as rows.
+/// Pairs of bodies whose boxes meet and that may touch; those that were there keep their lists.
 void EdgeQuery::pair_bodies(const Frame& frame) {
   body_order_.clear();
-  make_room(body_order_, body_boxes_.size());
-  for (std::size_t b = 0; b < body_boxes_.size(); ++b)
-    body_order_.emplace_back(body_boxes_[b].lower.x, static_cast<Index>(b));
+  make_room(body_order_, bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    body_order_.emplace_back(bodies_[b].box.lower.x, static_cast<Index>(b));
   std::ranges::sort(body_order_);
   body_pairs_.clear();
   for (std::size_t i = 0; i < body_order_.size(); ++i) {
     const Index a = body_order_[i].second;
-    const Box& box = at(body_boxes_, a);
+    const Box& box = at(bodies_, a).box;
     for (std::size_t j = i + 1; j < body_order_.size() && body_order_[j].first <= box.upper.x; ++j) {
       const Index b = body_order_[j].second;
-      if (!box.overlaps(at(body_boxes_, b)) || !frame.may_touch.bodies(a, b)) continue;
-      make_room(body_pairs_, body_pairs_.size() + 2);
-      body_pairs_.emplace_back(a, b);
-      body_pairs_.emplace_back(b, a);
+      if (!box.overlaps(at(bodies_, b).box) || !frame.may_touch.bodies(a, b)) continue;
+      make_room(body_pairs_, body_pairs_.size() + 1);
+      body_pairs_.emplace_back(std::min(a, b), std::max(a, b));
     }
   }
   std::ranges::sort(body_pairs_);
-}
-
-/// Clusters whose boxes meet that of a body that theirs may touch.
-void EdgeQuery::choose_clusters(const Frame& frame) {
-  active_.clear();
-  make_room(active_, boxes_.size());
-  for (std::size_t c = 0; c < boxes_.size(); ++c) {
-    const auto of_body = std::ranges::equal_range(body_pairs_, clusters_.clusters[c].body, {}, &Pair::first);
-    if (std::ranges::any_of(of_body,
-                            [&](const Pair& p) { return boxes_[c].overlaps(at(body_boxes_, p.second)); }))
-      active_.emplace_back(boxes_[c].lower.x, static_cast<Index>(c));
-  }
-  std::ranges::sort(active_);
-  parallel::for_each(frame.threads, active_.size(), grain, [&](std::size_t i) {
-    const Index c = active_[i].second;
-    const Cluster& cluster = at(clusters_.clusters, c);
-    TriangleBoxes& boxes = at(triangle_boxes_, c);
-    const std::span<const Index> triangles = clusters_.primitives_of(cluster);
-    for (std::size_t lane = 0; lane < Cluster::most_primitives; ++lane) {
-      const Box box = lane < triangles.size()
-                          ? box_of(frame.positions, at(frame.bodies.triangles(), triangles[lane]))
-                          : Box{};
-      boxes.put(FloatBox(box), lane);
+  next_.clear();
+  make_room(next_, body_pairs_.size());
+  for (const EdgeSearch::Pair& pair : body_pairs_) {
+    const auto known = std::ranges::lower_bound(pairs_, pair, {}, &NearPair::bodies);
+    if (known != pairs_.end() && known->bodies == pair) {
+      next_.push_back(std::move(*known));
+    } else {
+      next_.emplace_back().bodies = pair;
     }
-    for (Index k = at(edges_.begin, c); k < at(edges_.begin, c + 1); ++k)
-      at(edge_boxes_, k) = FloatBox(box_of(frame.positions, at(frame.bodies.edges(), at(edges_.values, k))));
-  });
-}
-
-void EdgeQuery::pair_clusters(const Frame& frame) {
-  pair_lists_.fill(
-      frame.threads, active_.size(), grain, [&](std::size_t begin, std::size_t end, std::vector<Pair>& list) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const Index a = active_[i].second;
-          const Box& box = at(boxes_, a);
-          const Index body = at(clusters_.clusters, a).body;
-          for (std::size_t j = i + 1; j < active_.size() && active_[j].first <= box.upper.x; ++j) {
-            const Index b = active_[j].second;
-            const Index other = at(clusters_.clusters, b).body;
-            if (other != body && box.overlaps(at(boxes_, b)) && frame.may_touch.bodies(body, other))
-              list.emplace_back(a, b);
-          }
-        }
-      });
-  pair_lists_.join(pairs_);
-}
-
-void EdgeQuery::test(const Frame& frame, Index cluster_of_edges, Index cluster_of_triangles,
-                     std::vector<EdgeHit>& found) const {
-  const Cluster& cluster = at(clusters_.clusters, cluster_of_triangles);
-  const Box& a = at(boxes_, cluster_of_edges);
-  const Box& b = at(boxes_, cluster_of_triangles);
-  // What meets, meets where both clusters are.
-  const Box both{
-      {std::max(a.lower.x, b.lower.x), std::max(a.lower.y, b.lower.y), std::max(a.lower.z, b.lower.z)},
-      {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
-  const FloatBox around(both);
-  const TriangleBoxes& boxes = at(triangle_boxes_, cluster_of_triangles);
-  const std::uint32_t near = boxes.meeting(around) & ((1U << cluster.size) - 1U);
-  if (near == 0) return;
-  const std::span<const Vec3> x = frame.positions;
-  const std::span<const Index> triangles = clusters_.primitives_of(cluster);
-  for (Index e = at(edges_.begin, cluster_of_edges); e < at(edges_.begin, cluster_of_edges + 1); ++e) {
-    const FloatBox& box = at(edge_boxes_, e);
-    const auto apart = [&](std::size_t k) {
-      return box.upper[k] < around.lower[k] || around.upper[k] < box.lower[k];
-    };
-    if (apart(0) || apart(1) || apart(2)) continue;
-    const Edge& edge = at(frame.bodies.edges(), at(edges_.values, e));
-    for (std::uint32_t left = near & boxes.meeting(box); left != 0; left &= left - 1) {
-      const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
-      const Triangle& t = at(frame.bodies.triangles(), triangle);
-      if (!segment_meets_triangle(at(x, edge[0]), at(x, edge[1]), at(x, t[0]), at(x, t[1]), at(x, t[2])))
-        continue;
-      if (frame.contacts.find(edge[0], cluster.body) >= 0 || frame.contacts.find(edge[1], cluster.body) >= 0)
-        break;
-      found.push_back({at(edges_.values, e), triangle});
-    }
+    NearPair& now = next_.back();
+    const double last = furthest(at(bodies_, pair.first).ways, at(bodies_, pair.second).ways);
+    now.usual = std::max(last, 0.5 * now.usual);
+    now.way = rounding * (now.way + last);
   }
+  pairs_.swap(next_);
+}
+
+/// For the next list of a pair, whose last one it looks back at.
+double EdgeQuery::room_for(NearPair& pair) const {
+  if (pair.room > 0.0) {
+    const bool paid = pair.near.size() <= pair.served * pair.bare;
+    pair.patience = paid ? shortest_patience : std::min(4 * pair.patience, longest_patience);
+    pair.left_bare = paid ? 0 : pair.patience;
+  }
+  if (pair.room == 0.0) pair.bare = pair.near.size();
+  const double most = at(most_room_, pair.bodies.first) + at(most_room_, pair.bodies.second);
+  if (pair.left_bare > 0 || fewest_detections * pair.usual > most) {
+    pair.left_bare = std::max(0, pair.left_bare - 1);
+    return 0.0;
+  }
+  return std::clamp(detections * pair.usual, least_room * most, most);
+}
+
+/// Those of pairs that have gone further than their lists have room for.
+void EdgeQuery::list_again(const Frame& frame) {
+  body_pairs_.clear();
+  make_room(body_pairs_, pairs_.size());
+  std::ranges::fill(grown_, 0.0);
+  for (NearPair& pair : pairs_) {
+    ++pair.served;
+    if (pair.way <= pair.room) continue;
+    body_pairs_.push_back(pair.bodies);
+    pair.room = room_for(pair);
+    for (const Index body : {pair.bodies.first, pair.bodies.second})
+      at(grown_, body) = std::max(at(grown_, body), 0.5 * pair.room);
+    pair.way = 0.0;
+    pair.served = 0;
+    pair.groups.clear();
+    pair.near.clear();
+    pair.apart.clear();
+  }
+  if (body_pairs_.empty()) return;
+  search_.find(frame.threads, frame.bodies, frame.positions, boxes_, body_pairs_, grown_);
+  add_to_lists();
+}
+
+void EdgeQuery::add_to_lists() {
+  auto next = search_.found().begin();
+  for (const auto& [clusters, size] : search_.groups()) {
+    if (size == 0) continue;
+    const Index a = at(search_.clusters().clusters, clusters.first).body;
+    const Index b = at(search_.clusters().clusters, clusters.second).body;
+    NearPair& pair = *std::ranges::lower_bound(pairs_, EdgeSearch::Pair(std::min(a, b), std::max(a, b)), {},
+                                               &NearPair::bodies);
+    make_room(pair.groups, pair.groups.size() + 1);
+    make_room(pair.near, pair.near.size() + size);
+    make_room(pair.apart, pair.apart.size() + size);
+    pair.groups.push_back({clusters, pair.near.size(), size, 0.0});
+    const auto end = next + static_cast<std::ptrdiff_t>(size);
+    pair.near.insert(pair.near.end(), next, end);
+    pair.apart.insert(pair.apart.end(), size, -1.0F);
+    next = end;
+  }
+}
+
+/// Edges and triangles that are tested together.
+class EdgeQuery::Batch {
+ public:
+  Batch(const Frame& frame, std::vector<EdgeTriangle>& found) : frame_(frame), found_(found) {}
+
+  /// \param way    of the group
+  /// \param apart  of the pair, for the result
+  void add(const EdgeTriangle& pair, double way, float& apart) {
+    const Edge& edge = at(frame_.bodies.edges(), pair.edge);
+    const Triangle& triangle = at(frame_.bodies.triangles(), pair.triangle);
+    for (std::size_t i = 0; i < 2; ++i) rows_.end[i].put(at(frame_.positions, edge[i]), size_);
+    for (std::size_t i = 0; i < 3; ++i) rows_.corner[i].put(at(frame_.positions, triangle[i]), size_);
+    waiting_[size_] = {pair, way, &apart};
+    if (++size_ == rows_.most) test();
+  }
+  void test() {
+    if (size_ == 0) return;
+    simd::find_separations(rows_, size_);
+    for (std::size_t i = 0; i < size_; ++i) {
+      const Waiting& pair = waiting_[i];
+      constexpr double down = 1.0 - 1e-6;
+      if (rows_.apart[i] > least_apart) {
+        *pair.apart = static_cast<float>(std::min(down * (pair.way + rows_.apart[i]), most_apart));
+      } else {
+        test(pair.pair);
+      }
+    }
+    size_ = 0;
+  }
+
+ private:
+  void test(const EdgeTriangle& pair) {
+    const Edge& edge = at(frame_.bodies.edges(), pair.edge);
+    const Triangle& t = at(frame_.bodies.triangles(), pair.triangle);
+    const std::array<Vec3, 3> x = corners_of(frame_.positions, t);
+    if (!segment_meets_triangle(at(frame_.positions, edge[0]), at(frame_.positions, edge[1]), x[0], x[1],
+                                x[2]))
+      return;
+    const Index body = frame_.bodies.body_of(t);
+    if (frame_.contacts.find(edge[0], body) < 0 && frame_.contacts.find(edge[1], body) < 0)
+      found_.push_back(pair);
+  }
+
+  struct Waiting {
+    EdgeTriangle pair;
+    double way;
+    float* apart;
+  };
+  const Frame& frame_;
+  std::vector<EdgeTriangle>& found_;
+  simd::SegmentsAndTriangles rows_;
+  std::array<Waiting, simd::SegmentsAndTriangles::most> waiting_;
+  std::size_t size_ = 0;
+};
+
+void EdgeQuery::test(NearPair& pair, std::size_t number, Batch& batch) const {
+  Group& group = pair.groups[number];
+  const auto& [a, b] = group.clusters;
+  // What was listed now has not moved since.
+  if (pair.way > 0.0) group.way = rounding * (group.way + furthest(at(ways_, a), at(ways_, b)));
+  for (std::size_t i = group.begin; i < group.begin + group.size; ++i)
+    if (!(group.way <= static_cast<double>(pair.apart[i]))) batch.add(pair.near[i], group.way, pair.apart[i]);
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                      const PairFilter& may_touch, const ContactTable& contacts) {
   const Frame frame{threads, bodies, positions, may_touch, contacts};
-  find_boxes(frame);
+  follow(frame);
   pair_bodies(frame);
-  choose_clusters(frame);
-  pair_clusters(frame);
-  hit_lists_.fill(threads, pairs_.size(), grain,
-                  [&](std::size_t begin, std::size_t end, std::vector<EdgeHit>& found) {
-                    for (std::size_t i = begin; i < end; ++i) {
-                      test(frame, pairs_[i].first, pairs_[i].second, found);
-                      test(frame, pairs_[i].second, pairs_[i].first, found);
-                    }
-                  });
-  hit_lists_.join(found_);
-  std::ranges::sort(found_, {}, [](const EdgeHit& hit) { return std::pair(hit.edge, hit.triangle); });
+  list_again(frame);
+  begin_.clear();
+  make_room(begin_, pairs_.size() + 1);
+  begin_.push_back(0);
+  for (const NearPair& pair : pairs_) begin_.push_back(begin_.back() + pair.groups.size());
+  const std::size_t chunks = parallel::chunk_count(begin_.back(), groups_of_chunk);
+  lists_.make_room_in_all(chunks + chunks / 2 + 1, 4 * groups_of_chunk);
+  lists_.fill(threads, begin_.back(), groups_of_chunk,
+              [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
+                Batch batch(frame, found);
+                auto pair =
+                    static_cast<std::size_t>(std::ranges::upper_bound(begin_, begin) - begin_.begin()) - 1;
+                for (std::size_t group = begin; group < end; ++group) {
+                  while (group >= begin_[pair + 1]) ++pair;
+                  test(pairs_[pair], group - begin_[pair], batch);
+                }
+                batch.test();
+              });
+  make_room(found_, contacts.size());
+  lists_.join(found_);
+  std::ranges::sort(found_, {}, [](const EdgeTriangle& hit) { return std::pair(hit.edge, hit.triangle); });
 }
 
 }  // namespace palpate

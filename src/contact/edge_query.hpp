@@ -1,8 +1,6 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -10,71 +8,82 @@
 #include <palpate/detection.hpp>
 
 #include "contact/contact_table.hpp"
+#include "contact/edge_search.hpp"
 #include "contact/pair_filter.hpp"
 #include "geometry/box.hpp"
-#include "mesh/clusters.hpp"
-#include "mesh/surface_sides.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
 
-/// A surface edge and a surface triangle of another body that it meets.
-struct EdgeHit {
-  Index edge;
-  Index triangle;
-};
-
 /// Finds the surface edges that meet the surface of another body although neither end is in contact with it:
-/// exactly those, by the predicate of crossings. Clusters of surface triangles, each with the edges that it
-/// owns, are paired where their boxes meet (a sweep along x), then edges and triangles by their boxes.
+/// exactly those, by the predicate of crossings.
+///
+/// What of two bodies is near each other is listed once (EdgeSearch), with room for some detections to come,
+/// until they have gone further than that against each other. An edge and a triangle of the list that are
+/// some way apart are looked at again once their clusters may have closed it. How far two go against each
+/// other from one detection to the next is bounded by the boxes of the ways that their points go: what moves
+/// alike does not move. Lists change how long it takes, never what is found.
 class EdgeQuery {
  public:
-  EdgeQuery(const Bodies& bodies, const SurfaceSides& sides);
+  explicit EdgeQuery(const Bodies& bodies);
 
-  /// O(surface triangles near other bodies + pairs of clusters whose boxes meet along x), parallel.
-  /// \param contacts  of the same positions
+  /// O(surface points + bodies log bodies + what is near each other), and EdgeSearch::find() for the pairs of
+  /// bodies that moved on; parallel. \param contacts  of the same positions
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const ContactTable& contacts);
   /// Sorted by (edge, triangle).
-  [[nodiscard]] std::span<const EdgeHit> found() const { return found_; }
+  [[nodiscard]] std::span<const EdgeTriangle> found() const { return found_; }
 
  private:
-  using Pair = std::pair<Index, Index>;
-  /// Rounded outwards.
-  struct FloatBox {
-    FloatBox() = default;
-    explicit FloatBox(const Box& box);
-    std::array<float, 3> lower;
-    std::array<float, 3> upper;
-  };
-  /// Of the triangles of a cluster, a lane each; those beyond the last are met by nothing.
-  struct TriangleBoxes {
-    std::array<std::array<float, Cluster::most_primitives>, 3> lower;
-    std::array<std::array<float, Cluster::most_primitives>, 3> upper;
-    void put(const FloatBox& box, std::size_t lane);
-    [[nodiscard]] std::uint32_t meeting(const FloatBox& box) const;
-  };
   struct Frame;
-  void find_boxes(const Frame& frame);
+  class Batch;
+  /// A body at a detection.
+  struct Motion {
+    Box box;   ///< of its points
+    Box ways;  ///< of what these went since the last detection
+  };
+  /// What of two clusters is near each other: `size` of the list.
+  struct Group {
+    EdgeSearch::Pair clusters;
+    std::size_t begin;
+    std::size_t size;
+    double way;  ///< against each other since it was listed, at most, m
+  };
+  struct NearPair {
+    EdgeSearch::Pair bodies;
+    double usual = 0.0;  ///< way against each other to a detection: to the last, or half of it before, m
+    double way = 0.0;    ///< the same since it was listed, at most, m
+    double room = -1.0;  ///< way for which the list holds all, m
+    // Whether room pays: the list is longer with it, and must serve for that many more detections.
+    std::size_t served = 0;  ///< detections since it was listed
+    std::size_t bare = 0;    ///< length of the last list without room
+    int left_bare = 1;       ///< lists to be made without before it is tried again
+    int patience = 8;        ///< how many that were when it was tried last
+    std::vector<Group> groups;
+    std::vector<EdgeTriangle> near;
+    std::vector<float> apart;  ///< (n_near) way of the group before which they do not meet, m
+  };
+  void follow(const Frame& frame);
   void pair_bodies(const Frame& frame);
-  void choose_clusters(const Frame& frame);
-  void pair_clusters(const Frame& frame);
-  void test(const Frame& frame, Index cluster_of_edges, Index cluster_of_triangles,
-            std::vector<EdgeHit>& found) const;
+  void list_again(const Frame& frame);
+  [[nodiscard]] double room_for(NearPair& pair) const;
+  void add_to_lists();
+  void test(NearPair& pair, std::size_t group, Batch& batch) const;
 
-  Clusters clusters_;
-  Rows edges_;                                 ///< (n_clusters) that each owns
-  std::vector<Box> boxes_;                     ///< (n_clusters)
-  std::vector<Box> body_boxes_;                ///< (n_bodies)
-  std::vector<TriangleBoxes> triangle_boxes_;  ///< (n_clusters) of active ones
-  std::vector<FloatBox> edge_boxes_;           ///< (n_surface_edges) of active ones, as edges_ has them
+  EdgeSearch search_;
+  std::vector<double> most_room_;  ///< (n_bodies) m
+  std::vector<Vec3> last_;         ///< (n_points) at the last detection; none before the first
+  std::vector<Box> boxes_;         ///< (n_clusters)
+  std::vector<Box> ways_;          ///< (n_clusters) Motion::ways
+  std::vector<Motion> bodies_;
   std::vector<std::pair<double, Index>> body_order_;  ///< by their lower x
-  std::vector<Pair> body_pairs_;                  ///< whose boxes meet and that may touch, both ways, sorted
-  std::vector<std::pair<double, Index>> active_;  ///< clusters near another body, by their lower x
-  parallel::ChunkedList<Pair> pair_lists_;
-  std::vector<Pair> pairs_;  ///< of clusters
-  parallel::ChunkedList<EdgeHit> hit_lists_;
-  std::vector<EdgeHit> found_;
+  std::vector<NearPair> pairs_;  ///< whose boxes meet and that may touch, the lower body first, sorted
+  std::vector<NearPair> next_;   ///< scratch
+  std::vector<EdgeSearch::Pair> body_pairs_;  ///< whose boxes meet; then those to be listed again
+  std::vector<double> grown_;                 ///< (n_bodies)
+  std::vector<std::size_t> begin_;            ///< (n_pairs + 1) of their groups, one behind the other
+  parallel::ChunkedList<EdgeTriangle> lists_;
+  std::vector<EdgeTriangle> found_;
 };
 
 }  // namespace palpate

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "geometry/vector.hpp"
 #include "mesh/faces.hpp"
+#include "mesh/outward.hpp"
 
 namespace palpate {
 namespace {
@@ -25,18 +25,6 @@ Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
 
 }  // namespace
 
-Vec3 outward_of_edge(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
-                     Index edge) {
-  Vec3 sum;
-  for (const Index triangle : at(sides.triangles, edge)) {
-    if (triangle < 0) continue;
-    const Triangle& t = at(bodies.triangles(), triangle);
-    sum += normalized(
-        cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0])));
-  }
-  return sum;
-}
-
 bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found) {
   const Contacts& contacts = frame.table.contacts();
   const Edge& ends = at(frame.bodies.edges(), edge);
@@ -45,7 +33,7 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
   const Vec3& a = at(frame.positions, ends[0]);
   const EdgeLine line{.x = a,
                       .d = normalized(at(frame.positions, ends[1]) - a),
-                      .outward = outward_of_edge(frame.bodies, frame.sides, frame.positions, edge),
+                      .outward = outward_of_edge(frame.bodies, frame.positions, edge),
                       .slack = frame.reach};
   const bool is_link = found.contacts[0] >= 0 && found.contacts[1] >= 0;
   if (!(is_link ? find_link(frame, line, found) : find_border(frame, c, line, found))) return false;
@@ -63,11 +51,11 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
   const WayAhead way =
       way_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from, normalized(out - from), whole);
   if (!way.leaves()) return false;
-  found.triangle = frame.triangle_of_face(frame.bodies, way.tet, way.opposite);
+  found.triangle = frame.bodies.triangle_of_face(way.tet, way.opposite);
   const double part = way.distance / whole;
   found.parameter = first_inside ? part : 1.0 - part;
   const LineExit exit =
-      silhouettes_.nearest(frame.bodies, frame.sides, frame.positions, found.triangle, line, frame.reach);
+      silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
   found.depth = exit.distance;
   found.direction = exit.direction;
   return exit.direction != Vec3{} && line.allowance(exit.direction) == 0.0;

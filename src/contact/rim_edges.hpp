@@ -8,7 +8,6 @@
 #include "contact/contact_table.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/silhouette.hpp"
-#include "mesh/surface_sides.hpp"
 
 namespace palpate {
 
@@ -32,8 +31,6 @@ class RimEdgeSearch {
   /// What searches are made in.
   struct Frame {
     const Bodies& bodies;
-    const SurfaceSides& sides;
-    const TriangleOfFace& triangle_of_face;
     std::span<const Vec3> positions;
     const ContactTable& table;
     double reach = 0.0;  ///< m; edges deeper than that are left out
@@ -51,9 +48,5 @@ class RimEdgeSearch {
   SilhouetteSearch silhouettes_;
   ExitSearch faces_;
 };
-
-/// Of the normals of the triangles at a surface edge, each as a unit vector.
-[[nodiscard]] Vec3 outward_of_edge(const Bodies& bodies, const SurfaceSides& sides,
-                                   std::span<const Vec3> positions, Index edge);
 
 }  // namespace palpate

@@ -2,16 +2,14 @@
 
 #include <algorithm>
 
+#include "geometry/triangle.hpp"
+
 namespace palpate {
 namespace {
 
 constexpr std::size_t most_triangles = 256;
 /// Of the length of a side: a line nearer to it than this leaves across it, whatever rounding says.
 constexpr double at_side = 1e-6;
-
-Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
-  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
-}
 
 Vec3 across(const Vec3& a, const Vec3& d) {
   return a - dot(a, d) * d;
@@ -37,12 +35,11 @@ bool SilhouetteSearch::has_reached(Index triangle) const {
   return std::ranges::find(reached_, triangle) != reached_.end();
 }
 
-void SilhouetteSearch::look_at(const Bodies& bodies, const SurfaceSides& sides,
-                               std::span<const Vec3> positions, const EdgeLine& line, const Reached& here,
-                               Best& best) {
+void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+                               const Reached& here, Best& best) {
   const Triangle& corners = at(bodies.triangles(), here.triangle);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Index other = at(sides.neighbors, here.triangle)[i];
+    const Index other = at(bodies.triangle_neighbors(), here.triangle)[i];
     if (other >= 0 && other == here.from) continue;
     const auto place = [&](std::size_t k) { return across(at(positions, corners[k]) - line.x, line.d); };
     const LineExit exit = exit_over(place((i + 1) % 3), place((i + 2) % 3), place(i));
@@ -60,9 +57,8 @@ void SilhouetteSearch::look_at(const Bodies& bodies, const SurfaceSides& sides,
   }
 }
 
-LineExit SilhouetteSearch::nearest(const Bodies& bodies, const SurfaceSides& sides,
-                                   std::span<const Vec3> positions, Index triangle, const EdgeLine& line,
-                                   double limit) {
+LineExit SilhouetteSearch::nearest(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                                   const EdgeLine& line, double limit) {
   ahead_ = dot(area_vector(positions, at(bodies.triangles(), triangle)), line.d) > 0.0;
   Best best{{}, limit};
   heap_.assign(1, {0.0, triangle, -1});
@@ -72,7 +68,7 @@ LineExit SilhouetteSearch::nearest(const Bodies& bodies, const SurfaceSides& sid
     const Reached here = heap_.back();
     heap_.pop_back();
     if (here.distance >= best.bound) break;
-    look_at(bodies, sides, positions, line, here, best);
+    look_at(bodies, positions, line, here, best);
   }
   return best.exit;
 }

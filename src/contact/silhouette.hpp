@@ -6,7 +6,6 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
-#include "mesh/surface_sides.hpp"
 
 namespace palpate {
 
@@ -47,8 +46,8 @@ class SilhouetteSearch {
   /// The nearest silhouette, allowances added, if that is less than `limit`; else one without a direction.
   /// No more than 256 triangles are looked through. \param triangle  that the line crosses
   /// O(triangles nearer than the result, squared).
-  LineExit nearest(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
-                   Index triangle, const EdgeLine& line, double limit);
+  LineExit nearest(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                   const EdgeLine& line, double limit);
 
  private:
   struct Reached {
@@ -60,8 +59,8 @@ class SilhouetteSearch {
     LineExit exit;
     double bound = 0.0;  ///< its distance and allowance
   };
-  void look_at(const Bodies& bodies, const SurfaceSides& sides, std::span<const Vec3> positions,
-               const EdgeLine& line, const Reached& here, Best& best);
+  void look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+               const Reached& here, Best& best);
   [[nodiscard]] bool has_reached(Index triangle) const;
 
   bool ahead_ = false;         ///< triangles face along the line

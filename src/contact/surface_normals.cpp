@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 
 namespace palpate {
 namespace {
@@ -12,28 +12,9 @@ namespace {
 constexpr double smooth_cosine = 0.5;  // 60 degrees
 constexpr double band = 0.05;          // share of the triangle's height in which the field turns at a crease
 
-Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
-  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
-}
-
-/// Weights of x in the triangle, none negative, sum 1.
-std::array<double, 3> weights_in(std::span<const Vec3> positions, const Triangle& t, const Vec3& area,
-                                 const Vec3& x) {
-  std::array<double, 3> w{};
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3 a = at(positions, t[(i + 1) % 3]) - x;
-    const Vec3 b = at(positions, t[(i + 2) % 3]) - x;
-    sum += w[i] = std::max(0.0, dot(cross(a, b), area));
-  }
-  if (!(sum > 0.0)) return {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
-  for (double& weight : w) weight /= sum;
-  return w;
-}
-
 }  // namespace
 
-SurfaceNormals::SurfaceNormals(const Bodies& bodies) : triangle_of_face_(bodies) {
+SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
   find_creases(bodies);
   group_corners(bodies);
 }
@@ -41,7 +22,7 @@ SurfaceNormals::SurfaceNormals(const Bodies& bodies) : triangle_of_face_(bodies)
 void SurfaceNormals::find_creases(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
   creases_.assign(triangles.size(), 0);
-  across_ = surface_sides(bodies).neighbors;
+  across_.assign(bodies.triangle_neighbors().begin(), bodies.triangle_neighbors().end());
   std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
   std::vector<Vec3> normals(triangles.size());
   std::ranges::transform(triangles, normals.begin(),
@@ -126,12 +107,6 @@ void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodi
   });
 }
 
-Vec3 SurfaceNormals::normal_of_point(Index point) const {
-  Vec3 area;
-  for (const Index group : groups_of_point_[point]) area += at(group_areas_, group);
-  return normalized(area);
-}
-
 /// How far a point of a triangle is from the next crease, in heights of the triangle, at most 1.
 double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& w) const {
   const unsigned creases = at(creases_, triangle);
@@ -143,23 +118,51 @@ double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& 
   return distance;
 }
 
-Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                              const Vec3& x) const {
+/// \param area_of    area vector of a group
+/// \param normal_of  the same as a unit vector
+template <class AreaOfGroup, class NormalOfGroup>
+Vec3 SurfaceNormals::interpolated(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                                  const Vec3& x, const AreaOfGroup& area_of,
+                                  const NormalOfGroup& normal_of) const {
   const Triangle& t = at(bodies.triangles(), triangle);
-  const Vec3 area = area_vector(positions, t);
-  const std::array<double, 3> w = weights_in(positions, t, area, x);
+  const std::array<Vec3, 3> corners = corners_of(positions, t);
+  const Vec3 area = area_vector(corners);
+  const std::array<double, 3> w = weights_in(corners, area, x);
   Vec3 smooth;
-  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * at(group_normals_, at(corner_groups_, triangle)[i]);
+  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * normal_of(at(corner_groups_, triangle)[i]);
   Vec3 normal = smooth;
   const double from_crease = this->from_crease(triangle, w);
   if (from_crease < band) {
     Vec3 joined;
-    for (std::size_t i = 0; i < 3; ++i) joined += w[i] * normal_of_point(t[i]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      Vec3 of_point;
+      for (const Index group : groups_of_point_[t[i]]) of_point += area_of(group);
+      joined += w[i] * normalized(of_point);
+    }
     const double share = 1.0 - from_crease / band;
     normal = (1.0 - share) * smooth + share * joined;
   }
   normal = normalized(normal);
   return normal == Vec3{} ? normalized(area) : normal;
+}
+
+Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                              const Vec3& x) const {
+  return interpolated(
+      bodies, positions, triangle, x, [&](Index group) { return at(group_areas_, group); },
+      [&](Index group) { return at(group_normals_, group); });
+}
+
+Vec3 SurfaceNormals::at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                                  const Vec3& x) const {
+  const auto area_of = [&](Index group) {
+    Vec3 area;
+    for (const Index t : triangles_of_group_[group])
+      area += area_vector(positions, at(bodies.triangles(), t));
+    return area;
+  };
+  return interpolated(bodies, positions, triangle, x, area_of,
+                      [&](Index group) { return normalized(area_of(group)); });
 }
 
 void SurfaceNormals::at_points(const Bodies& bodies, std::span<const Vec3> positions,

@@ -8,7 +8,6 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
-#include "mesh/surface_sides.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/triangle_normals.hpp"
 
@@ -39,10 +38,13 @@ class SurfaceNormals {
   /// Unit normal at x, a point of a triangle; zero where the triangle and all around it have no area.
   [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const;
-
   /// The same for many points, `normals` of them, to the bit.
   void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
                  std::span<Vec3> normals) const;
+
+  /// The same at any positions, without update(), to the bit. O(triangles at the corners).
+  [[nodiscard]] Vec3 at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                                  const Vec3& x) const;
 
   /// Puts the corners of a triangle, and their normals, into a lane.
   void put_corners(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
@@ -56,17 +58,15 @@ class SurfaceNormals {
   [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
                                      std::size_t lane) const;
 
-  [[nodiscard]] Index triangle_of_face(const Bodies& bodies, Index tet, std::size_t opposite) const {
-    return triangle_of_face_(bodies, tet, opposite);
-  }
-
  private:
   void find_creases(const Bodies& bodies);
   void group_corners(const Bodies& bodies);
-  [[nodiscard]] Vec3 normal_of_point(Index point) const;
+  template <class AreaOfGroup, class NormalOfGroup>
+  [[nodiscard]] Vec3 interpolated(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
+                                  const Vec3& x, const AreaOfGroup& area_of,
+                                  const NormalOfGroup& normal_of) const;
   [[nodiscard]] double from_crease(Index triangle, const std::array<double, 3>& weights) const;
 
-  TriangleOfFace triangle_of_face_;
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
   std::vector<std::uint8_t> creases_;  ///< (n_triangles)
   std::vector<std::array<Index, 3>>

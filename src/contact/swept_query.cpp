@@ -6,7 +6,9 @@
 #include <tuple>
 
 #include "contact/swept_pair.hpp"
-#include "geometry/vector.hpp"
+#include "geometry/box.hpp"
+#include "geometry/triangle.hpp"
+#include "mesh/outward.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -21,22 +23,6 @@ Box swept_box(std::span<const Vec3> start, std::span<const Vec3> end, const Corn
   Box box = box_of(start, corners);
   box.extend(box_of(end, corners));
   return box;
-}
-
-Box grown(Box box, double by) {
-  const Vec3 all{by, by, by};
-  box.lower = box.lower - all;
-  box.upper += all;
-  return box;
-}
-
-/// The longest way that a point of one can go against a point of the other, never too short.
-double most_motion(const Box& a, const Box& b) {
-  constexpr double rounding = 1.0 + 1e-12;
-  const Vec3 d{std::max(a.upper.x - b.lower.x, b.upper.x - a.lower.x),
-               std::max(a.upper.y - b.lower.y, b.upper.y - a.lower.y),
-               std::max(a.upper.z - b.lower.z, b.upper.z - a.lower.z)};
-  return rounding * length(d);
 }
 
 std::size_t longest_axis(const Vec3& d) {
@@ -158,7 +144,7 @@ void SweptQuery::find_body_pairs(const Step& step) {
       if (second.places.lower.x > first.places.upper.x) break;
       if (!first.places.overlaps(second.places)) continue;
       const double thickness = std::min(at(surface_.of_thinnest, a), at(surface_.of_thinnest, b));
-      if (!(most_motion(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+      if (!(furthest(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
       if (!may_touch(step.filter, a, b)) continue;
       make_room(body_pairs_, body_pairs_.size() + 1);
       body_pairs_.push_back({a, b});
@@ -214,7 +200,7 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
             const Swept& second = at(clusters_, b);
             if (!first.places.overlaps(second.places)) continue;
             const double thickness = std::min(at(surface_.thickness, a), at(surface_.thickness, b));
-            if (!(most_motion(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+            if (!(furthest(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
             if (!is_body_pair(at(surface_.clusters.clusters, a).body, at(surface_.clusters.clusters, b).body))
               continue;
             list.push_back({std::min(a, b), std::max(a, b)});
@@ -279,7 +265,7 @@ void SweptQuery::test_point(const Step& step, Index point, Index triangle,
        .second = triangle,
        .time = touch->time,
        .weights = touch->weights,
-       .direction = apart_before ? touch->direction : SweptSurface::outward(bodies_, step.start, triangle)});
+       .direction = apart_before ? touch->direction : normalized(area_vector(step.start, corners))});
 }
 
 void SweptQuery::test_edges(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
@@ -329,8 +315,8 @@ Vec3 SweptQuery::out_of_edge(const Step& step, Index first, Index second) const 
   const Edge& b = at(bodies_.edges(), second);
   const Vec3 across = normalized(
       cross(at(step.start, a[1]) - at(step.start, a[0]), at(step.start, b[1]) - at(step.start, b[0])));
-  const Vec3 outward = surface_.outward_of_edge(bodies_, step.start, second) -
-                       surface_.outward_of_edge(bodies_, step.start, first);
+  const Vec3 outward =
+      outward_of_edge(bodies_, step.start, second) - outward_of_edge(bodies_, step.start, first);
   if (across == Vec3{}) return normalized(outward);
   return dot(across, outward) < 0.0 ? -across : across;
 }

@@ -8,7 +8,7 @@
 #include <palpate/mesh.hpp>
 
 #include "contact/pair_filter.hpp"
-#include "contact/swept_surface.hpp"
+#include "contact/surface_clusters.hpp"
 #include "geometry/box.hpp"
 #include "parallel/parallel.hpp"
 
@@ -64,7 +64,7 @@ class SweptQuery {
              const PairFilter& filter, const SweptSettings& settings);
 
   [[nodiscard]] const SweptCounts& counts() const { return counts_; }
-  [[nodiscard]] const SweptSurface& surface() const { return surface_; }
+  [[nodiscard]] const SurfaceClusters& surface() const { return surface_; }
 
  private:
   /// Where corners are during the step, and the ways that they go in it.
@@ -98,7 +98,7 @@ class SweptQuery {
   [[nodiscard]] bool is_body_pair(Index a, Index b) const;
 
   const Bodies& bodies_;
-  SweptSurface surface_;
+  SurfaceClusters surface_;
   std::vector<Swept> clusters_;       ///< swept by the step at hand
   std::vector<Swept> of_bodies_;      ///< the same
   std::vector<Index> by_lower_;       ///< bodies, or marked clusters, by where they begin

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -32,6 +33,31 @@ struct Box {
            lower.z <= o.upper.z && o.lower.z <= upper.z;
   }
 };
+
+/// Largest coordinate, without its sign.
+inline double largest(const Box& box) {
+  return std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z), std::abs(box.upper.x),
+                   std::abs(box.upper.y), std::abs(box.upper.z)});
+}
+
+/// A box and all that is no further from it than `by`, whatever rounding does.
+inline Box grown(const Box& box, double by) {
+  constexpr double rounding = 4e-16;
+  const double more = by + rounding * (largest(box) + by);
+  const Vec3 d{more, more, more};
+  return {box.lower - d, box.upper + d};
+}
+
+/// The furthest that a point of one can be from a point of the other, never too short. Coordinates may be
+/// rounded: what boxes have in common does not make it shorter.
+inline double furthest(const Box& a, const Box& b) {
+  const Vec3 d{std::max(a.upper.x - b.lower.x, b.upper.x - a.lower.x),
+               std::max(a.upper.y - b.lower.y, b.upper.y - a.lower.y),
+               std::max(a.upper.z - b.lower.z, b.upper.z - a.lower.z)};
+  constexpr double rounding = 1.0 + 1e-12;
+  constexpr double in_common = 4e-16;
+  return rounding * length(d) + in_common * (largest(a) + largest(b));
+}
 
 /// The box of a primitive (tet, triangle, edge) whose corners index into `positions`.
 template <class Corners>

@@ -22,6 +22,11 @@ struct Topology {
   std::vector<Edge> edges;
   std::vector<Triangle> triangles;
   std::vector<std::array<Index, 4>> tet_neighbors;
+  std::vector<Index> first_triangles;
+  std::vector<Index> triangle_tets;
+  std::vector<std::array<Index, 3>> triangle_edges;
+  std::vector<std::array<Index, 3>> triangle_neighbors;
+  std::vector<std::array<Index, 2>> edge_triangles;
   Rows point_edges;
   Rows point_tets;
 };
@@ -107,10 +112,39 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
     f = next;
   }
   for (std::size_t t = 0; t < tets.size(); ++t) {
+    topology.first_triangles.push_back(static_cast<Index>(topology.triangles.size()));
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       if (topology.tet_neighbors[t][opposite] >= 0) continue;
       const auto& [i, j, k] = outward_face[opposite];
       topology.triangles.push_back({tets[t][i], tets[t][j], tets[t][k]});
+      topology.triangle_tets.push_back(static_cast<Index>(t));
+    }
+  }
+}
+
+/// How the triangles hang together at their edges.
+void join_triangles(Topology& topology) {
+  const std::vector<Triangle>& triangles = topology.triangles;
+  topology.triangle_edges.resize(triangles.size());
+  topology.triangle_neighbors.assign(triangles.size(), {-1, -1, -1});
+  topology.edge_triangles.assign(topology.edges.size(), {-1, -1});
+  std::vector<int> met(topology.edges.size(), 0);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(triangles[t][(i + 1) % 3], triangles[t][(i + 2) % 3]);
+      const auto place = std::ranges::lower_bound(topology.edges, Edge{low, high});
+      const auto edge = static_cast<Index>(place - topology.edges.begin());
+      topology.triangle_edges[t][i] = edge;
+      int& count = at(met, edge);
+      if (count < 2) at(at(topology.edge_triangles, edge), count) = static_cast<Index>(t);
+      ++count;
+    }
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index edge = topology.triangle_edges[t][i];
+      const auto& [a, b] = at(topology.edge_triangles, edge);
+      if (at(met, edge) == 2) topology.triangle_neighbors[t][i] = a == static_cast<Index>(t) ? b : a;
     }
   }
 }
@@ -119,6 +153,7 @@ Topology build_topology(const TetMesh& mesh, const std::string& source) {
   Topology topology;
   topology.edges = unique_edges(mesh.tets);
   pair_faces(mesh.tets, source, topology);
+  join_triangles(topology);
   topology.point_edges = rows_of_points(mesh.points.size(), topology.edges);
   topology.point_tets = rows_of_points(mesh.points.size(), mesh.tets);
   return topology;
@@ -132,10 +167,15 @@ Range append_range(const auto& all, const auto& part) {
   return {count_of(all), count_of(all) + count_of(part)};
 }
 
-/// Appends primitives with their corners shifted to global point indices.
-template <class Corners>
-void append_shifted(std::vector<Corners>& all, const std::vector<Corners>& part, Index shift) {
-  for (Corners corners : part) {
+void append_shifted(std::vector<Index>& all, const std::vector<Index>& part, Index shift) {
+  for (const Index value : part) all.push_back(value + shift);
+}
+
+/// Appends rows of indices shifted to where they are among all; -1 stays.
+template <std::size_t n>
+void append_shifted(std::vector<std::array<Index, n>>& all, const std::vector<std::array<Index, n>>& part,
+                    Index shift) {
+  for (std::array<Index, n> corners : part) {
     for (Index& corner : corners) corner += corner < 0 ? 0 : shift;
     all.push_back(corners);
   }
@@ -181,7 +221,12 @@ Index Bodies::add(std::string name, TetMesh mesh) {
   grow(tets_, mesh.tets);
   grow(tet_neighbors_, mesh.tets);
   grow(edges_, topology.edges);
+  grow(edge_triangles_, topology.edges);
   grow(triangles_, topology.triangles);
+  grow(first_triangles_, mesh.tets);
+  grow(triangle_tets_, topology.triangles);
+  grow(triangle_edges_, topology.triangles);
+  grow(triangle_neighbors_, topology.triangles);
   grow_rows(point_edges_, topology.point_edges);
   grow_rows(point_tets_, topology.point_tets);
 
@@ -194,6 +239,11 @@ Index Bodies::add(std::string name, TetMesh mesh) {
   append_shifted(edges_, topology.edges, body.points.begin);
   append_shifted(triangles_, topology.triangles, body.points.begin);
   append_shifted(tet_neighbors_, topology.tet_neighbors, body.tets.begin);
+  append_shifted(first_triangles_, topology.first_triangles, body.triangles.begin);
+  append_shifted(triangle_tets_, topology.triangle_tets, body.tets.begin);
+  append_shifted(triangle_edges_, topology.triangle_edges, body.edges.begin);
+  append_shifted(triangle_neighbors_, topology.triangle_neighbors, body.triangles.begin);
+  append_shifted(edge_triangles_, topology.edge_triangles, body.triangles.begin);
   append_shifted(point_edges_, topology.point_edges, body.edges.begin);
   append_shifted(point_tets_, topology.point_tets, body.tets.begin);
   bodies_.push_back(std::move(body));

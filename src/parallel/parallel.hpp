@@ -96,6 +96,11 @@ class ChunkedList {
       keep_room(list, capacity, list.size() + 16);
     });
   }
+  /// So many chunks have lists with room for so many items.
+  void make_room_in_all(std::size_t chunks, std::size_t items) {
+    if (lists_.size() < chunks) lists_.resize(chunks);
+    for (std::vector<T>& list : lists_) make_room(list, items);
+  }
   /// Replaces `joined` by all lists in chunk order.
   void join(std::vector<T>& joined) const {
     joined.clear();

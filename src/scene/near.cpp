@@ -5,16 +5,11 @@
 #include <limits>
 
 #include "contact/nearest_surface.hpp"
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "mesh/faces.hpp"
 
 namespace palpate {
 namespace {
-
-std::array<Vec3, 3> corners_of(const Bodies& bodies, const Triangle& triangle) {
-  return {at(bodies.points_rest(), triangle[0]), at(bodies.points_rest(), triangle[1]),
-          at(bodies.points_rest(), triangle[2])};
-}
 
 /// Whether a point is out of reach of a triangle by one coordinate alone, which is quick to see.
 bool is_far(const Vec3& p, const std::array<Vec3, 3>& t, double reach) {
@@ -34,21 +29,12 @@ bool holds(const Bodies& bodies, const Tet& tet, const Vec3& p) {
   return true;
 }
 
-/// The tet that a surface triangle is a face of.
-Index tet_behind(const Bodies& bodies, const Triangle& triangle) {
-  const auto tets = bodies.point_tets()[triangle[0]];
-  return *std::ranges::find_if(tets, [&](Index t) {
-    const Tet& tet = at(bodies.tets(), t);
-    return std::ranges::all_of(triangle, [&](Index corner) { return std::ranges::count(tet, corner) > 0; });
-  });
-}
-
 }  // namespace
 
 bool is_near(const Bodies& bodies, Index body, const Vec3& point, double distance) {
   const Range range = at(bodies.bodies(), body).triangles;
   for (Index t = range.begin; t < range.end; ++t) {
-    const std::array<Vec3, 3> corners = corners_of(bodies, at(bodies.triangles(), t));
+    const std::array<Vec3, 3> corners = corners_of(bodies.points_rest(), at(bodies.triangles(), t));
     if (is_far(point, corners, distance)) continue;
     if (length(nearest_on_triangle(point, corners) - point) <= distance) return true;
   }
@@ -63,12 +49,12 @@ Index nearest_tet(const Bodies& bodies, Index body, const Vec3& point) {
   double least = std::numeric_limits<double>::infinity();
   Index nearest = range.triangles.begin;
   for (Index t = range.triangles.begin; t < range.triangles.end; ++t) {
-    const Vec3 foot = nearest_on_triangle(point, corners_of(bodies, at(bodies.triangles(), t)));
+    const Vec3 foot = nearest_on_triangle(point, corners_of(bodies.points_rest(), at(bodies.triangles(), t)));
     if (squared_length(foot - point) >= least) continue;
     least = squared_length(foot - point);
     nearest = t;
   }
-  return tet_behind(bodies, at(bodies.triangles(), nearest));
+  return at(bodies.triangle_tets(), nearest);
 }
 
 }  // namespace palpate

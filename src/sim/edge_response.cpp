@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "room.hpp"
 #include "sim/response.hpp"
 
@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t grain = 64;
 // Cosines of the surface's normal with the direction between which it becomes a side.
-constexpr double faces_along = 0.75;
-constexpr double faces_aside = 0.25;
+constexpr double faces_along = 0.95;
+constexpr double faces_aside = 0.6;
 /// Of the stiffness of a contact.
 constexpr double part_of_an_end = 0.5;
 
@@ -23,23 +23,19 @@ struct Meeting {
   double parameter;               ///< on the edge
   std::array<double, 3> weights;  ///< in the triangle
   double side;                    ///< how far the triangle is a side of the direction, 0 to 1
+  double steepness;               ///< of the edge over the triangle: sine of the angle between them
 };
 
 Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triangle, double parameter,
                 const Vec3& direction) {
   const Triangle& corners = at(frame.bodies.triangles(), triangle);
-  const std::array<Vec3, 3> t{at(frame.positions, corners[0]), at(frame.positions, corners[1]),
-                              at(frame.positions, corners[2])};
-  const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+  const std::array<Vec3, 3> t = corners_of(frame.positions, corners);
   const Vec3& a = at(frame.positions, edge[0]);
   const Vec3 x = a + parameter * (at(frame.positions, edge[1]) - a);
-  Meeting found{triangle, parameter, {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, 0.0};
-  std::array<double, 3> w{};
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 3; ++i)
-    sum += w[i] = std::max(0.0, dot(cross(t[(i + 1) % 3] - x, t[(i + 2) % 3] - x), normal));
-  if (sum > 0.0) found.weights = {w[0] / sum, w[1] / sum, w[2] / sum};
-  const double cosine = dot(normalized(normal), direction);
+  Meeting found{triangle, parameter, weights_in(t, area_vector(t), x), 0.0, 0.0};
+  const Vec3 normal = frame.normals.at_point_now(frame.bodies, frame.positions, triangle, x);
+  found.steepness = std::abs(dot(normalized(at(frame.positions, edge[1]) - a), normal));
+  const double cosine = dot(normal, direction);
   found.side = std::clamp((faces_along - cosine) / (faces_along - faces_aside), 0.0, 1.0);
   return found;
 }
@@ -52,35 +48,63 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   return std::min(1.0, force / (enough * depth));
 }
 
-/// The same for the corners of a triangle in contact with a body, and their neighbours.
-double held_near(const EdgeResponse::Frame& frame, Index triangle, Index body, double depth) {
-  double most = 0.0;
-  for (const Index corner : at(frame.bodies.triangles(), triangle)) {
-    most = std::max(most, held_by(frame, frame.table.find(corner, body), depth));
+/// The same for the corners of a triangle and their neighbours, by the weights of a place in it.
+double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index body, double depth) {
+  double held = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Index corner = at(frame.bodies.triangles(), meeting.triangle)[i];
+    double most = held_by(frame, frame.table.find(corner, body), depth);
     for (const Index edge : frame.bodies.point_edges()[corner]) {
       const Index neighbor = frame.bodies.other_end(edge, corner);
       most = std::max(most, held_by(frame, frame.table.find(neighbor, body), depth));
     }
+    held += meeting.weights[i] * most;
   }
-  return most;
+  return held;
 }
 
-EdgeResponse::Row row_of(const EdgeEnd& state, double stiffness, double depth, const Vec3& direction) {
-  return {.law = {.stiffness = stiffness, .damping = 0.0, .depth = depth, .slip = {}, .direction = direction},
-          .coupling = {},
-          .state = state};
+/// Part of its force that an edge has by how its body folds there: none where it is flat or hollow, all from
+/// a few degrees of a ridge on. What comes through a face has points, or ridges of its own, in it.
+double sharpness(const EdgeResponse::Frame& frame, Index edge) {
+  constexpr double sharp = 0.25;        // sine
+  constexpr double surely_sharp = 0.9;  // cosine
+  const auto& [first, second] = at(frame.bodies.edge_triangles(), edge);
+  if (second < 0) return 1.0;
+  const Triangle& other = at(frame.bodies.triangles(), second);
+  const Vec3 normal = normalized(area_vector(frame.positions, at(frame.bodies.triangles(), first)));
+  const Vec3 other_normal = normalized(area_vector(frame.positions, other));
+  const Edge& ends = at(frame.bodies.edges(), edge);
+  const Index third = *std::ranges::find_if(other, [&](Index p) { return p != ends[0] && p != ends[1]; });
+  if (dot(normal, at(frame.positions, third) - at(frame.positions, ends[0])) >= 0.0) return 0.0;
+  if (dot(normal, other_normal) < surely_sharp) return 1.0;
+  return std::min(1.0, length(cross(normal, other_normal)) / sharp);
 }
 
-void add_at_triangle(const EdgeResponse::Frame& frame, const Edge& edge, const Meeting& at_end,
-                     EdgeResponse::Row row, std::vector<EdgeResponse::Row>& rows) {
-  const Triangle& t = at(frame.bodies.triangles(), at_end.triangle);
-  const auto& [w0, w1, w2] = at_end.weights;
-  row.coupling.points = {edge[0], edge[1], t[0], t[1], t[2]};
-  row.coupling.coefficients = {1.0 - at_end.parameter, at_end.parameter, -w0, -w1, -w2};
-  if (row.law.stiffness > 0.0) rows.push_back(row);
+EdgeEnd end_of(Index edge, Index body, Index number, double stiffness, double depth, const Vec3& direction) {
+  EdgeEnd end{.edge = edge, .body = body, .end = number, .law = {}};
+  end.law.stiffness = stiffness;
+  end.law.depth = depth;
+  end.law.direction = direction;
+  return end;
+}
+
+void add_at_triangle(const EdgeResponse::Frame& frame, const Edge& edge, const Meeting& meeting, EdgeEnd end,
+                     std::vector<EdgeResponse::Row>& rows) {
+  const Triangle& t = at(frame.bodies.triangles(), meeting.triangle);
+  const auto& [w0, w1, w2] = meeting.weights;
+  end.points = {edge[0], edge[1], t[0], t[1], t[2]};
+  end.coefficients = {1.0 - meeting.parameter, meeting.parameter, -w0, -w1, -w2};
+  if (end.law.stiffness > 0.0) rows.push_back({.end = end, .depth = end.law.depth});
 }
 
 }  // namespace
+
+fem::Coupling EdgeEnd::coupling() const {
+  fem::Coupling coupling;
+  coupling.points = points;
+  coupling.coefficients = coefficients;
+  return coupling;
+}
 
 void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Index number,
                                     std::vector<Row>& rows) const {
@@ -95,21 +119,27 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
     return std::min(1.0, parameters * whole / frame.rules.rim_reach(body));
   };
   const Index own = frame.bodies.body_of(edge);
-  const double full = part_of_an_end * part(leaves - enters) * frame.rules.stiffness(own, body);
-  const double outside = part(enters) * part(1.0 - leaves);
+  const double full = part_of_an_end * sharpness(frame, contacts.edge[contact]) * part(leaves - enters) *
+                      frame.rules.stiffness(own, body);
+  if (!(full > 0.0)) return;
+  std::array<Meeting, 2> meetings;
+  for (std::size_t end = 0; end < 2; ++end) {
+    meetings[end] = meeting(frame, edge, contacts.triangles[contact][end], contacts.parameters[contact][end],
+                            contacts.direction[contact]);
+  }
+  // From the planes that they come in by.
+  const double outside = part(enters * meetings[0].steepness) * part((1.0 - leaves) * meetings[1].steepness);
   // An edge at a rim acts that much, once an end is inside.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
   for (std::size_t end = 0; end < 2; ++end) {
-    const Meeting here = meeting(frame, edge, contacts.triangles[contact][end],
-                                 contacts.parameters[contact][end], contacts.direction[contact]);
-    const double needed = 1.0 - held_near(frame, here.triangle, own, depth);
+    const Meeting& here = meetings[end];
+    const double needed = 1.0 - held_near(frame, here, own, depth);
     const double weight = needed * (here.side * beside + (1.0 - here.side) * outside);
-    add_at_triangle(
-        frame, edge, here,
-        row_of({.edge = contacts.edge[contact], .body = body, .end = 2 * number + static_cast<Index>(end)},
-               weight * full, depth, contacts.direction[contact]),
-        rows);
+    add_at_triangle(frame, edge, here,
+                    end_of(contacts.edge[contact], body, 2 * number + static_cast<Index>(end), weight * full,
+                           depth, contacts.direction[contact]),
+                    rows);
   }
 }
 
@@ -120,10 +150,9 @@ void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdg
   const Index point = contacts.point[contact];
   const Index body = contacts.body[contact];
   if (at(frame.bodies.body_of_point(), point) == body) return;
-  const RimEdgeSearch::Frame places{frame.bodies,    sides_,      triangle_of_face_,
-                                    frame.positions, frame.table, frame.rules.rim_reach(body)};
+  const RimEdgeSearch::Frame places{frame.bodies, frame.positions, frame.table, frame.rules.rim_reach(body)};
   for (const Index edge : frame.bodies.point_edges()[point]) {
-    if (!sides_.is_on_surface(edge)) continue;
+    if (at(frame.bodies.edge_triangles(), edge)[0] < 0) continue;
     const Index other = frame.bodies.other_end(edge, point);
     const Index there = frame.table.find(other, body);
     if (there >= 0 && (other < point || at(frame.scales, there) >= 1.0)) continue;
@@ -145,20 +174,22 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
       part_of_an_end * support_.lack(own, body) * length_part * frame.rules.stiffness(own, body);
   double held = 0.0;
   for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
-  for (std::size_t end = 0; end < 2; ++end) {
-    const EdgeEnd state{.edge = found.edge, .body = body, .end = static_cast<Index>(end)};
-    const Index c = found.contacts[end];
-    if (c >= 0) {
-      Row row = row_of(state, (1.0 - held) * full, found.depth, found.direction);
-      row.coupling = coupling_of(contacts.point[static_cast<std::size_t>(c)],
-                                 at(frame.bodies.tets(), at(contacts.tet, c)), at(contacts.weights, c));
-      row.state.of_edge = false;
-      if (row.law.stiffness > 0.0) rows.push_back(row);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EdgeEnd end =
+        end_of(found.edge, body, static_cast<Index>(i), (1.0 - held) * full, found.depth, found.direction);
+    const Index c = found.contacts[i];
+    if (c < 0) {
+      const Meeting here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
+      end.law.stiffness *= here.side;
+      add_at_triangle(frame, edge, here, end, rows);
       continue;
     }
-    const Meeting here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
-    add_at_triangle(frame, edge, here,
-                    row_of(state, (1.0 - held) * here.side * full, found.depth, found.direction), rows);
+    const fem::Coupling coupling = coupling_of(
+        at(contacts.point, c), at(frame.bodies.tets(), at(contacts.tet, c)), at(contacts.weights, c));
+    end.points = coupling.points;
+    end.coefficients = coupling.coefficients;
+    end.of_edge = false;
+    if (end.law.stiffness > 0.0) rows.push_back({.end = end, .depth = end.law.depth});
   }
 }
 
@@ -167,6 +198,11 @@ void EdgeResponse::list(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const EdgeContacts& edges = frame.table.edges();
   support_.measure(frame.bodies, frame.positions, contacts, frame.scales);
+  // What a tremble makes of contacts, so that a steady run asks in its first steps only.
+  for (auto* list : {&now_, &before_}) make_room(*list, frame.table.size());
+  make_room(rows_, frame.table.size());
+  make_room(numbers_, frame.table.size());
+  lists_.make_room_in_all(parallel::chunk_count(frame.table.size() + edges.size(), grain), 2 * grain);
   resize_with_room(numbers_, edges.size());
   for (std::size_t c = 0; c < edges.size(); ++c) {
     const bool same = c > 0 && edges.edge[c] == edges.edge[c - 1] && edges.body[c] == edges.body[c - 1];
@@ -192,19 +228,7 @@ void EdgeResponse::list(const Frame& frame) {
                   add_rim_edges(frame, static_cast<std::size_t>(at_rims_[i]), searches_[begin / grain], rows);
               });
   lists_.append(rows_, chunks);
-  std::ranges::sort(rows_, {}, [](const Row& row) { return row.state.key(); });
-}
-
-EdgeEnd EdgeResponse::state_of(const Row& row) {
-  EdgeEnd state = row.state;
-  state.points = row.coupling.points;
-  state.coefficients = row.coupling.coefficients;
-  state.slip = row.law.slip;
-  state.direction = row.law.direction;
-  state.depth = row.law.depth;
-  state.stiffness = row.law.stiffness;
-  state.acts = true;
-  return state;
+  std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
 }
 
 std::span<const EdgeResponse::Row> EdgeResponse::begin(const Frame& frame) {
@@ -212,26 +236,27 @@ std::span<const EdgeResponse::Row> EdgeResponse::begin(const Frame& frame) {
   list(frame);
   resize_with_room(now_, rows_.size());
   parallel::for_each(frame.threads, rows_.size(), grain, [&](std::size_t i) {
-    Row& row = rows_[i];
-    fem::ContactLaw& law = row.law;
-    row.state.velocity = fem::relative(row.coupling, frame.velocities);
-    const auto last = std::ranges::lower_bound(before_, row.state.key(), {}, &EdgeEnd::key);
-    if (last != before_.end() && last->key() == row.state.key()) {
+    EdgeEnd& end = rows_[i].end;
+    const fem::Coupling coupling = end.coupling();
+    end.velocity = fem::relative(coupling, frame.velocities);
+    const auto last = std::ranges::lower_bound(before_, end.key(), {}, &EdgeEnd::key);
+    if (last != before_.end() && last->key() == end.key()) {
       if (last->lost == 0)
-        law.slip = frame.rules.bounded_slip(last->slip + frame.time_step * row.state.velocity, law);
-      const Index own = at(frame.bodies.body_of_point(), row.coupling.points[0]);
-      row.state.chatter_damping =
-          frame.rules.chatter_damping({.force = (last->stiffness * last->depth) * last->direction,
-                                       .direction = last->direction,
+        end.law.slip = frame.rules.bounded_slip(last->law.slip + frame.time_step * end.velocity, end.law);
+      const Index own = at(frame.bodies.body_of_point(), end.points[0]);
+      end.chatter_damping =
+          frame.rules.chatter_damping({.force = (last->law.stiffness * last->law.depth) * last->law.direction,
+                                       .direction = last->law.direction,
                                        .velocity = last->velocity,
-                                       .stiffness = last->stiffness,
+                                       .stiffness = last->law.stiffness,
                                        .damping = last->chatter_damping,
                                        .comes_back = last->lost > 0},
-                                      (law.stiffness * law.depth) * law.direction, row.state.velocity,
-                                      frame.rules.stiffness(own, row.state.body));
+                                      (end.law.stiffness * end.law.depth) * end.law.direction, end.velocity,
+                                      frame.rules.stiffness(own, end.body));
     }
-    law.damping = frame.rules.damping(row.coupling, law.stiffness) + row.state.chatter_damping;
-    now_[i] = state_of(row);
+    end.law.damping = frame.rules.damping(coupling, end.law.stiffness) + end.chatter_damping;
+    end.acts = true;
+    now_[i] = end;
   });
   return rows_;
 }
@@ -250,41 +275,39 @@ std::span<const EdgeResponse::Row> EdgeResponse::near(const Frame& frame) {
     ++state.lost;
     state.acts = false;
     if (!last.acts) continue;
-    Row row{.law = {.stiffness = last.stiffness, .damping = 0.0, .slip = {}, .direction = last.direction},
-            .coupling = {},
-            .state = last};
-    row.coupling.points = last.points;
-    row.coupling.coefficients = last.coefficients;
-    const Vec3 apart = fem::relative(row.coupling, frame.positions);
-    row.law.depth = last.depth - dot(apart, last.direction);
-    const Vec3 slid = apart - dot(apart, last.direction) * last.direction;
-    const double speed = length(fem::relative(row.coupling, frame.velocities));
-    state.acts = row.law.depth <= 0.0 && -row.law.depth <= frame.time_step * speed + frame.fall &&
+    EdgeEnd end = last;
+    end.law.damping = 0.0;
+    end.law.slip = {};
+    const fem::Coupling coupling = end.coupling();
+    const Vec3 apart = fem::relative(coupling, frame.positions);
+    const Vec3& direction = end.law.direction;
+    const double depth = end.law.depth - dot(apart, direction);
+    const Vec3 slid = apart - dot(apart, direction) * direction;
+    const double speed = length(fem::relative(coupling, frame.velocities));
+    state.acts = depth <= 0.0 && -depth <= frame.time_step * speed + frame.fall &&
                  length(slid) <= frame.rules.rim_reach(last.body);
-    if (state.acts) rows_.push_back(row);
+    if (state.acts) rows_.push_back({.end = end, .depth = depth});
   }
-  std::inplace_merge(now_.begin(), now_.begin() + present, now_.end(),
-                     [](const EdgeEnd& a, const EdgeEnd& b) { return a.key() < b.key(); });
+  std::ranges::sort(now_, {}, &EdgeEnd::key);
   return rows_;
 }
 
-bool EdgeResponse::acts(const Row& row) const {
-  const auto place = std::ranges::lower_bound(now_, row.state.key(), {}, &EdgeEnd::key);
-  return place != now_.end() && place->key() == row.state.key() && place->acts;
+bool EdgeResponse::acts(const EdgeEnd& end) const {
+  const auto place = std::ranges::lower_bound(now_, end.key(), {}, &EdgeEnd::key);
+  return place != now_.end() && place->key() == end.key() && place->acts;
 }
 
 std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
   list(frame);
-  std::erase_if(rows_, [&](const Row& row) { return acts(row); });
-  for (Row& row : rows_) {
-    row.state = state_of(row);
+  std::erase_if(rows_, [&](const Row& row) { return acts(row.end); });
+  for (auto& [end, depth, force] : rows_) {
+    end.acts = true;
     // Where it was before the step, along the straight line that it came: outside.
-    row.state.velocity = fem::relative(row.coupling, frame.velocities);
-    row.law.depth =
-        std::min(row.law.depth + frame.time_step * dot(row.state.velocity, row.law.direction), 0.0);
-    row.force =
-        fem::contact_force(row.law, {.coefficient = 0.0, .time_step = frame.time_step}, row.state.velocity)
-            .normal;
+    end.velocity = fem::relative(end.coupling(), frame.velocities);
+    depth = std::min(depth + frame.time_step * dot(end.velocity, end.law.direction), 0.0);
+    fem::ContactLaw law = end.law;
+    law.depth = depth;
+    force = fem::contact_force(law, {.coefficient = 0.0, .time_step = frame.time_step}, end.velocity).normal;
   }
   std::erase_if(rows_, [](const Row& row) { return row.force == 0.0; });
   return rows_;
@@ -293,21 +316,20 @@ std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
 void EdgeResponse::take() {
   make_room(now_, now_.size() + rows_.size());
   const auto known = static_cast<std::ptrdiff_t>(now_.size());
-  for (const Row& row : rows_) {
+  for (const auto& [end, depth, force] : rows_) {
     const auto here = std::span(now_).first(static_cast<std::size_t>(known));
-    const auto gone = std::ranges::lower_bound(here, row.state.key(), {}, &EdgeEnd::key);
-    if (gone == here.end() || gone->key() != row.state.key()) {
-      now_.push_back(row.state);
+    const auto gone = std::ranges::lower_bound(here, end.key(), {}, &EdgeEnd::key);
+    if (gone == here.end() || gone->key() != end.key()) {
+      now_.push_back(end);
       continue;
     }
     const std::int32_t lost = gone->lost;
     const double damping = gone->chatter_damping;
-    *gone = row.state;
+    *gone = end;
     gone->lost = lost;
     gone->chatter_damping = damping;
   }
-  std::inplace_merge(now_.begin(), now_.begin() + known, now_.end(),
-                     [](const EdgeEnd& a, const EdgeEnd& b) { return a.key() < b.key(); });
+  std::ranges::sort(now_, {}, &EdgeEnd::key);
 }
 
 }  // namespace palpate

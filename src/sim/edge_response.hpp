@@ -13,9 +13,9 @@
 #include "contact/contact_table.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/rim_edges.hpp"
+#include "contact/surface_normals.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
-#include "mesh/surface_sides.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/pair_support.hpp"
 
@@ -30,16 +30,14 @@ struct EdgeEnd {
   Index end = 0;  ///< 2 x number of the part that is inside, along the edge, + 1 for the end of the part
   std::array<Index, 5> points{};         ///< of its coupling
   std::array<double, 5> coefficients{};  ///< the same
-  bool of_edge = true;     ///< the coupling is of two points with a triangle; else of a point with a tet
-  Vec3 slip{};             ///< of the friction spring, m
-  Vec3 direction{};        ///< unit
-  double depth = 0.0;      ///< m, where the two places of the coupling are one
-  double stiffness = 0.0;  ///< N/m
-  Vec3 velocity{};         ///< of the two places to each other, m/s
+  bool of_edge = true;  ///< the coupling is of two points with a triangle; else of a point with a tet
+  fem::ContactLaw law;  ///< its depth is that where the two places of the coupling are one
+  Vec3 velocity{};      ///< of the two places to each other, m/s
   double chatter_damping = 0.0;  ///< N s/m
   std::int32_t lost = 0;         ///< steps since it was inside
   bool acts = false;             ///< in the last step
   [[nodiscard]] auto key() const { return std::tuple(edge, body, end); }
+  [[nodiscard]] fem::Coupling coupling() const;
 };
 
 /// Forces of edges on bodies that their points alone do not hold (docs/edges.md): of edge contacts, and of
@@ -49,27 +47,27 @@ struct EdgeEnd {
 ///
 /// The stiffness at an end is half that of a contact (each point has some edges) times weights that let
 /// nothing jump:
-/// - it grows with the length of the part, up to the reach of a rim (RimFalloff);
+/// - it grows with the length of the part, up to the reach of a rim (RimFalloff), and with how sharply the
+///   edge's own body folds there: a flat edge, between the triangles of a face, does nothing;
 /// - where an end of the edge comes near from outside through a face that looks along the direction, it will
-///   be a contact of its own that needs no help: so the part lets go before that;
+///   be a contact of its own that needs no help: so the part lets go before that. Near is what is not far
+///   from the plane of the face: of faces that lie flush and are a little uneven all ends are;
 /// - what points hold need not be held again. Near an edge contact these are the corners of the triangle that
 ///   it meets and their neighbours, by their depth and their scale at rims; edges at rims act as far as the
 ///   points of the two bodies do not hold them against tilting (PairSupport), and where those of the edge do
 ///   not.
 class EdgeResponse {
  public:
-  explicit EdgeResponse(const Bodies& bodies) : sides_(surface_sides(bodies)), triangle_of_face_(bodies) {}
-
   /// What acts at one place.
   struct Row {
-    fem::ContactLaw law;
-    fem::Coupling coupling;
-    EdgeEnd state;
+    EdgeEnd end;
+    double depth = 0.0;  ///< at the start of the step, m; negative: a gap
     double force = 0.0;  ///< along the direction, if nothing stops it, N
   };
   /// Positions and contacts there.
   struct Frame {
     const ContactResponse& rules;
+    const SurfaceNormals& normals;
     const parallel::Threads& threads;
     const Bodies& bodies;
     const ContactTable& table;
@@ -101,16 +99,13 @@ class EdgeResponse {
   void set_ends(std::vector<EdgeEnd> ends) { now_ = std::move(ends); }
 
  private:
-  static EdgeEnd state_of(const Row& row);
-  [[nodiscard]] bool acts(const Row& row) const;
+  [[nodiscard]] bool acts(const EdgeEnd& end) const;
   void list(const Frame& frame);
   void add_edge_contact(const Frame& frame, std::size_t contact, Index number, std::vector<Row>& rows) const;
   void add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                      std::vector<Row>& rows) const;
   void add_rim_edge(const Frame& frame, Index body, const RimEdge& found, std::vector<Row>& rows) const;
 
-  SurfaceSides sides_;
-  TriangleOfFace triangle_of_face_;
   std::vector<Index> numbers_;  ///< (n_edge_contacts) of the parts of an edge in a body
   PairSupport support_;
   std::vector<Index> at_rims_;           ///< contacts of pairs that lack support

@@ -8,7 +8,7 @@
 
 #include <palpate/error.hpp>
 
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "number_text.hpp"
 
 namespace palpate {
@@ -72,11 +72,6 @@ void check_load(const SurfaceLoad& load, const std::string& where, const Bodies&
   if (!std::isfinite(load.pressure)) throw Error("loads", where + ".pressure", not_finite, "a finite number");
   check_finite("loads", where + ".traction", load.traction);
   check_ramp(load.ramp, where + ".ramp");
-}
-
-/// Twice the area, along the outward normal.
-Vec3 doubled_area(const Triangle& t, std::span<const Vec3> positions) {
-  return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
 }
 
 /// A uniform load on a triangle, in equal parts on its corners.
@@ -158,9 +153,9 @@ void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std:
   for (const Index triangle : load.triangles) {
     const Triangle& t = at(bodies.triangles(), triangle);
     Vec3 force{};
-    if (load.pressure != 0.0) force -= (0.5 * factor * load.pressure) * doubled_area(t, positions);
+    if (load.pressure != 0.0) force -= (0.5 * factor * load.pressure) * area_vector(positions, t);
     if (load.traction != Vec3{})
-      force += (0.5 * factor * length(doubled_area(t, bodies.points_rest()))) * load.traction;
+      force += (0.5 * factor * length(area_vector(bodies.points_rest(), t))) * load.traction;
     add_to_corners(t, force, sum_);
   }
 }
@@ -180,7 +175,7 @@ std::span<const Vec3> Loads::forces(const Bodies& bodies, std::span<const Vec3> 
   for (std::size_t i = 0; i < pressures_.size(); ++i) {
     if (pressures_[i] == 0.0) continue;
     const Triangle& t = bodies.triangles()[i];
-    add_to_corners(t, (-0.5 * pressures_[i]) * doubled_area(t, positions), sum_);
+    add_to_corners(t, (-0.5 * pressures_[i]) * area_vector(positions, t), sum_);
   }
   for (std::size_t b = 0; b < gravity_.size(); ++b) {
     if (!gravity_[b]) continue;

@@ -35,6 +35,8 @@ constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
 /// Share of its volume that every tet keeps, and how often a step that would leave less is halved.
 constexpr double least_volume = 0.1;
+/// Part of the stiffness of a contact with which an edge counts as one.
+constexpr double least_part = 0.1;
 constexpr int most_halvings = 8;
 
 double least_mean_edge(const Bodies& bodies) {
@@ -86,21 +88,30 @@ class Relaxation {
         rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
         start_(rails_.start_positions(threads_, bodies_.points_rest())) {
-    response_.use_edges(settings.detection.edge_contacts);
+    response_.use_edges(DetectorSteps::normals(detector_));
     dynamics_.set_fixed_axes(bodies_, materials_, axes_or_none(model));
     dynamics_.set_positions(start_);
-    detector_.detect(dynamics_.positions());
+    find_contacts();
   }
 
   [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
-  /// Of the contacts that can give way: those of five points that do not move stay as they are.
+  /// Of the contacts that can give way, and the edges that hold bodies apart (those that act with a part of
+  /// the force of a contact): those of points that do not move stay as they are.
   [[nodiscard]] double deepest() const {
     double deepest = 0.0;
+    const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
     for (std::size_t c = 0; c < contacts().size(); ++c) {
-      const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
       const Tet& tet = at(bodies_.tets(), contacts().tet[c]);
       if (moves(contacts().point[c]) || std::ranges::any_of(tet, moves))
         deepest = std::max(deepest, contacts().depth[c]);
+    }
+    for (std::size_t c = contacts().size(); c < response_.present(); ++c) {
+      const fem::ContactLaw& law = response_.laws()[c];
+      const auto& points = couplings_[c].points;
+      const double full = response_.stiffness(at(bodies_.body_of_point(), points.front()),
+                                              at(bodies_.body_of_point(), points.back()));
+      if (law.stiffness > least_part * full && std::ranges::any_of(points, moves))
+        deepest = std::max(deepest, law.depth);
     }
     return deepest;
   }
@@ -116,9 +127,6 @@ class Relaxation {
   /// False where bodies cannot give way to each other without crushing their tissue.
   bool step() {
     const double before = deepest();
-    couplings_.clear();
-    response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
-                      time_step_, 0.0, couplings_);
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
       fem::ContactLaw law = response_.laws()[c];
       law.stiffness *= factor_;
@@ -130,7 +138,7 @@ class Relaxation {
     const bool moved = shorten_step(before);
     dynamics_.set_velocities(still_);
     dynamics_.set_velocity_changes(still_);
-    detector_.detect(dynamics_.positions());
+    find_contacts();
     // Where tissue would be crushed, its own forces need time; where nothing comes of it, more is needed.
     if (!moved) {
       factor_ *= 0.5;
@@ -141,6 +149,13 @@ class Relaxation {
   }
 
  private:
+  /// At the positions now, and how they push.
+  void find_contacts() {
+    detector_.detect(dynamics_.positions());
+    couplings_.clear();
+    response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
+                      time_step_, 0.0, couplings_);
+  }
   /// No point goes further in a step than the deepest contact was: a body that is free to turn would go far
   /// beyond where the linear model holds. Nor does a tet get too flat.
   bool shorten_step(double most) {

@@ -52,7 +52,6 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
                                  std::span<const std::uint8_t> obstacles, const ResponseSettings& settings,
                                  std::span<const double> masses, std::span<const std::uint8_t> moves)
     : settings_(settings),
-      edges_(bodies),
       body_compliance_(bodies.bodies().size(), 0.0),
       rims_(bodies),
       masses_(masses),
@@ -146,12 +145,14 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
     kept[c] = kept_contact(bodies, list.point[c], list.body[c], list.tet[c], list.weights[c], list.depth[c],
                            list.direction[c], laws_[c].stiffness, positions);
   });
-  const EdgeResponse::Frame frame{*this,      threads,   bodies, table,  positions,
-                                  velocities, time_step, fall,   scales_};
-  if (uses_edges_) append_edges(edges_.begin(frame), couplings);
+  const auto frame = [&] {
+    return EdgeResponse::Frame{*this,     *normals_,  threads,   bodies, table,
+                               positions, velocities, time_step, fall,   scales_};
+  };
+  if (normals_ != nullptr) append_edges(edges_.begin(frame()), couplings);
   present_ = laws_.size();
   append_near(threads, bodies, table, positions, velocities, fall, couplings);
-  if (uses_edges_) append_edges(edges_.near(frame), couplings);
+  if (normals_ != nullptr) append_edges(edges_.near(frame()), couplings);
 }
 
 void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,
@@ -159,10 +160,11 @@ void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,
   make_room(laws_, laws_.size() + rows.size());
   make_room(of_edge_, of_edge_.size() + rows.size());
   make_room(couplings, couplings.size() + rows.size());
-  for (const EdgeResponse::Row& row : rows) {
-    laws_.push_back(row.law);
-    of_edge_.push_back(row.state.of_edge ? 1 : 0);
-    couplings.push_back(row.coupling);
+  for (const auto& [end, depth, force] : rows) {
+    laws_.push_back(end.law);
+    laws_.back().depth = depth;
+    of_edge_.push_back(end.of_edge ? 1 : 0);
+    couplings.push_back(end.coupling());
   }
 }
 
@@ -272,7 +274,7 @@ std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::T
                                                                const ContactTable& table,
                                                                std::span<const Vec3> positions_end,
                                                                std::span<const Vec3> velocities_end) {
-  if (!uses_edges_) return {};
+  if (normals_ == nullptr) return {};
   resize_with_room(scales_, table.size());
   const Contacts& contacts = table.contacts();
   const ContactStates& states = table.states();
@@ -282,7 +284,7 @@ std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::T
                                     : rims_.scale(bodies, positions_end, contacts, c, search);
   });
   return edges_.meet(
-      {*this, threads, bodies, table, positions_end, velocities_end, time_step_, 0.0, scales_});
+      {*this, *normals_, threads, bodies, table, positions_end, velocities_end, time_step_, 0.0, scales_});
 }
 
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,

@@ -114,8 +114,9 @@ class ContactResponse {
   /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
-  /// Whether forces of edges are made (docs/edges.md), from the next compute() on. They are not at first.
-  void use_edges(bool on) { uses_edges_ = on; }
+  /// Whether forces of edges are made (docs/edges.md), from the next compute() on: with the normals of the
+  /// surfaces, which must last as long as they are; none: without. They are not at first.
+  void use_edges(const SurfaceNormals* normals) { normals_ = normals; }
   /// Whether the coupling of a law is of an edge with a triangle, else of a point with a tet.
   [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
 
@@ -188,7 +189,7 @@ class ContactResponse {
   ResponseSettings settings_;
   KeptContacts kept_;
   EdgeResponse edges_;
-  bool uses_edges_ = false;
+  const SurfaceNormals* normals_ = nullptr;  ///< none: without forces of edges
   std::size_t present_ = 0;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings

@@ -132,10 +132,10 @@ void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
     check_index("end of edge.edge", e.edge, 0, bodies.edges().size());
     check_index("end of edge.body", e.body, 0, bodies.bodies().size());
     for (const Index point : e.points) check_index("end of edge", point, 0, bodies.points_rest().size());
-    for (const Vec3& vector : {e.slip, e.direction, e.velocity}) check_finite("end of edge", vector);
+    for (const Vec3& vector : {e.law.slip, e.law.direction, e.velocity}) check_finite("end of edge", vector);
     check_finite("end of edge", {e.coefficients[0], e.coefficients[1], e.coefficients[2]});
-    check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.depth});
-    check_finite("end of edge", {e.stiffness, e.chatter_damping, 0.0});
+    check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.law.depth});
+    check_finite("end of edge", {e.law.stiffness, e.chatter_damping, 0.0});
     if (i > 0 && e.key() <= ends[i - 1].key())
       throw Error(source_name, "ends of edges", "another order", "that of edge, body and end");
   }

@@ -125,8 +125,8 @@ void describe(Archive& archive, KeptContact& c) {
 
 template <class Archive>
 void describe(Archive& archive, EdgeEnd& s) {
-  archive(s.edge, s.body, s.end, s.points, s.coefficients, s.of_edge, s.slip, s.direction, s.depth,
-          s.stiffness, s.velocity, s.chatter_damping, s.lost, s.acts);
+  archive(s.edge, s.body, s.end, s.points, s.coefficients, s.of_edge, s.law.slip, s.law.direction,
+          s.law.depth, s.law.stiffness, s.velocity, s.chatter_damping, s.lost, s.acts);
 }
 
 template <class Archive>

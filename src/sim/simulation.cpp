@@ -12,6 +12,7 @@
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "room.hpp"
 #include "sim/model_check.hpp"
 #include "sim/simulation_state.hpp"
 #include "sim/state_hash.hpp"
@@ -98,7 +99,7 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
               response);
   step_forces.set({}, std::vector<Vec3>(model.ties.size()));
   if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
-  response.use_edges(settings.detection.edge_contacts);
+  response.use_edges(DetectorSteps::normals(detector));
   detect(dynamics.positions(), true);
   measure();
 }
@@ -152,9 +153,29 @@ void Simulation::State::measure() {
   for (std::size_t b = 0; b < masses.size(); ++b) {
     metrics.fastest_body = std::max(metrics.fastest_body, std::sqrt(squared_speeds[b] / masses[b]));
   }
-  const std::vector<double>& depth = detector.contacts().depth;
-  metrics.deepest = depth.empty() ? 0.0 : std::ranges::max(depth);
-  for (const double edge : detector.edge_contacts().depth) metrics.deepest = std::max(metrics.deepest, edge);
+  metrics.deepest = deepest();
+}
+
+double Simulation::State::deepest() {
+  const Contacts& contacts = detector.contacts();
+  double deepest = contacts.size() > 0 ? std::ranges::max(contacts.depth) : 0.0;
+  const EdgeContacts& edges = detector.edge_contacts();
+  if (edges.size() == 0) return deepest;
+  using Pair = std::pair<Index, Index>;
+  const auto pair_of = [](Index a, Index b) { return Pair(std::min(a, b), std::max(a, b)); };
+  touching.clear();
+  make_room(touching, contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Pair pair = pair_of(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]);
+    if (touching.empty() || touching.back() != pair) touching.push_back(pair);
+  }
+  std::ranges::sort(touching);
+  for (std::size_t c = 0; c < edges.size(); ++c) {
+    const Index own = bodies.body_of(at(bodies.edges(), edges.edge[c]));
+    if (!std::ranges::binary_search(touching, pair_of(own, edges.body[c])))
+      deepest = std::max(deepest, edges.depth[c]);
+  }
+  return deepest;
 }
 
 /// Tension of fibres as at a time, s.
@@ -353,7 +374,7 @@ void Simulation::change(const SimulationSettings& settings) {
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);
-  s.response.use_edges(settings.detection.edge_contacts);
+  s.response.use_edges(DetectorSteps::normals(s.detector));
   s.settings = settings;
   s.max_speed = speed_limit(s.bodies, settings);
   s.slow_steps = 0;

@@ -31,6 +31,8 @@ struct Simulation::State {
   [[nodiscard]] double budget_left() const;
   [[nodiscard]] bool can_look_ahead() const;
   void measure();
+  /// See StepMetrics::deepest. O(contacts log pairs of bodies).
+  [[nodiscard]] double deepest();
   void begin_step();
   void activate_fibres(double time);
   bool solve(bool loose, bool steady);
@@ -75,6 +77,7 @@ struct Simulation::State {
   bool records_reactions = false;
   std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty
   double max_speed;
+  std::vector<std::pair<Index, Index>> touching;  ///< scratch of deepest()
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2

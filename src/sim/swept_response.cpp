@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -79,7 +79,7 @@ bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& ste
   std::array<Vec3, 3> x;
   for (std::size_t i = 0; i < 3; ++i)
     x[i] = place(step, at(bodies_.triangles(), contact.second)[i], contact.time);
-  return dot(contact.direction, cross(x[1] - x[0], x[2] - x[0])) > 0.0;
+  return dot(contact.direction, area_vector(x)) > 0.0;
 }
 
 /// Whether a direction is between the normals of the triangles at an edge: into neither of them.
@@ -96,7 +96,7 @@ bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Ve
     }
     return 0.0;
   };
-  return std::ranges::all_of(query_.surface().triangles_at(edge),
+  return std::ranges::all_of(at(bodies_.edge_triangles(), edge),
                              [&](Index t) { return t < 0 || into(t) <= most_outside; });
 }
 
@@ -149,7 +149,7 @@ fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
     return coupling;
   }
   const Triangle& triangle = at(bodies_.triangles(), contact.second);
-  const Tet& tet = at(bodies_.tets(), tet_behind(bodies_, contact.second));
+  const Tet& tet = at(bodies_.tets(), at(bodies_.triangle_tets(), contact.second));
   coupling.points = {contact.first, tet[0], tet[1], tet[2], tet[3]};
   coupling.coefficients[0] = 1.0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -164,7 +164,7 @@ double SweptResponse::thickness(const SweptContact& contact) const {
   if (contact.kind == SweptKind::point_triangle) return height_behind(bodies_, contact.second);
   double least = std::numeric_limits<double>::infinity();
   for (const Index edge : {contact.first, contact.second}) {
-    for (const Index triangle : query_.surface().triangles_at(edge))
+    for (const Index triangle : at(bodies_.edge_triangles(), edge))
       if (triangle >= 0) least = std::min(least, height_behind(bodies_, triangle));
   }
   return least;

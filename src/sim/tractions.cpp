@@ -7,25 +7,16 @@
 
 #include "contact/nearest_surface.hpp"
 #include "fem/matrix.hpp"
-#include "geometry/vector.hpp"
+#include "geometry/triangle.hpp"
 #include "mesh/faces.hpp"
 
 namespace palpate {
 namespace {
 
-/// Barycentric weights of a point of a triangle.
-std::array<double, 3> weights_in(const std::array<Vec3, 3>& t, const Vec3& q) {
-  const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
-  const double whole = squared_length(normal);
-  const double b1 = dot(cross(q - t[0], t[2] - t[0]), normal) / whole;
-  const double b2 = dot(cross(t[1] - t[0], q - t[0]), normal) / whole;
-  return {1.0 - b1 - b2, b1, b2};
-}
-
 /// Forces on the corners of a triangle that have the sum `force` and the torque of it at `place`.
 std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
                                const Vec3& force) {
-  const std::array<double, 3> b = weights_in(t, q);
+  const std::array<double, 3> b = weights_in(t, area_vector(t), q);
   const Vec3 center = (1.0 / 3.0) * (t[0] + t[1] + t[2]);
   const Vec3 there = b[0] * t[0] + b[1] * t[1] + b[2] * t[2];
   fem::Matrix3 inertia;
@@ -73,8 +64,8 @@ class SurfaceForces {
         at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
       return;
     }
-    const std::array<Vec3, 3> triangle{at(positions_, contact.points[2]), at(positions_, contact.points[3]),
-                                       at(positions_, contact.points[4])};
+    const std::array<Vec3, 3> triangle =
+        corners_of(positions_, {contact.points[2], contact.points[3], contact.points[4]});
     Vec3 there;
     for (std::size_t k = 0; k < 3; ++k) there -= contact.coefficients[k + 2] * triangle[k];
     const std::array<Vec3, 3> forces =
@@ -111,12 +102,10 @@ class SurfaceForces {
     return facing.corners[0] >= 0 ? facing : any;
   }
   [[nodiscard]] std::array<Vec3, 3> places(const Face& face) const {
-    return {at(positions_, face.corners[0]), at(positions_, face.corners[1]),
-            at(positions_, face.corners[2])};
+    return corners_of(positions_, face.corners);
   }
   [[nodiscard]] Vec3 normal_of(const Face& face) const {
-    const std::array<Vec3, 3> t = places(face);
-    return normalized(cross(t[1] - t[0], t[2] - t[0]));
+    return normalized(area_vector(positions_, face.corners));
   }
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
     const Face face = face_at(tet, without, place, direction);
@@ -168,14 +157,11 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
   result.point_traction.resize(positions.size());
   result.point_pressure.resize(positions.size());
   std::vector<Around> around(positions.size());
-  const auto doubled_area = [&](const Triangle& t) {
-    return cross(at(positions, t[1]) - at(positions, t[0]), at(positions, t[2]) - at(positions, t[0]));
-  };
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    result.area[i] = 0.5 * length(doubled_area(triangles[i]));
+    result.area[i] = 0.5 * length(area_vector(positions, triangles[i]));
     for (const Index corner : triangles[i]) {
       at(around, corner).area += result.area[i];
-      at(around, corner).normal += doubled_area(triangles[i]);
+      at(around, corner).normal += area_vector(positions, triangles[i]);
       ++at(around, corner).count;
     }
   }
@@ -189,7 +175,7 @@ SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodi
     }
     if (!(area > 0.0)) continue;
     result.traction[i] = (1.0 / area) * force;
-    result.pressure[i] = -dot(result.traction[i], normalized(doubled_area(t)));
+    result.pressure[i] = -dot(result.traction[i], normalized(area_vector(positions, t)));
   }
   for (std::size_t p = 0; p < positions.size(); ++p) {
     if (!(around[p].area > 0.0)) continue;

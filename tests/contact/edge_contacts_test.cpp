@@ -311,6 +311,45 @@ TEST(EdgeContacts, OfConvexBodiesLeaveWhenMovedByTheirDepth) {
   EXPECT_GT(moved, 50U);
 }
 
+/// A detector that has lists from frames before finds what one does that sees each frame first: bodies that
+/// rest, creep, jump, fly past each other, turn, and move together with what is near them.
+TEST(EdgeContacts, OfAMotionAreThoseOfEachFrameAlone) {
+  test::Random random(11);
+  Bodies bodies;
+  std::vector<Vec3> velocities;
+  for (int b = 0; b < 10; ++b) {
+    const Vec3 size = random.point(0.02, 0.1);
+    bodies.add("b", test::box_mesh({2, 3, 2}, -1.0 * size, size));
+    velocities.push_back(b % 3 == 0 ? Vec3{} : std::pow(10.0, -1.0 - 0.5 * b) * random.point(-1, 1));
+  }
+  std::vector<Vec3> centers(10);
+  std::vector<double> angles(10, 0.0);
+  for (Vec3& center : centers) center = random.point(-0.1, 0.1);
+  Detector detector(bodies, with_edges(), {}, 2);
+  std::size_t found = 0;
+  for (int frame = 0; frame < 300; ++frame) {
+    const Vec3 together = frame % 100 < 30 ? Vec3{0.01, 0.02, -0.5} : Vec3{};
+    for (std::size_t b = 0; b < 10; ++b) {
+      centers[b] += together + (frame % 50 < 10 ? Vec3{} : velocities[b]);
+      if (frame == 150 && b < 3) centers[b] += random.point(-0.05, 0.05);
+      if (frame % 4 != 0) angles[b] += length(velocities[b]);
+      if (length(centers[b] - centers[0]) > 0.25) velocities[b] = -1.0 * velocities[b];
+    }
+    std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
+    for (std::size_t p = 0; p < positions.size(); ++p) {
+      const auto b = static_cast<std::size_t>(bodies.body_of_point()[p]);
+      positions[p] = test::rotated(positions[p], {0.3, 0.5, 0.8}, angles[b]) + centers[b];
+    }
+    detector.detect(positions);
+    Detector first(bodies, with_edges(), {}, 1);
+    first.detect(positions);
+    ASSERT_EQ(set_of(detector.edge_contacts()), set_of(first.edge_contacts())) << "frame " << frame;
+    ASSERT_EQ(detector.edge_contacts().depth, first.edge_contacts().depth);
+    found += detector.edge_contacts().size();
+  }
+  EXPECT_GT(found, 3000U);
+}
+
 TEST(EdgeContacts, AreTheSameForEveryThreadCountAndStructure) {
   for (const std::uint64_t seed : {3U, 4U}) {
     test::Random random(seed);

@@ -220,6 +220,45 @@ TEST_F(BoxAndBall, NeighborsShareTheFace) {
   }
 }
 
+/// Two tets that share an edge alone: four triangles meet there.
+TEST_F(BoxAndBall, TrianglesHangTogetherAtTheirEdges) {
+  bodies.add("hinge", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}},
+                       {{0, 1, 2, 3}, {1, 0, 4, 5}}});
+  std::map<Edge, std::vector<Index>> triangles_at;
+  for (std::size_t t = 0; t < bodies.triangles().size(); ++t) {
+    const Triangle& corners = bodies.triangles()[t];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(corners[(i + 1) % 3], corners[(i + 2) % 3]);
+      triangles_at[{low, high}].push_back(static_cast<Index>(t));
+      EXPECT_EQ(at(bodies.edges(), bodies.triangle_edges()[t][i]), (Edge{low, high}));
+    }
+  }
+  int at_the_hinge = 0;
+  for (std::size_t e = 0; e < bodies.edges().size(); ++e) {
+    const std::vector<Index>& there = triangles_at[bodies.edges()[e]];
+    const auto& [first, second] = bodies.edge_triangles()[e];
+    EXPECT_EQ(first, there.empty() ? -1 : there[0]);
+    EXPECT_EQ(second, there.empty() ? -1 : there[1]);
+    for (const Index t : there) {
+      const auto& edges = at(bodies.triangle_edges(), t);
+      const auto side = std::find(edges.begin(), edges.end(), static_cast<Index>(e)) - edges.begin();
+      const Index across = at(at(bodies.triangle_neighbors(), t), side);
+      EXPECT_EQ(across, there.size() > 2 ? -1 : there[0] == t ? there[1] : there[0]);
+      at_the_hinge += across < 0 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(at_the_hinge, 4);
+  for (Index t = 0; t < static_cast<Index>(bodies.tets().size()); ++t) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (at(bodies.tet_neighbors(), t)[i] >= 0) continue;
+      const Index triangle = bodies.triangle_of_face(t, i);
+      EXPECT_EQ(at(bodies.triangle_tets(), triangle), t);
+      const Triangle& corners = at(bodies.triangles(), triangle);
+      EXPECT_EQ(std::count(corners.begin(), corners.end(), at(bodies.tets(), t)[i]), 0);
+    }
+  }
+}
+
 TEST(MeshStatistics, OfARegularTet) {
   Bodies bodies;
   bodies.add("regular", {{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 1, 2, 3}}});

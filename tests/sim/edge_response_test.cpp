@@ -52,6 +52,7 @@ TEST(EdgeContactResponse, BarsThatCrossEdgeOnEdgeRest) {
     for (int step = 0; step < 200; ++step) simulation.step();
     EXPECT_EQ(simulation.detector().contacts().size(), 0U) << "no point is in the other bar";
     EXPECT_GT(simulation.detector().edge_contacts().size(), 3U);
+    EXPECT_EQ(simulation.metrics().deepest, std::ranges::max(simulation.detector().edge_contacts().depth));
     EXPECT_NEAR(centre(simulation, 1).z, 0.02, 0.0005);
     EXPECT_LT(simulation.metrics().fastest_body, 1e-3);
     const double weight = test::g * simulation.masses()[1];

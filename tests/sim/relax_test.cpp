@@ -70,6 +70,19 @@ double six_volumes(const Model& model, const Tet& tet) {
   return dot(cross(edge(1), edge(2)), edge(3));
 }
 
+/// Bars that cross, 1 mm deep, with no point in each other.
+TEST(Relax, RemovesOverlapsOfEdges) {
+  Model model;
+  model.bodies.add("lower", test::box_mesh({3, 1, 1}, {-0.1, -0.01, -0.01}, {0.1, 0.01, 0.01}));
+  model.bodies.add("upper", test::box_mesh({1, 3, 1}, {-0.01, -0.1, 0.009}, {0.01, 0.1, 0.029}));
+  model.materials = {Material{.young_modulus = 1e5}, Material{.young_modulus = 1e5}};
+  const RelaxReport report = relax(model, without_gravity(), {});
+  EXPECT_EQ(report.contacts_before, 0U);
+  EXPECT_NEAR(report.deepest_before, 0.001, 1e-6);
+  EXPECT_TRUE(report.relaxed);
+  EXPECT_GT(centre(model, 1).z - centre(model, 0).z, 0.0195);
+}
+
 TEST(Relax, RemovesDeepOverlapsWithoutCrushingTissue) {
   Model three;
   const std::vector<Vec3> centres{{0, 0, 0}, {0.06, 0, 0.001}, {0.03, 0.05, 0.001}};
