@@ -8,6 +8,7 @@ written, and the exit code is 1 where a page says something else.
 import json
 import pathlib
 import sys
+import textwrap
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 import dynamics_table
@@ -22,6 +23,7 @@ import step_table
 
 PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-misses", "cell-size", "structures", "table-2")
 LONGEST_TABLE = 120
+WIDEST_LINE = 120
 # Of `palpate bench speed`, with a table of goals.
 SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step")
 
@@ -57,6 +59,13 @@ def markdown_table(table):
 
 def sentence(text):
     return text.rstrip(".") + "."
+
+
+def wrapped(block):
+    """Lines of tables and headings stay whole, as Markdown asks."""
+    return "\n".join(line if line.startswith(("|", "#"))
+                     else textwrap.fill(line, WIDEST_LINE, break_long_words=False, break_on_hyphens=False)
+                     for line in block.split("\n"))
 
 
 def section_text(section):
@@ -142,7 +151,7 @@ def main(arguments):
     for path, blocks in pages(pathlib.Path(arguments[0])).items():
         text = new = path.read_text()
         for name, block in blocks.items():
-            new = page.with_block(new, name, block, path)
+            new = page.with_block(new, name, wrapped(block), path)
         if new == text:
             continue
         stale.append(str(path))

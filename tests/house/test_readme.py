@@ -29,6 +29,19 @@ class Readme(unittest.TestCase):
                 program = "\n".join(stripped_lines((ROOT / file).read_text()))
                 self.assertIn("\n".join(stripped_lines(textwrap.dedent(block))), program)
 
+    def test_lines_are_no_wider_than_a_window(self):
+        """Except rows of tables, code that is shown, and what has no space to break at."""
+        widest = 120
+        for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]:
+            shown = False
+            for number, line in enumerate(page.read_text().splitlines(), 1):
+                fence = line.lstrip().startswith("```")
+                shown = shown != fence
+                if shown or fence or line.lstrip().startswith("|") or " " not in line.strip():
+                    continue
+                with self.subTest(page=str(page.relative_to(ROOT)), line=number):
+                    self.assertLessEqual(len(line), widest)
+
     def test_links_lead_to_files(self):
         for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")]:
             for target in re.findall(r"\]\(([^)#\s]+)\)", page.read_text()):
