@@ -8,6 +8,7 @@ import sys
 from docutils import nodes
 from pygments.lexers.data import JsonLexer
 from sphinx import addnodes
+from sphinx.domains.cpp import CPPDomain as Upstream
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -18,15 +19,10 @@ version = release = re.search(r"project\(palpate\s+VERSION\s+([\d.]+)", (ROOT / 
 
 extensions = ["myst_nb", "breathe", "sphinx_copybutton"]
 root_doc = "index"
-nitpicky = False
 
 # Pages: GitHub's anchors of headings, `:param x:` fields of the reference.
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence", "fieldlist"]
-suppress_warnings = [
-    "myst.header",  # pages may begin below their title's level
-    "mystnb.unknown_mime_type",
-]
 
 # Notebooks run whenever the site is built; what fails there fails the build.
 nb_execution_mode = "force"
@@ -46,15 +42,13 @@ cpp_maximum_signature_line_length = 88
 
 html_theme = "furo"
 html_title = f"Palpate {release}"
-html_static_path = [str(HERE / "style.css")]
+html_static_path = [str(HERE / "style.css"), str(HERE / "search_text.js")]
 html_css_files = ["style.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
 html_show_copyright = False
 html_use_index = True
-# A page that was opened as a file may not read others: results without the text around what was found.
-html_show_search_summary = True
 pygments_style = "tango"
 pygments_dark_style = "monokai"
 html_theme_options = {
@@ -120,16 +114,26 @@ def notebooks_always(app, env, added, changed, removed):
     return [name for name in env.found_docs if "{code-cell}" in pathlib.Path(env.doc2path(name)).read_text()]
 
 
-def wide_pages(app, pagename, templatename, context, doctree):
-    """No contents beside pages that need the width."""
+class CppDomain(Upstream):
+    """C++ without the parameters of functions in the search."""
+
+    def get_objects(self):
+        return (found for found in super().get_objects() if found[2] != "functionParam")
+
+
+def pages_with_more(app, pagename, templatename, context, doctree):
+    """No contents beside pages that need the width; the text of all pages for the search."""
+    if pagename == "search":
+        app.add_js_file("search_text.js")
     if pagename in WIDE:
         context["furo_hide_toc"] = True
 
 
 def setup(app):
+    app.add_domain(CppDomain, override=True)
     app.add_lexer("jsonc", JsonLexer)  # which knows comments
     app.connect("doctree-read", scenes_beside_pictures)
     app.connect("doctree-read", pages_named_in_comments)
     app.connect("doctree-read", only_headings_in_contents, priority=400)  # before Sphinx collects them
     app.connect("env-get-outdated", notebooks_always)
-    app.connect("html-page-context", wide_pages, priority=900)
+    app.connect("html-page-context", pages_with_more, priority=900)

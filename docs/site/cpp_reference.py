@@ -1,6 +1,7 @@
 """The C++ reference: Doxygen reads the public headers, and each header gets a page on which Breathe shows what it has."""
 
 import pathlib
+import re
 import subprocess
 import xml.etree.ElementTree as ElementTree
 
@@ -47,8 +48,11 @@ def run_doxygen(root, output):
 
 def short(element):
     """The first sentence of a comment, as text."""
-    text = " ".join("".join(element.find(f"{kind}description").itertext()).strip() for kind in ("brief", "detailed")).strip()
-    return " ".join(text.split(". ")[0].split()).rstrip(".")
+    for kind in ("brief", "detailed"):
+        paragraph = element.find(f"{kind}description/para")
+        if paragraph is not None:
+            return re.split(r"\.\s+(?=[A-Z])", " ".join("".join(paragraph.itertext()).split()))[0].rstrip(".")
+    return ""
 
 
 class Header:

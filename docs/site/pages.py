@@ -1,5 +1,6 @@
 """Copies the pages to where Sphinx reads them, and makes a page of each file of the repository that they link to."""
 
+import fnmatch
 import os
 import pathlib
 import re
@@ -64,6 +65,10 @@ class Pages:
         self.written = set()
         self.shown = set()  # files and folders of the repository that have a page
 
+    def matching(self, pattern):
+        """The pages that a pattern of the front page names: /docs/notes/*."""
+        return [page for page in self.pages if fnmatch.fnmatch(f"/{page.with_suffix('')}", pattern)]
+
     def add(self, name, text):
         """A page or another text."""
         write(self.folder / name, text)
@@ -122,10 +127,9 @@ class Pages:
         self.copy(file, page.with_suffix(""))
         head = ["---", "orphan: true", "nosearch: true", "---", "", f"# {file}", "",
                 f"A file of the repository: {{download}}`download <{file.name}>`.", ""]
-        content = (self.root / file).read_bytes()
         if file.suffix in PICTURES:
-            return "\n".join([*head, f"![{file.name}]({file.name})", ""])
-        if len(content) > LARGEST_SHOWN or file.suffix == ".vtu":
+            return "\n".join([*head[:-2], f"![{file.name}]({file.name})", ""])
+        if (self.root / file).stat().st_size > LARGEST_SHOWN or file.suffix == ".vtu":
             return "\n".join(head)
         language = LANGUAGES.get(file.suffix, "text")
         return "\n".join([*head, f"```{{literalinclude}} {file.name}", f":language: {language}", "```", ""])
