@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -33,7 +34,6 @@ def write_sources(folder, xml, package):
         pages.add_page(page)
     cpp_reference.add_reference(pages, ROOT, xml)
     python_reference.add_reference(pages, package)
-    pages.clean()
 
 
 def run_sphinx(work, site, package):
@@ -68,6 +68,8 @@ def main():
     start = time.monotonic()
     package = pathlib.Path(sys.argv[1]).resolve()
     site, work = ROOT / "build/docs", ROOT / "build/docs-work"
+    for old in [site, work]:  # all anew: Sphinx warns only of the pages that it reads
+        shutil.rmtree(old, ignore_errors=True)
     undocumented, warnings = cpp_reference.run_doxygen(ROOT, work)
     (work / "undocumented.txt").write_text("\n".join([*undocumented, ""]))
     if warnings:

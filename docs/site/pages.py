@@ -47,22 +47,14 @@ def links_of(text):
     return found
 
 
-def write(file, text):
-    """Leaves a file that has this text already as old as it is: Sphinx reads only what is new."""
-    if not file.exists() or file.read_text() != text:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
-
-
 class Pages:
-    """Writes the sources of the site below a folder; `written` has every file that belongs there."""
+    """Writes the sources of the site below an empty folder."""
 
     def __init__(self, root, folder):
         self.root, self.folder = root, folder
         self.files = repository_files(root)
         self.pages = set(pages_of(self.files))
         self.folders = {parent for file in self.files for parent in file.parents}
-        self.written = set()
         self.shown = set()  # files and folders of the repository that have a page
 
     def matching(self, pattern):
@@ -71,16 +63,15 @@ class Pages:
 
     def add(self, name, text):
         """A page or another text."""
-        write(self.folder / name, text)
-        self.written.add(pathlib.PurePosixPath(name))
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
 
     def copy(self, source, name):
         """A file as it is."""
         target = self.folder / name
         target.parent.mkdir(parents=True, exist_ok=True)
-        if not target.exists() or target.stat().st_mtime != (self.root / source).stat().st_mtime:
-            shutil.copy2(self.root / source, target)
-        self.written.add(pathlib.PurePosixPath(name))
+        shutil.copyfile(self.root / source, target)
 
     def add_page(self, file):
         """A page of the repository, with links that lead to pages of the site."""
@@ -133,11 +124,3 @@ class Pages:
             return "\n".join(head)
         language = LANGUAGES.get(file.suffix, "text")
         return "\n".join([*head, f"```{{literalinclude}} {file.name}", f":language: {language}", "```", ""])
-
-    def clean(self):
-        """Removes what an earlier call has left."""
-        for file in sorted(self.folder.rglob("*"), reverse=True):
-            if file.is_file() and pathlib.PurePosixPath(file.relative_to(self.folder)) not in self.written:
-                file.unlink()
-            elif file.is_dir() and not any(file.iterdir()):
-                file.rmdir()

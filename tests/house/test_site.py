@@ -144,7 +144,6 @@ class Tools(unittest.TestCase):
         made = pages.Pages(root, self.home / "out")
         for page in sorted(made.pages):
             made.add_page(page)
-        made.clean()
         self.assertEqual((self.home / "out/README.md").read_text(),
                          "[a](docs/a.md#two) [s](files/scenes/s.json.md) ![p](docs/p.png) [f](files/scenes.md) [h](http://x.org)\n"
                          "```cpp\n[s](scenes/s.json)\n```\n`[s](scenes/s.json)` [gone](gone.md)\n")
@@ -153,15 +152,6 @@ class Tools(unittest.TestCase):
         self.assertIn("literalinclude} s.json", (self.home / "out/files/scenes/s.json.md").read_text())
         self.assertIn("[s.json](scenes/s.json.md)", (self.home / "out/files/scenes.md").read_text())
         self.assertTrue((self.home / "out/docs/p.png").is_file())
-
-    def test_what_is_gone_from_the_repository_goes_from_the_sources(self):
-        self.write("README.md", "# A\n")
-        subprocess.run(["git", "init", "-q", self.home], check=True)
-        self.write("out/docs/old.md", "")
-        made = pages.Pages(self.home, self.home / "out")
-        made.add_page(pathlib.PurePosixPath("README.md"))
-        made.clean()
-        self.assertEqual([file.name for file in (self.home / "out").rglob("*")], ["README.md"])
 
     def test_broken_links_are_found(self):
         self.write("a.html", '<p id="one"><a href="b.html#two">b</a> <a href="#one">here</a> <a href="https://x.org/#y">x</a></p>')
