@@ -12,6 +12,8 @@ GROUPS = [  # title and names of its section; the others are found by what they 
     ("Simulation", ["Simulation", "SimulationBodies", "SimulationBody", "Grab", "Model", "Material", "Fibres", "Motion",
                     "Keyframe", "Ramp"]),
 ]
+SPOKEN = ("__len__", "__getitem__", "__iter__", "__contains__")  # methods that calls do not name
+TYPES = {}  # see names_of_types()
 CODE = re.compile(r"(`[^`]*`)")
 SPECIAL = re.compile(r"([\\*_<>\[\]|$#~])")
 
@@ -58,9 +60,15 @@ def body_of(docstring, parameters=()):
     return lines
 
 
+def names_of_types(package):
+    """What our own names of types stand for: Structure, Floats and so on, which a user does not meet."""
+    found = [each for module in ("_names", "_arrays", "_sweep") for each in package[module].attributes.values()]
+    return {each.name: str(each.value) for each in found if each.name[0].isupper() and each.value}
+
+
 def annotation(expression):
     """A type as it reads: without the modules that it comes from."""
-    text = str(expression or "")
+    text = re.sub(r"\b[A-Z]\w*\b(?!\()", lambda name: TYPES.get(name[0], name[0]), str(expression or ""))
     text = re.sub(r"Annotated\[(NDArray\[[\w.]+\]), dict\([^]]*\)\]", r"\1", text)
     return re.sub(r"\b(?:numpy\.typing|numpy|np|_core|_arrays|palpate|os|_object)\.", "", text)
 
@@ -111,7 +119,8 @@ def function_lines(name, function, fence, is_method=False):
 
 
 def is_public(name, member):
-    return not name.startswith("_") or name == "__len__" and docstring_of(member)
+    texts = [docstring_of(each) for each in [member, *(getattr(member, "overloads", None) or [])]]
+    return not name.startswith("_") or name in SPOKEN and any(texts)
 
 
 def class_lines(name, found):
@@ -144,6 +153,7 @@ def class_lines(name, found):
 def add_reference(pages, folder):
     """The page; folder: where the package `palpate` is, with the stub of its compiled part."""
     package = griffe.load("palpate", search_paths=[folder], allow_inspection=False)
+    TYPES.update(names_of_types(package))
     public = [name for name in package.exports if not str(name).startswith("__")]
     found = {str(name): package[str(name)].final_target for name in public}
     grouped = [name for _, names in GROUPS for name in names]
