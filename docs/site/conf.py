@@ -27,6 +27,7 @@ myst_enable_extensions = ["colon_fence", "fieldlist"]
 # Notebooks run whenever the site is built; what fails there fails the build.
 nb_execution_mode = "force"
 nb_execution_show_tb = True
+nb_output_stderr = "remove"  # Matplotlib's first run tells of its fonts
 nb_execution_timeout = 300
 nb_execution_cache_path = os.environ.get("PALPATE_DOCS_CACHE", "")
 nb_execution_in_temp = True

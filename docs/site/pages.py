@@ -14,6 +14,7 @@ LOADED = re.compile(r"(?m)^:load: (\S+)$")  # a program that a notebook runs
 PICTURES = {".png", ".webp", ".svg", ".gif", ".jpg"}
 LANGUAGES = {".json": "json", ".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".sh": "sh", ".ts": "ts", ".yaml": "yaml",
              ".cff": "yaml", ".md": "markdown", ".mjs": "js", ".html": "html", ".txt": "text"}
+HEAD = ["---", "orphan: true", "nosearch: true", "---", ""]  # neither in the side bar nor in the search
 LARGEST_SHOWN = 60_000  # bytes; longer files are only kept for download
 MOST_SHOWN = 40  # files of a folder that have pages of their own
 
@@ -112,11 +113,11 @@ class Pages:
         rows = [f"- [{file.relative_to(folder)}]({os.path.relpath(self.page_of(file), page.parent)})"
                 if len(inside) <= MOST_SHOWN and file not in self.pages else f"- `{file.relative_to(folder)}`"
                 for file in inside]
-        return "\n".join(["---", "orphan: true", "nosearch: true", "---", "", f"# {folder}/", "", "A folder of the repository.", "", *rows, ""])
+        return "\n".join([*HEAD, f"# {folder}/", "", "A folder of the repository.", "", *rows, ""])
 
     def shown_file(self, file, page):
         self.copy(file, page.with_suffix(""))
-        head = ["---", "orphan: true", "nosearch: true", "---", "", f"# {file}", "",
+        head = [*HEAD, f"# {file}", "",
                 f"A file of the repository: {{download}}`download <{file.name}>`.", ""]
         if file.suffix in PICTURES:
             return "\n".join([*head[:-2], f"![{file.name}]({file.name})", ""])

@@ -105,13 +105,13 @@ def docstring_of(thing):
     return thing.docstring.value if thing.docstring else ""
 
 
-def function_lines(name, function, fence, is_method=False):
-    """A function; of overloads each, and the docstring once."""
+def function_lines(name, overloads, fence, is_method=False):
+    """A function; each of its overloads, with the docstring of the first."""
     kind = "method" if is_method else "function"
-    options = [f":{label}:" for label in ("classmethod", "staticmethod") if label in function.labels]
+    options = [f":{label}:" for label in ("classmethod", "staticmethod") if label in overloads[0].labels]
     lines = []
-    for number, each in enumerate(getattr(function, "overloads", None) or [function]):
-        text = docstring_of(function) or docstring_of(each) if number == 0 else ""
+    for number, each in enumerate(overloads):
+        text = docstring_of(each) if number == 0 else ""
         shown = f"{name}{signature(each, is_method and 'staticmethod' not in each.labels)}"
         lines += directive(kind, shown, options + [":no-index:"] * (number > 0),
                            body_of(text, [parameter.name for parameter in each.parameters]), fence)
@@ -119,13 +119,13 @@ def function_lines(name, function, fence, is_method=False):
 
 
 def is_public(name, member):
-    texts = [docstring_of(each) for each in [member, *(getattr(member, "overloads", None) or [])]]
-    return not name.startswith("_") or name in SPOKEN and any(texts)
+    return not name.startswith("_") or name in SPOKEN and bool(docstring_of(member))
 
 
 def class_lines(name, found):
     """A class with its members: its own, and those that it has from the compiled part."""
-    members = {**found.inherited_members, **found.members}
+    overloads = {each: functions for each, functions in found.overloads.items() if functions}
+    members = {**found.inherited_members, **{each: overloads[each][0] for each in overloads}, **found.members}
     maker = members.get("__init__")
     bases = [str(base) for base in found.bases]
     is_error = any("Error" in base or "Warning" in base for base in bases)
@@ -133,20 +133,20 @@ def class_lines(name, found):
     made = docstring_of(maker) if maker is not None else ""
     names = [parameter.name for parameter in maker.parameters] if maker is not None and maker.is_function else []
     body = body_of(text, names) + (body_of(made, names) if made != text else [])
-    own = [member for member in members if member in found.members]
+    own = [member for member in members if member in found.members or member in overloads]
     for member in own + [member for member in members if member not in own]:
         each = members[member]
         if not is_public(member, each) or is_error and member not in found.members:
             continue
         if each.is_function:
-            body += function_lines(member, each, ":::", is_method=True)
+            body += function_lines(member, overloads.get(member, [each]), ":::", is_method=True)
         elif each.is_attribute:
             options = [f":type: {annotation(each.annotation)}"] if each.annotation else []
             body += directive("property" if "property" in each.labels else "attribute", member, options,
                               body_of(docstring_of(each)), ":::")
     head = name
     if maker is not None and maker.is_function and not is_error:
-        head += signature(getattr(maker, "overloads", None) and maker.overloads[0] or maker, True).split(" -> ")[0]
+        head += signature(maker, True).split(" -> ")[0]
     return directive("exception" if is_error else "class", head, [], body, "::::")
 
 
@@ -167,5 +167,5 @@ def add_reference(pages, folder):
         for name in names:
             thing = found[name]
             lines += [f"### {name}", ""]
-            lines += class_lines(name, thing) if thing.is_class else function_lines(name, thing, ":::")
+            lines += class_lines(name, thing) if thing.is_class else function_lines(name, [thing], ":::")
     pages.add("reference/python.md", "\n".join(lines))
