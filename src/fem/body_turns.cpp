@@ -4,10 +4,14 @@
 #include <numbers>
 
 #include "fem/lumping.hpp"
+#include "fem/rotation.hpp"
 #include "geometry/trigonometry.hpp"
 
 namespace palpate::fem {
 namespace {
+
+/// An angle up to which ways are bent, rad: contacts are off by 0.3 % of the body's size.
+constexpr double bent = 0.08;
 
 Turn turn_by(const Vec3& angle) {
   if (angle == Vec3{}) return {};
@@ -28,10 +32,22 @@ Vec3 free_angle(const RigidMotion& start, double time_step) {
   return angle;
 }
 
-/// How much longer the angle of a turn is than its sine, by which straight ways to its end turn the body.
-double arc_share(const RigidMotion& mean, double time_step) {
-  const double turned = std::min(time_step * length(mean.angular_velocity()), 1.0);
-  return turned > 0.0 ? arc_sine(turned) / turned : 1.0;
+/// The rotation vector of a rotation, its angle in [0, pi], rad.
+Vec3 rotation_vector(const Matrix3& q) {
+  // Twice the sine of the angle, along the axis; exact where angles are small.
+  const Vec3 twice{q(2, 1) - q(1, 2), q(0, 2) - q(2, 0), q(1, 0) - q(0, 1)};
+  const double sine = 0.5 * length(twice);
+  const double cosine = 0.5 * (q(0, 0) + q(1, 1) + q(2, 2) - 1.0);
+  return sine > 0.0 ? (arc_tangent(sine, cosine) / (2.0 * sine)) * twice : Vec3{};
+}
+
+/// Step length of a fixed-point iteration by its last two residuals, of which the first went with `last`.
+double next_step_length(const Vec3& before, const Vec3& now, double last) {
+  constexpr double shortest = 0.1;
+  const Vec3 change = now - before;
+  const double l2 = squared_length(change);
+  if (l2 == 0.0) return 1.0;
+  return std::clamp(-last * dot(before, change) / l2, shortest, 1.0);
 }
 
 }  // namespace
@@ -42,6 +58,7 @@ BodyTurns::BodyTurns(const Bodies& bodies, const Materials& materials, std::span
       masses_(masses.begin(), masses.end()),
       stretch_energies_(bodies_.size(), 0.0),
       frames_(bodies_.size()),
+      bends_(bodies_.size()),
       starts_(bodies_.size()),
       changed_(bodies_.size(), 0) {
   for (Index body = 0; body < bodies.body_count(); ++body) {
@@ -66,7 +83,7 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
   }
   motion.center = (1.0 / mass) * motion.center;
   motion.velocity = (1.0 / mass) * motion.velocity;
-  Matrix3 inertia;
+  Matrix3& inertia = motion.inertia;
   for (Index i = points.begin; i < points.end; ++i) {
     const double m = at(masses_, i);
     const Vec3 arm = at(positions, i) - motion.center;
@@ -79,6 +96,30 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
   }
   motion.inverse_inertia = inverse(inertia);
   return motion;
+}
+
+/// The rigid turn nearest to what these velocities do to a body in the step; zero where it is less than half
+/// of its motion about the centre.
+/// \param mean  of the velocities
+Vec3 BodyTurns::angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
+                         std::span<const Vec3> velocities) const {
+  const Range points = bodies_[body].points;
+  const auto for_each_arm = [&](const auto& use) {
+    for (Index i = points.begin; i < points.end; ++i) {
+      const Vec3 arm = at(positions, i) - mean.center;
+      use(at(masses_, i), arm, arm + time_step_ * (at(velocities, i) - mean.velocity));
+    }
+  };
+  Matrix3 moment;
+  for_each_arm([&](double m, const Vec3& arm, const Vec3& end) { add_outer(moment, m, end, arm); });
+  const Matrix3 q = nearest_rotation(moment);
+  double moved = 0.0;
+  double beside = 0.0;
+  for_each_arm([&](double m, const Vec3& arm, const Vec3& end) {
+    moved += m * squared_length(end - arm);
+    beside += m * squared_length(end - q * arm);
+  });
+  return beside < 0.5 * moved ? rotation_vector(q) : Vec3{};
 }
 
 /// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
@@ -124,10 +165,19 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
     changed_[body] = 0;
     if (stretch_energies_[body] == 0.0) return;
     const RigidMotion mean = rigid_motion(body, positions, velocities);
-    const double longer = mean.dominates() ? arc_share(mean, time_step_) : 0.0;
-    const Vec3 angle = longer > 0.0 ? (longer * time_step_) * mean.angular_velocity() : Vec3{};
-    if (!swells(body, angle - frames_[body].angle, mean.whole_energy)) return;
-    set_frame(body, angle, longer * mean.momentum);
+    const Frame& last = frames_[body];
+    const Vec3 left = angle_of(body, mean, positions, velocities) - last.angle;
+    if (length(left) <= bent || !swells(body, left, mean.whole_energy)) return;
+    const double step_length =
+        last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
+    const Vec3 angle = last.angle + step_length * left;
+    // That of the middle of the step, as free_angle() has it.
+    const Turn half = turn_by(0.5 * angle);
+    const Vec3 momentum =
+        (1.0 / time_step_) * rotated(half, starts_[body].inertia * turned_back(half, angle));
+    set_frame(body, angle, momentum);
+    frames_[body].left = left;
+    frames_[body].step_length = step_length;
     changed_[body] = 1;
   });
   return std::ranges::find(changed_, 1) != changed_.end();
@@ -142,6 +192,73 @@ Vec3 BodyTurns::displacement(Index body, const Vec3& position) const {
   if (frame.angle == Vec3{}) return {};
   const Vec3 arm = position - frame.center;
   return rotated(frame.turn, arm) - arm;
+}
+
+BodyTurns::Bend BodyTurns::bend_of(std::size_t body, std::span<const Vec3> positions,
+                                   std::span<const Vec3> velocities) const {
+  const Range points = bodies_[body].points;
+  const Frame& frame = frames_[body];
+  const RigidMotion& start = starts_[body];
+  double mass = 0.0;
+  double energy = 0.0;
+  Bend bend;
+  for (Index i = points.begin; i < points.end; ++i) {
+    mass += at(masses_, i);
+    bend.velocity += at(masses_, i) * at(velocities, i);
+    energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i));
+  }
+  bend.velocity = (1.0 / mass) * bend.velocity;
+  // Of the ways beyond those of the frame, about where it has turned the points to.
+  Vec3 moment;
+  double moved = 0.0;
+  for (Index i = points.begin; i < points.end; ++i) {
+    const Vec3 arm = rotated(frame.turn, at(positions, i) - start.center);
+    const Vec3 way = time_step_ * (at(velocities, i) - bend.velocity) -
+                     displacement(static_cast<Index>(body), at(positions, i));
+    moment += at(masses_, i) * cross(arm, way);
+    moved += at(masses_, i) * squared_length(way);
+  }
+  const auto inertia = [&](const Turn& turn, const Vec3& a) {
+    return rotated(turn, start.inertia * turned_back(turn, a));
+  };
+  const auto inverse_inertia = [&](const Turn& turn, const Vec3& a) {
+    return rotated(turn, start.inverse_inertia * turned_back(turn, a));
+  };
+  const Vec3 angle = inverse_inertia(frame.turn, moment);
+  const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
+  constexpr double allowed = 1e-3;  // of what is allowed to a turn that is left out: bending costs little
+  if (!dominates || !swells(body, angle, allowed * energy)) return {};
+  bend.angle = angle;
+  bend.turn = turn_by(angle);
+  const Vec3 momentum = (1.0 / time_step_) * moment + inertia(frame.turn, frame.angular_velocity);
+  const Vec3 lost = turned_back(bend.turn, momentum) - momentum;
+  bend.correction = rotated(bend.turn, inverse_inertia(frame.turn, lost));
+  return bend;
+}
+
+bool BodyTurns::bend(const parallel::Threads& threads, std::span<const Vec3> positions,
+                     std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
+  parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
+    bends_[body] = {};
+    if (stretch_energies_[body] > 0.0 && held[body] == 0) bends_[body] = bend_of(body, positions, velocities);
+  });
+  return std::ranges::any_of(bends_, [](const Bend& bend) { return bend.angle != Vec3{}; });
+}
+
+Vec3 BodyTurns::arc(Index body, const Vec3& position) const {
+  const Bend& bend = at(bends_, body);
+  if (bend.angle == Vec3{}) return {};
+  const Frame& frame = at(frames_, body);
+  const Vec3 arm = rotated(frame.turn, position - at(starts_, body).center);
+  return rotated(bend.turn, arm) - arm - cross(bend.angle, arm);
+}
+
+Vec3 BodyTurns::bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+  const Bend& bend = at(bends_, body);
+  if (bend.angle == Vec3{}) return velocity;
+  const Frame& frame = at(frames_, body);
+  const Vec3 arm = rotated(bend.turn, rotated(frame.turn, position - at(starts_, body).center));
+  return bend.velocity + rotated(bend.turn, velocity - bend.velocity) + cross(bend.correction, arm);
 }
 
 Vec3 BodyTurns::excess_velocity(Index body, const Vec3& position) const {

@@ -15,9 +15,10 @@ namespace palpate::fem {
 
 /// The rigid motion that has the momenta of a body.
 struct RigidMotion {
-  Vec3 center{};    ///< of mass, m
-  Vec3 velocity{};  ///< of the centre, m/s
-  Vec3 momentum{};  ///< angular, about the centre
+  Vec3 center{};      ///< of mass, m
+  Vec3 velocity{};    ///< of the centre, m/s
+  Vec3 momentum{};    ///< angular, about the centre
+  Matrix3 inertia{};  ///< about the centre
   Matrix3 inverse_inertia{};
   double energy = 0.0;        ///< kinetic, of the motion about the centre, J
   double whole_energy = 0.0;  ///< kinetic, J
@@ -35,6 +36,11 @@ struct RigidMotion {
 /// the turned velocities Q (v - v_c), and inertia against the turn (the centrifugal force) is one of the
 /// forces: a rigid turn is exact, keeps size, energy and angular momentum. Small turns are left out, since a
 /// turn costs a pass over all elements.
+///
+/// What a solution turns a body beyond its frame is bent: points go on by that angle along arcs, not along
+/// straight lines, and their velocities turn with them. Elasticity does not feel the difference, since to a
+/// linear step it is no strain; contacts are off by up to half the angle's square of the body's size. So
+/// only larger angles are followed by another frame and another solve.
 class BodyTurns {
  public:
   /// \param masses     of points (n_points), kg
@@ -50,12 +56,24 @@ class BodyTurns {
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
   /// Turns bodies as a solution does that moves the points by `velocities` in the step that has begun, where
-  /// what is left of its turn swells the body by more than that share. Returns whether any has another turn
-  /// than before. O(n_points).
+  /// what is left of its turn is more than to be bent. Returns whether any has another turn than before.
+  /// O(n_points).
+  ///
+  /// Where contacts turn a body, its turn changes the contacts: solutions and frames are a fixed-point
+  /// iteration, with a step length for each body (Irons & Tuck, Int. J. Numer. Methods Eng. 1 (1969), 275).
   bool follow(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<const Vec3> velocities);
   /// Whether a body is turned.
   [[nodiscard]] bool any() const;
+  /// Bends the straight ways of a solution that moves the points by `velocities` beyond the frames, where
+  /// they would swell a body. Returns whether any is bent. O(n_points). \param held  per body: 1 where points
+  /// do not move freely, so that it is not bent
+  bool bend(const parallel::Threads& threads, std::span<const Vec3> positions,
+            std::span<const Vec3> velocities, std::span<const std::uint8_t> held);
+  /// From the end of the straight way of a point to that of its arc, m.
+  [[nodiscard]] Vec3 arc(Index body, const Vec3& position) const;
+  /// The velocity of a point at the end of its arc. \param velocity  at the end of the straight way
+  [[nodiscard]] Vec3 bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
 
   /// Of a point at the start of the step, x' - x, m.
   [[nodiscard]] Vec3 displacement(Index body, const Vec3& position) const;
@@ -73,13 +91,26 @@ class BodyTurns {
     Vec3 center{};
     Vec3 velocity{};
     Vec3 angle{};                 ///< along the axis, rad
+    Vec3 left{};                  ///< angle of the last solution beyond that of its frame, rad; zero: none
+    double step_length = 1.0;     ///< fraction of it by which the frame was turned on
     Turn turn{};                  ///< by it: Q
     Vec3 angular_velocity{};      ///< at the end
     Vec3 angular_acceleration{};  ///< at the end, of a rigid body without torque: Euler's equations
     Vec3 correction{};            ///< angular velocity that keeps the angular momentum: Q turns that, too
   };
+  /// A body whose points go along arcs, from where its frame has turned them to.
+  struct Bend {
+    Vec3 angle{};       ///< along the axis, rad; zero: none
+    Turn turn{};        ///< by it
+    Vec3 velocity{};    ///< of the centre, mean of the step
+    Vec3 correction{};  ///< angular velocity that keeps the angular momentum
+  };
+  [[nodiscard]] Bend bend_of(std::size_t body, std::span<const Vec3> positions,
+                             std::span<const Vec3> velocities) const;
   [[nodiscard]] RigidMotion rigid_motion(std::size_t body, std::span<const Vec3> positions,
                                          std::span<const Vec3> velocities) const;
+  [[nodiscard]] Vec3 angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
+                              std::span<const Vec3> velocities) const;
   [[nodiscard]] bool swells(std::size_t body, const Vec3& angle, double energy) const;
   void set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum);
 
@@ -87,6 +118,7 @@ class BodyTurns {
   std::vector<double> masses_;
   std::vector<double> stretch_energies_;  ///< (n_bodies) of strain 1: Young's modulus x volume, J
   std::vector<Frame> frames_;
+  std::vector<Bend> bends_;
   std::vector<RigidMotion> starts_;
   std::vector<std::uint8_t> changed_;
   double time_step_ = 0.0;

@@ -19,6 +19,12 @@ constexpr int renewal = 16;
 /// Times that the true residual is looked at before a solve that rounding stops is given up.
 constexpr int most_looks = 4;
 
+/// Directions that fit into memory.
+double most_by_memory(std::size_t rows) {
+  constexpr double memory = 256e6;  // bytes
+  return memory / (2.0 * 3.0 * sizeof(float) * static_cast<double>(rows));
+}
+
 }  // namespace
 
 /// As many as cost no more to find the best step in than a part of what an iteration takes otherwise, and fit
@@ -26,7 +32,6 @@ constexpr int most_looks = 4;
 std::size_t ContactSolver::most_directions(const Run& run) {
   constexpr double share = 0.3;
   constexpr double least = 6.0;
-  constexpr double memory = 256e6;  // bytes
   constexpr double of_multigrid = 10.0;
   constexpr double of_jacobi = 2.0;  // products
   const auto bytes = static_cast<double>(run.problem.system->blocks().value_bytes());
@@ -34,10 +39,29 @@ std::size_t ContactSolver::most_directions(const Run& run) {
   const double iteration = product * (run.report.multigrid ? of_multigrid : of_jacobi);
   const auto contacts = static_cast<double>(run.problem.laws.size());
   const double by_cost = std::sqrt(share * iteration / (27.0 * contacts));
-  const auto rows = static_cast<double>(run.points().size());
-  const double by_memory = memory / (2.0 * 3.0 * sizeof(float) * rows);
-  return static_cast<std::size_t>(
-      std::clamp(std::min(by_cost, by_memory), least, static_cast<double>(ReducedStep::largest)));
+  return static_cast<std::size_t>(std::clamp(std::min(by_cost, most_by_memory(run.points().size())), least,
+                                             static_cast<double>(ReducedStep::largest)));
+}
+
+/// Twice as many directions, where with those that there is room for the residual hardly falls: what contacts
+/// need most is that nothing is forgotten. False where there are enough, or no more are allowed.
+bool ContactSolver::grow(Run& run) {
+  constexpr int window = 8;
+  constexpr double slow = 0.9;  // an iteration
+  const int iterations = run.report.iterations - run.past;
+  if (iterations < window) return false;
+  double expected = run.past_residual;
+  for (int i = 0; i < iterations; ++i) expected *= slow;
+  run.past = run.report.iterations;
+  run.past_residual = run.residual();
+  const double most =
+      std::min(most_by_memory(run.points().size()), static_cast<double>(ReducedStep::largest));
+  const std::size_t more = std::min(2 * reduced_.most(), static_cast<std::size_t>(most));
+  if (run.past_residual <= expected || more <= reduced_.most()) return false;
+  reduced_.grow(more);
+  directions_.resize(more * values_);
+  products_.resize(more * values_);
+  return true;
 }
 
 /// The better of the guess and zero, by the residual; no directions but those of the last solve, if it goes
@@ -160,7 +184,7 @@ void ContactSolver::judge(Run& run) const {
   run.report.relative_error = 0.0;
   if (run.squares == 0.0) return;
   const double unit = std::max(residual_of_zero_, run.goal.least_residual);
-  run.report.relative_residual = run.scale * std::sqrt(run.squares) / unit;
+  run.report.relative_residual = run.residual() / unit;
   const double estimate = run.report.multigrid ? safety * change_estimate_.error() : estimate_.error();
   run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
@@ -210,6 +234,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   run.size = std::sqrt(run.guess_by_mass);
   if (reduced_.directions() > 0) reduced_.solve(threads);  // of the last call
   compute_residual(run);
+  run.past_residual = run.residual();
   bool begun = false;
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
@@ -230,7 +255,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       multigrid.update(threads, *problem.stiffened, positions);
     }
     begun = true;
-    if (reduced_.directions() == reduced_.most()) shrink(run);
+    if (reduced_.directions() == reduced_.most() && !grow(run)) shrink(run);
     precondition(run);
     if (!add_direction(run)) {
       settle(run);
@@ -249,6 +274,11 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     compute_residual(run);
   }
   run.report.converged = run.reached();
+  if (!run.report.converged && run.report.relative_residual > 1.0) {
+    // Rounding has won, as of tissue far stiffer than its inertia. No change is nearer to the solution.
+    std::ranges::fill(x, simd::Padded3{});
+    reduced_.begin(reduced_.most());
+  }
   // A nonlinear solve takes some three times the iterations of a linear one without a fault of the hierarchy.
   if (run.report.multigrid) multigrid.count(run.report.iterations / 3);
   return run.report;

@@ -74,6 +74,7 @@ class ContactSolver {
   void judge(Run& run) const;
   void flush(Run& run);
   bool settle(Run& run);
+  bool grow(Run& run);
   void shrink(Run& run);
   void move_directions(const Run& run, std::size_t kept);
   [[nodiscard]] float* direction(std::size_t i) { return directions_.data() + i * values_; }

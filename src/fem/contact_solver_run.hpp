@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -28,6 +29,8 @@ struct ContactSolver::Run {
   double decrease = 0.0;       ///< z^T r of the last direction: what the energy falls by, per its c
   double size = 0.0;           ///< of x, by mass
   int looks = 0;               ///< at the true residual
+  double past_residual = 0.0;  ///< true size at the iteration below, N s
+  int past = 0;                ///< iteration at which it was looked at whether directions are enough
   bool broken = false;         ///< the last direction was no new one
   bool exact_products = false;
 
@@ -35,6 +38,7 @@ struct ContactSolver::Run {
     return problem.couplings.subspan(problem.couplings.size() - problem.laws.size());
   }
   [[nodiscard]] std::span<const Index> points() const { return problem.system->blocks().point_of_row(); }
+  [[nodiscard]] double residual() const { return scale * std::sqrt(squares); }
   [[nodiscard]] double solution_unit() const { return std::max(size, goal.least_scale); }
   [[nodiscard]] bool reached() const {
     return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;

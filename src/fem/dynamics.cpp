@@ -135,12 +135,21 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
        {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_, &way_})
     vector->resize(points);
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
+  mark_held_bodies();
+}
+
+/// Those with points that do not move freely. What is not linear finds its end in its own way.
+void Dynamics::mark_held_bodies() {
+  held_bodies_.assign(bodies_.size(), 0);
+  for (std::size_t i = 0; i < masses_.size(); ++i)
+    if (held_axes_[i] != 0 || is_full(i)) at(held_bodies_, body_of_point_[i]) = 1;
 }
 
 void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
                               std::span<const std::uint8_t> axes) {
   holds_ = AxisHolds(bodies, materials, axes, free_, masses_);
   holds_.mark(held_axes_);
+  mark_held_bodies();
   holds_.stop(velocities_);
 }
 
@@ -385,6 +394,14 @@ void Dynamics::find_end() {
     end_positions_[i] = positions_[i];
     if (system_.free()[i] != 0) end_positions_[i] += time_step_ * mean_velocities_[i];
   });
+  straight_bodies_ = held_bodies_;
+  for (const Index p : prescribed_points_) at(straight_bodies_, at(body_of_point_, p)) = 1;
+  bent_ = turns_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
+  if (bent_) {
+    parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+      end_positions_[i] += turns_.arc(body_of_point_[i], positions_[i]);
+    });
+  }
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     at(end_positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
   }
@@ -394,9 +411,12 @@ void Dynamics::find_end() {
 void Dynamics::end_step() {
   prescribed_points_.clear();
   std::swap(velocities_, mean_velocities_);
-  if (turns_.any()) {
+  if (bent_ || turns_.any()) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      if (system_.free()[i] != 0) velocities_[i] -= turns_.excess_velocity(body_of_point_[i], positions_[i]);
+      if (system_.free()[i] == 0) return;
+      const Index body = body_of_point_[i];
+      const Vec3 straight = velocities_[i] - turns_.excess_velocity(body, positions_[i]);
+      velocities_[i] = turns_.bent_velocity(body, positions_[i], straight);
     });
     holds_.stop(velocities_);
   }

@@ -227,6 +227,7 @@ class Dynamics {
   void put_forces(const ContactSet& contacts, bool of_laws);
   void check_solution(double residual);
   void set_base_velocities();
+  void mark_held_bodies();
   void find_end();
   void guess_solution(double time_step, const Vec3& gravity);
   void advance_inversion_clocks();
@@ -277,6 +278,9 @@ class Dynamics {
   std::vector<simd::Padded3> right_side_;
   std::vector<simd::Padded3> free_right_side_;  ///< without couplings
   BodyTurns turns_;                             ///< of the step that has begun
+  std::vector<std::uint8_t> held_bodies_;       ///< 1 where a body is not bent (BodyTurns), but for
+  std::vector<std::uint8_t> straight_bodies_;   ///< prescribed points: with them
+  bool bent_ = false;                           ///< some body is
   /// What elements are linearised about, where not positions_: bodies as they are turned, full bodies as
   /// follow_tissue() moved them.
   std::vector<Vec3> linear_positions_;

@@ -17,13 +17,40 @@ std::size_t padded(std::size_t n) {
 
 }  // namespace
 
-void ReducedStep::begin(std::size_t most) {
+void ReducedStep::set_most(std::size_t most) {
   most_ = most;
   stride_ = padded(most);
+  for (auto* matrix : {&lower_, &matrix_, &stiffness_}) matrix->assign(stride_ * stride_, 0.0);
+  for (auto* vector : {&change_, &f_, &trial_f_, &trial_c_, &step_, &solved_}) vector->assign(stride_, 0.0);
+}
+
+void ReducedStep::begin(std::size_t most) {
   size_ = 0;
-  for (auto* matrix : {&gram_, &lower_, &matrix_, &stiffness_}) matrix->assign(stride_ * stride_, 0.0);
-  for (auto* vector : {&g_, &c_, &change_, &f_, &trial_f_, &trial_c_, &step_, &solved_})
-    vector->assign(stride_, 0.0);
+  set_most(most);
+  gram_.assign(stride_ * stride_, 0.0);
+  for (auto* vector : {&g_, &c_}) vector->assign(stride_, 0.0);
+}
+
+void ReducedStep::grow(std::size_t most) {
+  const std::size_t before = stride_;
+  set_most(most);
+  // From the end, so that no row covers one that is still to be moved.
+  const auto spread = [&](std::vector<double>& rows, std::size_t count) {
+    make_room(rows, stride_ * count);
+    rows.resize(stride_ * count);
+    for (std::size_t i = count; i-- > 0;) {
+      const auto from = rows.begin() + static_cast<std::ptrdiff_t>(before * i);
+      const auto to = rows.begin() + static_cast<std::ptrdiff_t>(stride_ * i);
+      std::copy_backward(from, from + static_cast<std::ptrdiff_t>(before),
+                         to + static_cast<std::ptrdiff_t>(before));
+      std::fill(to + static_cast<std::ptrdiff_t>(before), to + static_cast<std::ptrdiff_t>(stride_), 0.0);
+    }
+  };
+  spread(gram_, before);
+  gram_.resize(stride_ * stride_, 0.0);
+  spread(rates_, 3 * laws_.size());
+  for (auto* vector : {&g_, &c_}) vector->resize(stride_, 0.0);
+  forget_stiffness();
 }
 
 void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction) {

@@ -56,6 +56,8 @@ class ReducedStep {
   /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept`
   /// ones behind it. The residuals are to be set anew.
   void compress(std::span<const double> a, std::size_t kept);
+  /// Room for more directions; those that are there stay. \param most  more than most(), at most `largest`
+  void grow(std::size_t most);
   /// False where the last direction is one of the others, to rounding; then it is dropped. O(contacts
   /// directions^2) a round.
   bool solve(const parallel::Threads& threads);
@@ -73,6 +75,7 @@ class ReducedStep {
   void assemble(const parallel::Threads& threads, bool with_bounds);
   void assemble_new(const parallel::Threads& threads);
   void forget_stiffness();
+  void set_most(std::size_t most);
   bool factor_gram();
   [[nodiscard]] double norm(std::span<const double> f);
   bool solve_linear(std::span<const double> f, std::vector<double>& step);

@@ -16,6 +16,13 @@ constexpr double faces_along = 0.95;
 constexpr double faces_aside = 0.6;
 /// Of the stiffness of a contact.
 constexpr double part_of_an_end = 0.5;
+/// What the weights of an end must reach together before it acts: below it is of no use to the bodies, and a
+/// row for the solver. Most edges of uneven faces that lie in each other are such.
+constexpr double least_weight = 0.05;
+
+double beyond_least(double weight) {
+  return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
+}
 
 /// Where an edge meets a triangle.
 struct Meeting {
@@ -94,7 +101,7 @@ void add_at_triangle(const EdgeResponse::Frame& frame, const Edge& edge, const M
   const auto& [w0, w1, w2] = meeting.weights;
   end.points = {edge[0], edge[1], t[0], t[1], t[2]};
   end.coefficients = {1.0 - meeting.parameter, meeting.parameter, -w0, -w1, -w2};
-  if (end.law.stiffness > 0.0) rows.push_back({.end = end, .depth = end.law.depth});
+  rows.push_back({.end = end, .depth = end.law.depth});
 }
 
 }  // namespace
@@ -119,9 +126,9 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
     return std::min(1.0, parameters * whole / frame.rules.rim_reach(body));
   };
   const Index own = frame.bodies.body_of(edge);
-  const double full = part_of_an_end * sharpness(frame, contacts.edge[contact]) * part(leaves - enters) *
-                      frame.rules.stiffness(own, body);
-  if (!(full > 0.0)) return;
+  double most = part(leaves - enters);
+  if (most > least_weight) most *= sharpness(frame, contacts.edge[contact]);
+  if (most <= least_weight) return;
   std::array<Meeting, 2> meetings;
   for (std::size_t end = 0; end < 2; ++end) {
     meetings[end] = meeting(frame, edge, contacts.triangles[contact][end], contacts.parameters[contact][end],
@@ -132,13 +139,15 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
   // An edge at a rim acts that much, once an end is inside.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
+  const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);
   for (std::size_t end = 0; end < 2; ++end) {
     const Meeting& here = meetings[end];
-    const double needed = 1.0 - held_near(frame, here, own, depth);
-    const double weight = needed * (here.side * beside + (1.0 - here.side) * outside);
+    double weight = most * (here.side * beside + (1.0 - here.side) * outside);
+    if (weight > least_weight) weight *= 1.0 - held_near(frame, here, own, depth);
+    if (weight <= least_weight) continue;
     add_at_triangle(frame, edge, here,
-                    end_of(contacts.edge[contact], body, 2 * number + static_cast<Index>(end), weight * full,
-                           depth, contacts.direction[contact]),
+                    end_of(contacts.edge[contact], body, 2 * number + static_cast<Index>(end),
+                           beyond_least(weight) * whole_stiffness, depth, contacts.direction[contact]),
                     rows);
   }
 }
@@ -170,18 +179,19 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   double inside = 1.0;
   if (found.triangle >= 0) inside = found.contacts[0] >= 0 ? found.parameter : 1.0 - found.parameter;
   const double length_part = std::min(1.0, inside * whole / frame.rules.rim_reach(body));
-  const double full =
-      part_of_an_end * support_.lack(own, body) * length_part * frame.rules.stiffness(own, body);
   double held = 0.0;
   for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
+  const double most = (1.0 - held) * support_.lack(own, body) * length_part;
+  if (most <= least_weight) return;
+  const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);
   for (std::size_t i = 0; i < 2; ++i) {
-    EdgeEnd end =
-        end_of(found.edge, body, static_cast<Index>(i), (1.0 - held) * full, found.depth, found.direction);
+    EdgeEnd end = end_of(found.edge, body, static_cast<Index>(i), beyond_least(most) * whole_stiffness,
+                         found.depth, found.direction);
     const Index c = found.contacts[i];
     if (c < 0) {
       const Meeting here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
-      end.law.stiffness *= here.side;
-      add_at_triangle(frame, edge, here, end, rows);
+      end.law.stiffness = beyond_least(most * here.side) * whole_stiffness;
+      if (end.law.stiffness > 0.0) add_at_triangle(frame, edge, here, end, rows);
       continue;
     }
     const fem::Coupling coupling = coupling_of(
@@ -189,7 +199,7 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
     end.points = coupling.points;
     end.coefficients = coupling.coefficients;
     end.of_edge = false;
-    if (end.law.stiffness > 0.0) rows.push_back({.end = end, .depth = end.law.depth});
+    rows.push_back({.end = end, .depth = end.law.depth});
   }
 }
 

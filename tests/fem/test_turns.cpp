@@ -135,6 +135,33 @@ TEST(Turns, ABoxTumblesAsARigidBodyWithoutTorque) {
   EXPECT_GT(turned, 2.0);
 }
 
+/// A couple turns a cube from rest in one step, by 4 degrees or 17: as forces that would accelerate its
+/// points like a rigid body. Straight ways would swell it by half the square of the angle. The first is bent,
+/// the second takes a frame; the momentum is the couple times the step where the frame stays.
+TEST(Turns, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
+  constexpr double h = 0.01;
+  for (const double angle : {0.07, 0.3}) {
+    SpinningBox box({0.04, 0.04, 0.04}, {}, 2e7);
+    const Eigen::Vector3d c = box.center();
+    const Eigen::Vector3d acceleration = angle / (h * h) * Eigen::Vector3d(0.48, 0.6, 0.64);
+    std::vector<Vec3> forces;
+    for (std::size_t i = 0; i < box.dynamics.positions().size(); ++i) {
+      const Eigen::Vector3d f =
+          box.dynamics.point_masses()[i] * acceleration.cross(to_eigen(box.dynamics.positions()[i]) - c);
+      forces.push_back({f.x(), f.y(), f.z()});
+    }
+    const Eigen::Vector3d expected = h * box.inertia_rest() * acceleration;
+    box.dynamics.step(h, {}, forces, {}, 1e-9, 2000);
+    EXPECT_LT(box.largest_strain(), 0.01 * 0.5 * angle * angle) << angle;
+    const bool bent = angle < 0.08;
+    EXPECT_LT((box.angular_momentum() - expected).norm(), (bent ? 1e-6 : 0.05) * expected.norm()) << angle;
+    const Eigen::AngleAxisd turn(box.rotation());
+    EXPECT_NEAR(turn.angle(), angle, (bent ? 1e-4 : 0.05) * angle);
+    const double energy = 0.5 * expected.squaredNorm() / box.inertia_rest()(0, 0);
+    EXPECT_NEAR(box.dynamics.kinetic_energy(), energy, (bent ? 1e-5 : 0.1) * energy) << angle;
+  }
+}
+
 /// What is soft swells by the centrifugal force, which frames would leave out: it is not followed.
 TEST(Turns, ASoftBodyIsNotFollowed) {
   SpinningBox box({0.04, 0.04, 0.04}, {0.0, 0.0, 5.0}, 1e3);

@@ -62,6 +62,11 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
+  // Balls on each other without friction are like a column that nothing holds: their middles stay on the
+  // axis.
+  constexpr std::uint8_t across = 3;  // x and y
+  for (const Vec3& p : model.bodies.points_rest())
+    model.fixed_axes.push_back(p == Vec3{0, 0, radius} || p == Vec3{0, 0, 3.0 * radius} ? across : 0);
   SimulationSettings settings;
   settings.gravity = {};
   settings.rest.speed = 2e-6;

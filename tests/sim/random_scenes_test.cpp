@@ -1,0 +1,69 @@
+// Scenes by chance (random_scenes.hpp). Oracles: what falls has no more energy than it began with, floors
+// hold, tissue that nothing crushes is not inverted, and steps converge.
+#include "sim/random_scenes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+/// Of motion, height and strain, J. Springs of contacts hold some more for a while.
+double energy(const Simulation& simulation) {
+  double sum = simulation.metrics().kinetic_energy + simulation.metrics().elastic_energy;
+  for (Index body = 1; body < simulation.bodies().body_count(); ++body) {
+    const double weight = at(simulation.masses(), body) * -simulation.settings().gravity.z;
+    sum += weight * simulation.center_of_mass(body).z;
+  }
+  return sum;
+}
+
+struct Outcome {
+  int steps = 0;
+  int not_converged = 0;
+};
+
+Outcome run(std::uint64_t seed) {
+  constexpr double duration = 1.0;
+  constexpr int most_steps = 250;
+  test::RandomScene scene(seed);
+  const double time_step = scene.settings.time_step;
+  Simulation simulation(std::move(scene.model), scene.settings, 1);
+  Outcome outcome{.steps = std::min(most_steps, static_cast<int>(duration / time_step))};
+  const double at_start = energy(simulation);
+  for (int step = 0; step < outcome.steps; ++step) {
+    simulation.step();
+    if (!simulation.metrics().solver_converged) ++outcome.not_converged;
+    EXPECT_LE(energy(simulation), 1.01 * at_start) << "seed " << seed << ", step " << step;
+    EXPECT_EQ(simulation.metrics().inverted_tets, 0) << "seed " << seed << ", step " << step;
+    if (testing::Test::HasFailure()) return outcome;
+  }
+  for (Index body = 1; body < simulation.bodies().body_count(); ++body) {
+    const Vec3 center = simulation.center_of_mass(body);
+    const bool above = std::max(std::abs(center.x), std::abs(center.y)) < test::RandomScene::floor;
+    EXPECT_TRUE(!above || center.z > 0.0) << "seed " << seed << ": body " << body << " at " << center.z;
+  }
+  return outcome;
+}
+
+void run_all(std::uint64_t first, std::uint64_t count) {
+  Outcome all;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const Outcome one = run(seed);
+    all.steps += one.steps;
+    all.not_converged += one.not_converged;
+    if (testing::Test::HasFailure()) return;
+  }
+  testing::Test::RecordProperty("not_converged", all.not_converged);
+  EXPECT_LE(all.not_converged, all.steps / 100) << "of " << all.steps << " steps";
+}
+
+TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
+  run_all(1, 16);
+}
+
+TEST(RandomScenes, DISABLED_TwoHundredDo) {
+  run_all(1000, 200);
+}
+
+}  // namespace
+}  // namespace palpate
