@@ -1,0 +1,105 @@
+// Bodies cut open, in a real, headless browser: the control of the cut, its faces, and what the mouse meets there.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { faceColour, glued, hasColour, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
+
+const blue = [0.2, 0.4, 0.8];
+const red = [0.8, 0.3, 0.2];
+const boxWithColour = { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: blue }] };
+const coloured = { ...patient, bodies: patient.bodies.map((body) => (body.name === "lower" ? { ...body, color: blue } : body)) };
+write("coloured.json", { ...boxWithColour, name: "coloured" });
+write("coloured-patient.json", coloured);
+const [, half] = patient.output.views;
+const oblique = { ...half, name: "oblique", cut: { point: [0, 0, 40], normal: [1, -1, 0], bodies: ["lower"] } };
+const closed = { ...half, name: "closed", cut: undefined };
+write("oblique.json", { ...coloured, output: { views: [oblique, half, closed] } });
+
+test("a cut has faces in the colour of the body, and edges show", async () => {
+  const server = await serve("coloured.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  await page.selectOption("#cut-axis", "y");
+  await page.check("#cut-flip");
+  await page.check("#cut");
+  await until("a face", () => hasColour(page, faceColour(blue)));
+  await page.check("#show-edges");
+  await shot(page, "cut-face");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** Moves a slider of the panel to a place between 0 and 1. */
+const slide = (page, id, share) => page.locator(`#${id}`).fill(String(Math.round(200 * share)));
+
+test("the cut of a named view can be moved, turned round and closed", async () => {
+  const server = await serve("coloured-patient.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const face = () => patch(page, faceColour(blue), 3);
+  const before = await face();
+  assert.ok(before.count > 1000, "the view cuts the body open");
+  assert.deepEqual(await control(page), { on: true, axis: "y", flip: true, place: "0 mm" });
+  await slide(page, "cut-place", 0.4);
+  const moved = await face();
+  assert.ok(moved.count > 1000, "the body stays cut open");
+  assert.ok(Math.hypot(moved.x - before.x, moved.y - before.y) > 3, "its face moves");
+  assert.equal(await page.isChecked("#cut"), true);
+  const skin = () => patch(page, (r, g, b) => b > r + 60);
+  const half = await skin();
+  await page.uncheck("#cut-flip");
+  const other = await skin();
+  assert.ok(Math.hypot(other.x - half.x, other.y - half.y) > 10, "the other half is kept");
+  await page.check("#cut-flip");
+  const back = await face();
+  assert.ok(Math.abs(back.count - moved.count) < 20);
+  await page.uncheck("#cut");
+  const whole = await skin();
+  assert.ok(Math.hypot(whole.x - half.x, whole.y - half.y) > 3, "the body is closed");
+  await page.check("#cut");
+  assert.ok(Math.abs((await face()).count - moved.count) < 20);
+  await page.selectOption("#cut-axis", "z");
+  assert.equal((await control(page)).on, true);
+  assert.ok(Math.abs((await face()).count - moved.count) > 100, "another face");
+  await page.selectOption("#scene-view", "everything");
+  assert.equal((await control(page)).on, false);
+  await page.selectOption("#scene-view", "lower-half");
+  const again = await face();
+  assert.ok(Math.abs(again.count - before.count) < 20, "the view has its own cut again");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a slanting cut of a view moves along its own normal, and cuts its own bodies alone", async () => {
+  const server = await serve("oblique.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const face = () => patch(page, faceColour(blue), 3);
+  assert.equal((await control(page)).axis, "view");
+  const before = await face();
+  assert.ok(before.count > 1000);
+  const plate = () => patch(page, faceColour([0.72, 0.72, 0.74]), 2);
+  assert.equal((await plate()).count, 0, "the plate is whole");
+  await slide(page, "cut-place", 0.45);
+  const moved = await face();
+  assert.ok(moved.count > 1000 && Math.hypot(moved.x - before.x, moved.y - before.y) > 3);
+  assert.equal((await plate()).count, 0, "and stays whole");
+  // Closed and opened again, after the view was turned, it is the same plane.
+  await page.uncheck("#cut");
+  await page.focus("#canvas");
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("ArrowRight");
+  await page.check("#cut");
+  assert.ok(Math.abs((await face()).count - moved.count) < 20);
+  await page.selectOption("#scene-view", "closed");
+  assert.equal((await face()).count, 0);
+  await page.check("#cut");
+  assert.ok((await plate()).count > 100, "a view without a cut leaves no list of bodies behind");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** What the controls of the cut say. */
+async function control(page) {
+  const place = await page.locator(".slider:has(#cut-place) output").textContent();
+  return { on: await page.isChecked("#cut"), axis: await page.inputValue("#cut-axis"), flip: await page.isChecked("#cut-flip"), place };
+}
