@@ -1,7 +1,7 @@
 // Bodies cut open, in a real, headless browser: the control of the cut, its faces, and what the mouse meets there.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { faceColour, glued, hasColour, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
+import { faceColour, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];
@@ -103,3 +103,36 @@ async function control(page) {
   const place = await page.locator(".slider:has(#cut-place) output").textContent();
   return { on: await page.isChecked("#cut"), axis: await page.inputValue("#cut-axis"), flip: await page.isChecked("#cut-flip"), place };
 }
+
+test("a face is touched where it is seen: it names its body, is picked and pulled", async () => {
+  // The upper box stands behind the face of the lower one.
+  const [, lower, upper] = patient.bodies;
+  const two = { ...patient, bodies: [lower, { ...upper, translate: [0, 105, 50] }] };
+  const view = { name: "cut", camera: { position: [0, -400, 60], target: [0, 0, 40] }, cut: { point: [0, 0, 0], normal: [0, -1, 0], bodies: ["lower"] } };
+  write("touched.json", { ...two, gravity: [0, 0, 0], output: { views: [view] } });
+  const server = await serve("touched.json");
+  const page = await open(server.address);
+  const { x, y } = await middle(page);
+  await page.mouse.move(x + 30, y);
+  await page.mouse.move(x, y);
+  await until("the name of the face", async () => (await page.isVisible("#hover")) && (await text(page, "hover")).startsWith("lower"));
+  await page.mouse.click(x, y);
+  await until("it is picked", async () => /bodylower/.test(await text(page, "pick")));
+  const place = /position \(mm\)([-\d., ]+)/.exec(await text(page, "pick"))[1].split(", ").map(Number);
+  assert.ok(place[1] > -1, `a vertex of the half that is kept: ${place}`);
+  await page.mouse.down();
+  await page.waitForTimeout(300);
+  assert.ok(!(await page.isVisible("#tag")) || parseFloat(await text(page, "tag")) < 1, "a hand that stands still does not pull");
+  await page.mouse.move(x + 40, y - 40, { steps: 3 });
+  await until("a force", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  await until("the point follows", async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]) > 1);
+  await shot(page, "cut-pull");
+  await page.mouse.up();
+  await page.uncheck(".body:has-text('lower') input[type=checkbox]");
+  await page.mouse.move(x + 30, y);
+  await page.mouse.move(x, y);
+  await until("what lies behind, once the body is hidden", async () => (await text(page, "hover")).startsWith("upper"));
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});

@@ -124,8 +124,9 @@ export class BodySet {
   private field: Float32Array | null = null;
   private readonly light: Float32Array;
   private readonly occlusion = new Occlusion();
-  private plane: three.Plane | null = null;
-  private isCut: (body: number) => boolean = () => false;
+  /** What lies on its negative side is left out, of the bodies that are cut; null: nothing is. */
+  plane: three.Plane | null = null;
+  isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
 
   constructor(stage: Binary<Stage>) {
@@ -297,20 +298,6 @@ export class BodySet {
     const values: number[] = [];
     for (const v of this.shownVertices()) values.push(this.positions[3 * v]!, this.positions[3 * v + 1]!, this.positions[3 * v + 2]!);
     return Float32Array.from(values);
-  }
-
-  /** The vertex under a ray that is nearest to where it meets the skin that is not cut away. */
-  hit(ray: three.Raycaster): { vertex: number; body: number; point: three.Vector3 } | null {
-    const seen = this.meshes.filter((m) => m.front.visible).map((m) => m.front);
-    for (const mesh of seen) mesh.geometry.computeBoundingSphere();
-    const found = ray.intersectObjects(seen, false).find((hit) => this.shows(hit.object.userData["body"] as number, hit.point));
-    if (!found?.face) return null;
-    const body = found.object.userData["body"] as number;
-    const begin = this.meshes[body]!.begin;
-    const distance = (v: number) => this.vertex(v).distanceToSquared(found.point);
-    const corners = [found.face.a, found.face.b, found.face.c].map((v) => v + begin);
-    corners.sort((a, b) => distance(a) - distance(b));
-    return { vertex: corners[0]!, body, point: found.point };
   }
 
   dispose(): void {
