@@ -1,7 +1,9 @@
 // Bodies cut open, in a real, headless browser: the control of the cut, its faces, and what the mouse meets there.
 import assert from "node:assert/strict";
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
+import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];
@@ -132,6 +134,67 @@ test("a face is touched where it is seen: it names its body, is picked and pulle
   await page.mouse.move(x + 30, y);
   await page.mouse.move(x, y);
   await until("what lies behind, once the body is hidden", async () => (await text(page, "hover")).startsWith("upper"));
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** A box of tets that bulges, as text of a mesh: from where ever it is seen, triangles lie edge on. */
+function bulging(cells) {
+  const side = Array.from({ length: cells + 1 }, (_, i) => (2 * i) / cells - 1);
+  const points = side.flatMap((x) => side.flatMap((y) => side.map((z) => {
+    const bulge = 0.05 * (0.4 + (0.6 * Math.max(Math.abs(x), Math.abs(y), Math.abs(z))) / (Math.hypot(x, y, z) || 1));
+    return [x, y, z].map((c) => bulge * c);
+  })));
+  const at = ([x, y, z]) => (x * (cells + 1) + y) * (cells + 1) + z + 1;
+  const tets = [];
+  for (let cell = 0; cell < cells ** 3; ++cell) {
+    const corner = [Math.floor(cell / cells ** 2), Math.floor(cell / cells) % cells, cell % cells];
+    // One tet for each order in which the axes lead from a corner of the cell to the opposite one.
+    for (const order of [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]]) {
+      const path = [corner];
+      for (const axis of order) path.push(path.at(-1).map((c, k) => c + (k === axis ? 1 : 0)));
+      const [a, b, c, d] = path.map(at);
+      tets.push((order[1] - order[0] + 3) % 3 === 1 ? [a, b, c, d] : [a, c, b, d]);
+    }
+  }
+  const lines = (rows) => rows.map((row) => `${row.join(" ")} 0\n`).join("");
+  return `MeshVersionFormatted 2\nDimension 3\nVertices ${points.length}\n${lines(points)}Tetrahedra ${tets.length}\n${lines(tets)}End\n`;
+}
+
+test("faces of bodies that overlap are clean: no stray pixels, smooth outlines", async () => {
+  writeFileSync(join(folder, "bulging.mesh"), bulging(7));
+  const box = (name, color, translate, rotate) => ({ name, color, obstacle: true, mesh: "bulging.mesh", translate, rotate });
+  const boxes = [box("first", blue, [0, -0.02, 0], { axis: [0.2, 1, 0.1], angle: 20 }), box("second", red, [0.05, -0.01, 0.04], { axis: [0.1, 1, 0.3], angle: 50 })];
+  const view = { name: "cut", camera: { position: [0.05, -0.5, 0.02], target: [0.02, 0, 0.02] }, cut: { point: [0, 0, 0], normal: [0, -1, 0] } };
+  write("overlapping.json", { name: "overlapping", bodies: boxes, output: { views: [view] } });
+  const server = await serve("overlapping.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  await page.evaluate(() => document.querySelectorAll("#view > :not(#canvas)").forEach((over) => (over.style.display = "none")));
+  await shot(page, "cut-clean");
+  const picture = await pixels(page);
+  const { width, height, data } = picture;
+  // 1, 2: a face; 3: nothing but grey; 0: something between.
+  const faces = [faceColour(blue), faceColour(red)];
+  const kind = Array.from({ length: width * height }, (_, i) => {
+    const face = faces.findIndex((rgb) => near(picture, i, rgb, 3));
+    const rgb = [...data.subarray(4 * i, 4 * i + 3)];
+    return face >= 0 ? face + 1 : Math.max(...rgb) - Math.min(...rgb) < 8 ? 3 : 0;
+  });
+  let stray = 0;
+  let [sharp, smooth] = [0, 0];
+  for (let y = 1; y + 1 < height; ++y) {
+    for (let x = 1; x + 1 < width; ++x) {
+      const i = x + width * y;
+      const around = [-width - 1, -width, -width + 1, -1, 1, width - 1, width, width + 1].map((d) => kind[i + d]);
+      if (around[0] !== 0 && around[0] !== kind[i] && around.every((k) => k === around[0])) ++stray;
+      if (kind[i] === 0) ++smooth;
+      if (kind[i] > 0 && kind[i + 1] > 0 && kind[i] !== kind[i + 1]) ++sharp;
+    }
+  }
+  for (const face of [1, 2]) assert.ok(kind.filter((k) => k === face).length > 5000, `face ${face} is seen`);
+  assert.equal(stray, 0, "pixels of another colour than all around");
+  assert.ok(sharp < 0.5 * smooth, `outlines have steps: ${sharp} sides without a colour between, ${smooth} pixels with one`);
   noComplaints(page);
   await page.close();
   await server.end();

@@ -20,11 +20,11 @@ export function firstHit(bodies: BodySet, ray: three.Raycaster): Hit | null {
 function hitSkin(bodies: BodySet, ray: three.Raycaster): Hit | null {
   const seen = bodies.meshes.filter((m) => m.front.visible).map((m) => m.front);
   for (const mesh of seen) mesh.geometry.computeBoundingSphere();
-  const found = ray.intersectObjects(seen, false).find((hit) => bodies.shows(hit.object.userData["body"] as number, hit.point));
+  const found = ray.intersectObjects(seen, false)[0];
   if (!found?.face) return null;
   const body = found.object.userData["body"] as number;
-  const begin = bodies.meshes[body]!.begin;
-  return nearest(bodies, body, found.point, [found.face.a, found.face.b, found.face.c].map((v) => v + begin));
+  const { begin, surface } = bodies.meshes[body]!;
+  return nearest(bodies, body, found.point, [found.face.a, found.face.b, found.face.c].map((v) => begin + surface.vertex(v)));
 }
 
 /** A face of the cut is where the plane is inside of a body; of two that overlap the later one is seen. */
