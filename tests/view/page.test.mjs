@@ -289,6 +289,26 @@ test("marks the picked point, and shows arrows of contacts of seen bodies alone"
   await server.end();
 });
 
+test("shows arrows of contacts of edges", async () => {
+  // Two bars of one cell that cross: no point is in the other.
+  const bar = (name, size, translate) => ({ name, box: { cells: [1, 1, 1], size }, translate });
+  write("bars.json", { name: "bars", gravity: [0, 0, 0], bodies: [
+    { ...bar("lower", [0.2, 0.02, 0.02], [0, 0, 0]), obstacle: true }, { ...bar("upper", [0.02, 0.2, 0.02], [0.003, 0.001, 0.019]), material }] });
+  const server = await serve("bars.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const deepest = [253, 231, 37];
+  assert.match(await text(page, "counts"), /contacts0/);
+  assert.equal(await hasColour(page, deepest), false);
+  await page.check("#show-arrows");
+  await until("an arrow", () => hasColour(page, deepest));
+  await shot(page, "edge-arrows");
+  await page.uncheck(".body:has-text('lower') input[type=checkbox]");
+  await until("none where a body is hidden", async () => !(await hasColour(page, deepest)));
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
 test("the scale of colours is automatic, fixed or begun anew; a view fixes it; fields have units", async () => {
   const server = await serve("patient.json");
   const page = await open(server.address);
