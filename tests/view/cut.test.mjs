@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, text, time, until, write } from "./page_support.mjs";
+import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];
@@ -124,9 +124,9 @@ test("a face is touched where it is seen: it names its body, is picked and pulle
   assert.ok(place[1] > -1, `a vertex of the half that is kept: ${place}`);
   await page.mouse.down();
   await page.waitForTimeout(300);
-  assert.ok(!(await page.isVisible("#tag")) || parseFloat(await text(page, "tag")) < 1, "a hand that stands still does not pull");
+  assert.ok((await tag(page)) === "" || parseFloat(await tag(page)) < 1, "a hand that stands still does not pull");
   await page.mouse.move(x + 40, y - 40, { steps: 3 });
-  await until("a force", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  await until("a force", async () => parseFloat(await tag(page)) > 0);
   await until("the point follows", async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]) > 1);
   await shot(page, "cut-pull");
   await page.mouse.up();

@@ -5,7 +5,7 @@ import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { root } from "../browser.mjs";
-import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, serve, shot, text, time, until, write } from "./page_support.mjs";
+import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
 
 // One corner of a tet in a box: three border edges, each through its top.
 const pricked = {
@@ -63,22 +63,22 @@ test("a drag moves tissue, says with what force, and lets it go", async () => {
   await page.mouse.move(x, y);
   await page.mouse.down();
   await page.mouse.move(x + 60, y - 60, { steps: 4 });
-  await until("a force is told", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
-  assert.match(await text(page, "tag"), / m?N/);
+  await until("a force is told", async () => parseFloat(await tag(page)) > 0);
+  assert.match(await tag(page), / m?N/);
   const displacement = async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]);
   await page.waitForTimeout(300);
   const pulled = await displacement();
   await shot(page, "drag");
   await page.mouse.up();
-  await until("it is let go", async () => !(await page.isVisible("#tag")));
+  await until("it is let go", async () => (await tag(page)) === "");
   await until("it goes back", async () => (await displacement()) < 0.7 * pulled);
   // The same with keys alone.
   await page.focus("#canvas");
   await page.keyboard.press("g");
   for (let i = 0; i < 4; ++i) await page.keyboard.press("ArrowUp");
-  await until("a force by keys", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  await until("a force by keys", async () => parseFloat(await tag(page)) > 0);
   await page.keyboard.press("g");
-  await until("let go by key", async () => !(await page.isVisible("#tag")));
+  await until("let go by key", async () => (await tag(page)) === "");
   noComplaints(page);
   await page.close();
   await server.end();
@@ -109,7 +109,7 @@ test("settings act, on every page, and layers show", async () => {
   await shot(page, "layers");
   await page.focus("#canvas");
   await page.keyboard.press("3");
-  await until("displacement", async () => (await text(page, "legend-title")).startsWith("Displacement (m)"));
+  await until("displacement", async () => (await text(page, "legend-title")).startsWith("Displacement (mm)"));
   await page.check("#cut");
   await page.locator("#fade-all").fill("60");
   await page.waitForTimeout(200);
@@ -343,7 +343,7 @@ test("tells the force of contacts and of what leads a body on rails, in newtons,
   await until("the wrench under the mouse", async () => /contacts: .* [mµn]?N, .* [mµn]?N m$/.test(await text(page, "hover")));
   await page.waitForTimeout(500);
   await page.locator("#rails-0").fill("100");
-  await until("what the motor gives", async () => (await page.isVisible("#tag")) && /N$/.test(await text(page, "tag")));
+  await until("what the motor gives", async () => /N$/.test(await tag(page)));
   await shot(page, "forces");
   noComplaints(page);
   await page.close();
@@ -358,7 +358,7 @@ test("a pull is no harder than the tissue can take, and the page says so", async
   await page.mouse.move(x, y);
   await page.mouse.down();
   await page.mouse.move(x + 300, y - 250, { steps: 3 });
-  await until("it says so", async () => (await text(page, "tag")).includes("the most this tissue can take"));
+  await until("it says so", async () => (await tag(page)).includes("the most this tissue can take"));
   await shot(page, "limited");
   await page.mouse.up();
   noComplaints(page);

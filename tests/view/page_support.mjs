@@ -83,6 +83,8 @@ export async function open(address, options = {}, first = () => {}) {
 
 export const time = (page) => page.evaluate(() => Number(/t = ([\d.]+)/.exec(document.getElementById("clock").textContent)[1]));
 export const text = (page, id) => page.textContent(`#${id}`);
+/** The forces beside what is held. */
+export const tag = async (page) => (await page.locator(".tag").allTextContents()).join("; ");
 export const shot = (page, name) => page.screenshot({ path: join(pictures, `viewer-${name}.png`) });
 
 /** Opens a closed section of the panel. */

@@ -179,11 +179,13 @@ export class BodySet {
     this.colour();
   }
 
+  /** By the soft bodies that are seen: a rigid one may go far. */
   private growScale(): void {
     let least = 0;
     let most = 0;
-    for (const mesh of this.meshes) {
-      if (!mesh.front.visible) continue;
+    const seen = this.meshes.filter((mesh) => mesh.front.visible);
+    const soft = seen.filter((mesh) => !mesh.info.rigid);
+    for (const mesh of soft.length > 0 ? soft : seen) {
       for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) {
         const amount = this.amount(v);
         if (amount > most) most = amount;

@@ -4,6 +4,7 @@ import type { BodySet } from "./bodies";
 import { short } from "./colours";
 import { check, choose, row, section, slider, type Slider } from "./parts";
 import type { Stage, Vector, ViewInfo } from "./protocol";
+import { length, unitForPeople } from "./units";
 
 const axes = ["x", "y", "z", "view"] as const;
 type Axis = (typeof axes)[number];
@@ -99,7 +100,8 @@ export class CutControl {
   private shownPlace(place: number): string {
     const origin = this.direction().dot(new three.Vector3(...this.stage.origin));
     const value = place + origin;
-    return `${short(Math.abs(value) < 1e-6 * this.stage.diagonal ? 0 : value)} ${this.stage.units.length}`;
+    const unit = unitForPeople(0.5 * this.stage.diagonal, this.stage.units, length);
+    return `${short(Math.abs(value) < 1e-6 * this.stage.diagonal ? 0 : unit.factor * value)} ${unit.name}`;
   }
 
   private apply(): void {
