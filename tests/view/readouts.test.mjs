@@ -64,6 +64,9 @@ test("another size of the window fits the view anew, unless a user has turned it
   assert.ok(Math.abs(high.x - 0.5) < 0.1 && Math.abs(high.y - 0.5) < 0.1);
   assert.ok(high.share > 0.3, `it fills the window: ${high.share}`);
   assert.ok(wide.share > 0.1);
+  await page.click("#fit");
+  const same = await seenBody(page);
+  assert.ok(Math.abs(same.count - high.count) < 0.01 * high.count, `as Fit does: ${high.count}, ${same.count}`);
   await page.focus("#canvas");
   await page.keyboard.press("-");
   await page.keyboard.press("-");

@@ -36,6 +36,7 @@ export class Touch {
     // Before the orbit controls: who touches tissue does not turn the view.
     place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
     view.canvas.addEventListener("pointermove", (event) => {
+      if (!event.isPrimary) return;
       this.move(event.clientX, event.clientY);
       this.lookUnder(event);
     });
@@ -50,6 +51,7 @@ export class Touch {
   }
 
   private press(event: PointerEvent): void {
+    if (!event.isPrimary) return;  // a second finger belongs to the view
     this.down = { x: event.clientX, y: event.clientY };
     if (event.target !== this.view.canvas || event.button !== 0 || event.shiftKey || event.ctrlKey) return;
     if (!this.take(event.clientX, event.clientY)) return;
@@ -118,6 +120,7 @@ export class Touch {
   }
 
   private lift(event: PointerEvent): void {
+    if (!event.isPrimary) return;
     const still = Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) < 4;
     const held = this.grip !== null;
     this.letGo();
