@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
+import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];

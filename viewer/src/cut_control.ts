@@ -1,10 +1,9 @@
 // The cut through the bodies: one state, which the views of the scene write, and the controls change.
 import * as three from "three";
 import type { BodySet } from "./bodies";
-import { short } from "./colours";
 import { check, choose, row, section, slider, type Slider } from "./parts";
 import type { Stage, Vector, ViewInfo } from "./protocol";
-import { length, unitForPeople } from "./units";
+import { inWords, length } from "./units";
 
 const axes = ["x", "y", "z", "view"] as const;
 type Axis = (typeof axes)[number];
@@ -100,8 +99,7 @@ export class CutControl {
   private shownPlace(place: number): string {
     const origin = this.direction().dot(new three.Vector3(...this.stage.origin));
     const value = place + origin;
-    const unit = unitForPeople(0.5 * this.stage.diagonal, this.stage.units, length);
-    return `${short(Math.abs(value) < 1e-6 * this.stage.diagonal ? 0 : unit.factor * value)} ${unit.name}`;
+    return inWords(Math.abs(value) < 1e-6 * this.stage.diagonal ? 0 : value, this.stage.units, length);
   }
 
   private apply(): void {

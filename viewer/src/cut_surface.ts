@@ -70,7 +70,8 @@ export class CutSurface {
     this.points.clear();
     let used = 0;
     for (let t = 0; t < corners.length; t += 3) {
-      // Its outline as far as it is kept: none, three or four corners.
+      if (above[corners[t]!]! < 0 && above[corners[t + 1]!]! < 0 && above[corners[t + 2]!]! < 0) continue;
+      // Its outline as far as it is kept: three or four corners.
       const outline: number[] = [];
       for (let k = 0; k < 3; ++k) {
         const [v, next] = [corners[t + k]!, corners[t + ((k + 1) % 3)]!];
