@@ -57,6 +57,30 @@ void add_contacts(Message& message, const Source& source, const Surface& surface
   }
 }
 
+/// Of each edge contact, as of contacts: the middle of the part of the edge that is inside, direction, depth;
+/// no vertex, the edge's body, penetrated body.
+void add_edge_contacts(Message& message, const Source& source) {
+  const EdgeContacts& contacts = source.detector().edge_contacts();
+  const Bodies& bodies = source.bodies();
+  {
+    Writer writer(message.add_floats("edge_contacts", 7 * contacts.size()), source.stage().origin);
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      const Edge& edge = at(bodies.edges(), contacts.edge[c]);
+      const Vec3& first = at(source.positions(), edge[0]);
+      const auto [in, out] = contacts.parameters[c];
+      writer.add_position(first + 0.5 * (in + out) * (at(source.positions(), edge[1]) - first));
+      writer.add_vector(contacts.direction[c]);
+      writer.add(contacts.depth[c]);
+    }
+  }
+  const std::span<std::int32_t> where = message.add_integers("edge_contact_places", 3 * contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    where[3 * c] = -1;
+    where[3 * c + 1] = at(bodies.body_of_point(), at(bodies.edges(), contacts.edge[c])[0]);
+    where[3 * c + 2] = contacts.body[c];
+  }
+}
+
 /// Of each border edge its two ends, the one in contact first; of each crossing its position.
 void add_borders(Message& message, const Source& source) {
   const Detector& detector = source.detector();
@@ -141,7 +165,10 @@ std::string frame_message(const Source& source, const Surface& surface, const Lo
   header["counts"] = source.counts();
   if (look.forces) header["forces"] = source.forces();
   add_positions(message, "positions", surface, source.positions(), source.stage().origin);
-  if (look.contacts) add_contacts(message, source, surface);
+  if (look.contacts) {
+    add_contacts(message, source, surface);
+    add_edge_contacts(message, source);
+  }
   if (look.borders) add_borders(message, source);
   if (look.cells) add_cells(message, source, header);
   add_fields(message, source, surface, look.fields);

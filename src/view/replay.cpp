@@ -142,8 +142,10 @@ std::vector<double> ReplaySource::field(const std::string& name) const {
 
 Json ReplaySource::counts() const {
   Json json = detection_json(detector_->counts());
-  const std::vector<double>& depth = detector_->contacts().depth;
-  json["deepest"] = depth.empty() ? 0.0 : *std::ranges::max_element(depth);
+  double deepest = 0.0;
+  for (const double depth : detector_->contacts().depth) deepest = std::max(deepest, depth);
+  for (const double depth : detector_->edge_contacts().depth) deepest = std::max(deepest, depth);
+  json["deepest"] = deepest;
   json["frame"] = frame_;
   return json;
 }

@@ -92,6 +92,30 @@ TEST(LiveSource, SendsTheSurfaceAsItIs) {
   }
 }
 
+TEST(LiveSource, SendsContactsOfEdges) {
+  const Scene scene = test::crossed_bars();
+  LiveSource source(scene, test::small_model(scene), 1);
+  const Surface surface(source.bodies());
+  const test::Read frame = test::read_message(frame_message(source, surface, {true, false, false}, {}));
+  EXPECT_TRUE(frame.floats.at("contacts").empty());
+  const auto& contacts = frame.floats.at("edge_contacts");
+  const auto& places = frame.integers.at("edge_contact_places");
+  ASSERT_GE(contacts.size(), 7U * 4U) << "two long edges of each bar, and what crosses its face";
+  ASSERT_EQ(places.size() / 3, contacts.size() / 7);
+  const Vec3 origin = source.stage().origin;
+  for (std::size_t c = 0; c < contacts.size() / 7; ++c) {
+    const float* const row = &contacts[7 * c];
+    EXPECT_NEAR(row[6], 0.001F, 1e-6F);
+    const bool of_upper = places[3 * c + 1] == 1;
+    EXPECT_EQ(places[3 * c], -1);
+    EXPECT_EQ(places[3 * c + 2], of_upper ? 0 : 1);
+    EXPECT_NEAR(row[5], of_upper ? 1.0F : -1.0F, 1e-5F);
+    EXPECT_NEAR(row[2] + origin.z, of_upper ? 0.009 : 0.01, 1e-6);
+    EXPECT_LE(std::abs(row[0] + origin.x - 0.003), 0.01 + 1e-6) << "where the bars cross";
+    EXPECT_LE(std::abs(row[1] + origin.y), 0.01 + 1e-6);
+  }
+}
+
 TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
   const auto source = test::small_source();
   const Surface surface(source->bodies());

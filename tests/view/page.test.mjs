@@ -1,52 +1,12 @@
 // The page of `palpate view` in a real, headless browser: what a user does, and what must then be true.
-//   PALPATE_COMMAND   the command
-//   PALPATE_PICTURES  where screenshots go
 import assert from "node:assert/strict";
-import { spawn, spawnSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { spawnSync } from "node:child_process";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { launch, root, webgl } from "../browser.mjs";
+import { test } from "node:test";
+import { root } from "../browser.mjs";
+import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
 
-const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
-const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
-mkdirSync(pictures, { recursive: true });
-const material = { young_modulus: 20000, mass_damping: 2, stiffness_damping: 0.002 };
-const scene = {
-  name: "two boxes", time_step: 0.01, duration: 0.4,
-  contact: { friction: 0.3 }, output: { every: 2 },
-  bodies: [
-    { name: "plate", box: { cells: [2, 2, 1], size: [0.3, 0.3, 0.02] }, translate: [0, 0, -0.01], obstacle: true },
-    { name: "lower", box: { cells: [4, 4, 3], size: [0.12, 0.12, 0.08] }, translate: [0, 0, 0.0405], material },
-    { name: "upper", box: { cells: [3, 3, 3], size: [0.08, 0.08, 0.06] }, translate: [0.01, 0.01, 0.112], material },
-    { name: "press", box: { cells: [1, 1, 1], size: [0.03, 0.03, 0.03] }, translate: [0.13, 0, 0.1],
-      motion: { keyframes: [{ time: 0 }, { time: 1, translate: [0, 0, -0.05] }] } },
-  ],
-};
-const glued = {
-  name: "glued box", time_step: 0.01,
-  bodies: [{ name: "box", box: { cells: [4, 4, 4], size: [0.1, 0.1, 0.1] }, material,
-    fixed: [{ box: { lower: [-1, -1, -1], upper: [1, 1, -0.049] } }] }],
-};
-writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
-writeFileSync(join(folder, "glued.json"), JSON.stringify(glued));
-// A patient's: axes with sides, millimetres and grams, two named views.
-const patient = {
-  ...scene, name: "patient", axes: "LPS", units: { length: "mm", mass: "g", time: "s" }, gravity: [0, 0, -9810],
-  bodies: scene.bodies.map((body) => ({
-    ...body,
-    box: { ...body.box, size: body.box.size.map((x) => 1000 * x) },
-    translate: body.translate.map((x) => 1000 * x),
-    ...(body.material ? { material: { ...body.material, density: 0.001 } } : {}),
-    ...(body.motion ? { motion: { keyframes: [{ time: 0 }, { time: 1, translate: [0, 0, -50] }] } } : {}),
-  })),
-  output: { views: [
-    { name: "moved", displacement: { most: 4 } },
-    { name: "lower-half", camera: { position: [300, -400, 200], target: [0, 0, 40] }, bodies: ["plate", "lower"], cut: { point: [0, 0, 0], normal: [0, -1, 0] } },
-  ] },
-};
-writeFileSync(join(folder, "patient.json"), JSON.stringify(patient));
 // One corner of a tet in a box: three border edges, each through its top.
 const pricked = {
   name: "pricked box",
@@ -66,74 +26,7 @@ Tetrahedra 1
 1 2 3 4 0
 End
 `);
-writeFileSync(join(folder, "pricked.json"), JSON.stringify(pricked));
-
-let browser;
-const servers = new Set();
-
-/** Starts the command; resolves with its address and a function that ends it. */
-async function serve(what, { environment = {}, flags = [] } = {}) {
-  const child = spawn(command, ["view", what, "--json", "--no-browser", "--threads", "1", ...flags],
-    { cwd: folder, env: { ...process.env, ...environment } });
-  servers.add(child);
-  let errors = "";
-  child.stderr.on("data", (text) => (errors += text));
-  const ended = new Promise((resolve) => child.on("exit", (code) => { servers.delete(child); resolve(code); }));
-  const line = await new Promise((resolve, reject) => {
-    child.stdout.once("data", (data) => resolve(String(data)));
-    child.once("exit", () => reject(new Error(`the server ended: ${errors}`)));
-  });
-  const { address, port } = JSON.parse(line);
-  return { address, port, end: () => { child.kill("SIGTERM"); return ended; } };
-}
-
-/** A page whose console and errors are watched; `first` runs in it before its own scripts. */
-async function open(address, options = {}, first = () => {}) {
-  const page = await browser.newPage({ viewport: { width: 1000, height: 640 }, ...options });
-  await page.addInitScript(first);
-  page.complaints = [];
-  page.on("console", (m) => ["error", "warning"].includes(m.type()) && page.complaints.push(m.text()));
-  page.on("pageerror", (error) => page.complaints.push(String(error)));
-  await page.goto(address);
-  await until("the first frame is shown", async () => (await text(page, "clock")).startsWith("t = "));
-  return page;
-}
-
-const time = (page) => page.evaluate(() => Number(/t = ([\d.]+)/.exec(document.getElementById("clock").textContent)[1]));
-const text = (page, id) => page.textContent(`#${id}`);
-const shot = (page, name) => page.screenshot({ path: join(pictures, `viewer-${name}.png`) });
-
-/** Opens a closed section of the panel. */
-const openSection = (page, id) => page.click(`#${id} > summary`);
-
-/** Lets SwiftShader's own remarks about speed pass; nothing else. */
-function noComplaints(page) {
-  const own = page.complaints.filter((c) => !/GPU stall due to ReadPixels|software WebGL|GroupMarkerNotSet/.test(c));
-  assert.deepEqual(own, []);
-}
-
-async function until(what, check, seconds = 60) {
-  const end = Date.now() + 1000 * seconds;
-  while (!(await check())) {
-    if (Date.now() > end) assert.fail(`not within ${seconds} s: ${what}`);
-    await new Promise((resolve) => setTimeout(resolve, 50));
-  }
-}
-
-before(async () => {
-  browser = await launch(webgl);
-});
-after(async () => {
-  await browser?.close();
-  for (const child of servers) child.kill("SIGKILL");
-  rmSync(folder, { recursive: true, force: true });
-});
-
-/** The middle of the view, where both scenes have tissue. */
-async function middle(page) {
-  const box = await page.locator("#canvas").boundingBox();
-  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
-}
+write("pricked.json", pricked);
 
 test("loads, plays, pauses, steps, resets", async () => {
   const server = await serve("scene.json", { flags: ["--paused"] });
@@ -170,22 +63,22 @@ test("a drag moves tissue, says with what force, and lets it go", async () => {
   await page.mouse.move(x, y);
   await page.mouse.down();
   await page.mouse.move(x + 60, y - 60, { steps: 4 });
-  await until("a force is told", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
-  assert.match(await text(page, "tag"), / m?N/);
+  await until("a force is told", async () => parseFloat(await tag(page)) > 0);
+  assert.match(await tag(page), / m?N/);
   const displacement = async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]);
   await page.waitForTimeout(300);
   const pulled = await displacement();
   await shot(page, "drag");
   await page.mouse.up();
-  await until("it is let go", async () => !(await page.isVisible("#tag")));
+  await until("it is let go", async () => (await tag(page)) === "");
   await until("it goes back", async () => (await displacement()) < 0.7 * pulled);
   // The same with keys alone.
   await page.focus("#canvas");
   await page.keyboard.press("g");
   for (let i = 0; i < 4; ++i) await page.keyboard.press("ArrowUp");
-  await until("a force by keys", async () => (await page.isVisible("#tag")) && parseFloat(await text(page, "tag")) > 0);
+  await until("a force by keys", async () => parseFloat(await tag(page)) > 0);
   await page.keyboard.press("g");
-  await until("let go by key", async () => !(await page.isVisible("#tag")));
+  await until("let go by key", async () => (await tag(page)) === "");
   noComplaints(page);
   await page.close();
   await server.end();
@@ -216,7 +109,7 @@ test("settings act, on every page, and layers show", async () => {
   await shot(page, "layers");
   await page.focus("#canvas");
   await page.keyboard.press("3");
-  await until("displacement", async () => (await text(page, "legend-title")).startsWith("Displacement (m)"));
+  await until("displacement", async () => (await text(page, "legend-title")).startsWith("Displacement (mm)"));
   await page.check("#cut");
   await page.locator("#fade-all").fill("60");
   await page.waitForTimeout(200);
@@ -369,24 +262,6 @@ test("begins with a named view, names bodies under the mouse, shows sides and a 
   await server.end();
 });
 
-/** Whether any pixel of the view is nearly of a colour. */
-async function hasColour(page, rgb) {
-  await page.waitForTimeout(300);
-  const url = `data:image/png;base64,${(await page.locator("#canvas").screenshot()).toString("base64")}`;
-  return page.evaluate(async ([address, wanted]) => {
-    const picture = new Image();
-    picture.src = address;
-    await picture.decode();
-    const canvas = document.createElement("canvas");
-    canvas.width = picture.width, canvas.height = picture.height;
-    const context = canvas.getContext("2d");
-    context.drawImage(picture, 0, 0);
-    const { data } = context.getImageData(0, 0, picture.width, picture.height);
-    for (let i = 0; i < data.length; i += 4) if (wanted.every((c, k) => Math.abs(data[i + k] - c) < 12)) return true;
-    return false;
-  }, [url, rgb]);
-}
-
 test("marks the picked point, and shows arrows of contacts of seen bodies alone", async () => {
   const server = await serve("scene.json");
   const page = await open(server.address);
@@ -409,6 +284,26 @@ test("marks the picked point, and shows arrows of contacts of seen bodies alone"
   await page.mouse.click(x, y + 20);
   await until("a marker", () => hasColour(page, marker));
   await shot(page, "marker");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("shows arrows of contacts of edges", async () => {
+  // Two bars of one cell that cross: no point is in the other.
+  const bar = (name, size, translate) => ({ name, box: { cells: [1, 1, 1], size }, translate });
+  write("bars.json", { name: "bars", gravity: [0, 0, 0], bodies: [
+    { ...bar("lower", [0.2, 0.02, 0.02], [0, 0, 0]), obstacle: true }, { ...bar("upper", [0.02, 0.2, 0.02], [0.003, 0.001, 0.019]), material }] });
+  const server = await serve("bars.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const deepest = [253, 231, 37];
+  assert.match(await text(page, "counts"), /contacts0/);
+  assert.equal(await hasColour(page, deepest), false);
+  await page.check("#show-arrows");
+  await until("an arrow", () => hasColour(page, deepest));
+  await shot(page, "edge-arrows");
+  await page.uncheck(".body:has-text('lower') input[type=checkbox]");
+  await until("none where a body is hidden", async () => !(await hasColour(page, deepest)));
   noComplaints(page);
   await page.close();
   await server.end();
@@ -448,7 +343,7 @@ test("tells the force of contacts and of what leads a body on rails, in newtons,
   await until("the wrench under the mouse", async () => /contacts: .* [mµn]?N, .* [mµn]?N m$/.test(await text(page, "hover")));
   await page.waitForTimeout(500);
   await page.locator("#rails-0").fill("100");
-  await until("what the motor gives", async () => (await page.isVisible("#tag")) && /N$/.test(await text(page, "tag")));
+  await until("what the motor gives", async () => /N$/.test(await tag(page)));
   await shot(page, "forces");
   noComplaints(page);
   await page.close();
@@ -463,28 +358,9 @@ test("a pull is no harder than the tissue can take, and the page says so", async
   await page.mouse.move(x, y);
   await page.mouse.down();
   await page.mouse.move(x + 300, y - 250, { steps: 3 });
-  await until("it says so", async () => (await text(page, "tag")).includes("the most this tissue can take"));
+  await until("it says so", async () => (await tag(page)).includes("the most this tissue can take"));
   await shot(page, "limited");
   await page.mouse.up();
-  noComplaints(page);
-  await page.close();
-  await server.end();
-});
-
-test("a cut has faces in the colour of the body, and edges show", async () => {
-  const coloured = { ...glued, name: "coloured", gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: [0.2, 0.4, 0.8] }] };
-  writeFileSync(join(folder, "coloured.json"), JSON.stringify(coloured));
-  const server = await serve("coloured.json", { flags: ["--paused"] });
-  const page = await open(server.address);
-  // The colour of the face: that of the body, times 0.72 in linear light, as sRGB.
-  const srgb = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
-  const face = [0.2, 0.4, 0.8].map((c) => srgb(0.72 * ((c + 0.055) / 1.055) ** 2.4));
-  await page.selectOption("#cut-axis", "y");
-  await page.check("#cut-flip");
-  await page.check("#cut");
-  await until("a face", () => hasColour(page, face));
-  await page.check("#show-edges");
-  await shot(page, "cut-face");
   noComplaints(page);
   await page.close();
   await server.end();

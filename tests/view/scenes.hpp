@@ -21,6 +21,16 @@ inline Scene small_scene() {
                          "small");
 }
 
+/// Two bars of one cell that cross edge on edge, the upper one 1 mm in the lower one: no point is in the
+/// other.
+inline Scene crossed_bars() {
+  return read_scene_text(R"({"name": "bars", "time_step": 0.01, "gravity": [0, 0, 0], "bodies": [
+    {"name": "lower", "box": {"cells": [1, 1, 1], "size": [0.2, 0.02, 0.02]}, "obstacle": true},
+    {"name": "upper", "box": {"cells": [1, 1, 1], "size": [0.02, 0.2, 0.02]}, "translate": [0.003, 0.001, 0.019],
+     "material": {"young_modulus": 1e6}}]})",
+                         "bars");
+}
+
 inline Model small_model(const Scene& scene) {
   return load_model(scene, [](const auto&) { return TetMesh{}; });
 }

@@ -2,6 +2,7 @@
 import * as three from "three";
 import { amountColour, bodyColour, niceAbove, type Colour } from "./colours";
 import { CutFace } from "./cut_face";
+import { CutSurface } from "./cut_surface";
 import { Occlusion } from "./occlusion";
 import type { Arrays, Binary, BodyInfo, Stage } from "./protocol";
 import { edgesOf, isRound, sumNormals } from "./surface_normals";
@@ -24,6 +25,7 @@ class BodyMesh {
   readonly front: three.Mesh<three.BufferGeometry, three.MeshLambertMaterial>;
   readonly edges: three.LineSegments<three.BufferGeometry, three.LineBasicMaterial>;
   readonly face: CutFace;
+  readonly surface: CutSurface;
   readonly begin: number;
   readonly colour: Colour;
   readonly corners: Uint32Array;
@@ -35,49 +37,38 @@ class BodyMesh {
     this.begin = begin;
     this.colour = info.color ?? (info.rigid ? [0.72, 0.72, 0.74] : bodyColour(index));
     this.corners = Uint32Array.from(triangles.subarray(3 * info.triangles[0], 3 * info.triangles[1]), (v) => v - begin);
-    const geometry = new three.BufferGeometry();
-    const dynamic = (name: string, values: Float32Array) => {
-      const attribute = new three.BufferAttribute(values, 3);
-      attribute.setUsage(three.DynamicDrawUsage);
-      geometry.setAttribute(name, attribute);
-    };
-    dynamic("position", rest.slice(3 * begin, 3 * end));
-    dynamic("normal", new Float32Array(3 * (end - begin)));
-    dynamic("color", new Float32Array(3 * (end - begin)));
-    geometry.setIndex(new three.BufferAttribute(this.corners, 1));
-    this.smooth = isRound(this.corners, geometry.getAttribute("position").array as Float32Array);
+    const start = rest.slice(3 * begin, 3 * end);
+    this.smooth = isRound(this.corners, start);
+    this.surface = new CutSurface(this.corners, start);
+    const { geometry } = this.surface;
     this.front = new three.Mesh(
       geometry,
       new three.MeshLambertMaterial({ vertexColors: true, flatShading: !this.smooth, side: three.FrontSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
     );
-    const lines = new three.BufferGeometry();
-    lines.setAttribute("position", geometry.getAttribute("position"));
-    this.edges = new three.LineSegments(lines, new three.LineBasicMaterial({ color: "#20262c", transparent: true, opacity: 0.35 }));
+    this.edges = new three.LineSegments(new three.BufferGeometry(), new three.LineBasicMaterial({ color: "#20262c", transparent: true, opacity: 0.35 }));
     const inside = new three.Color().setRGB(...this.colour, three.SRGBColorSpace).multiplyScalar(cutShade);
     this.face = new CutFace(geometry, inside, index);
     this.front.frustumCulled = this.edges.frustumCulled = this.edges.visible = false;
     this.front.userData["body"] = index;
-    this.update(this.positions().slice());
-  }
-
-  private positions(): Float32Array {
-    return this.front.geometry.getAttribute("position").array as Float32Array;
+    this.update(start);
   }
 
   /** Weighted by area: of a smooth body those it is drawn with, else made for the asking. */
   normals(): Float32Array {
-    const normals = this.front.geometry.getAttribute("normal").array as Float32Array;
-    if (!this.smooth) sumNormals(this.corners, this.positions(), normals);
+    const normals = this.surface.values("normal");
+    if (!this.smooth) sumNormals(this.corners, this.surface.values("position"), normals);
     return normals;
   }
 
   update(values: Float32Array): void {
-    const geometry = this.front.geometry;
-    this.positions().set(values);
-    geometry.getAttribute("position").needsUpdate = true;
-    if (!this.smooth) return;
-    sumNormals(this.corners, values, geometry.getAttribute("normal").array as Float32Array);
-    geometry.getAttribute("normal").needsUpdate = true;
+    this.surface.values("position").set(values);
+    if (this.smooth) sumNormals(this.corners, values, this.surface.values("normal"));
+    this.drawnAnew();
+  }
+
+  private drawnAnew(): void {
+    this.surface.update();
+    this.edges.geometry.setAttribute("position", this.surface.geometry.getAttribute("position"));
   }
 
   showEdges(on: boolean): void {
@@ -99,7 +90,9 @@ class BodyMesh {
   }
 
   cut(plane: three.Plane | null, within: three.Sphere): void {
-    this.front.material.clippingPlanes = this.edges.material.clippingPlanes = plane ? [plane] : [];
+    this.edges.material.clippingPlanes = plane ? [plane] : [];
+    this.surface.plane = plane;
+    this.drawnAnew();
     if (plane) this.face.cut(plane, within.center, 2.1 * within.radius);
   }
 
@@ -124,8 +117,9 @@ export class BodySet {
   private field: Float32Array | null = null;
   private readonly light: Float32Array;
   private readonly occlusion = new Occlusion();
-  private plane: three.Plane | null = null;
-  private isCut: (body: number) => boolean = () => false;
+  /** What lies on its negative side is left out, of the bodies that are cut; null: nothing is. */
+  plane: three.Plane | null = null;
+  isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
 
   constructor(stage: Binary<Stage>) {
@@ -185,11 +179,13 @@ export class BodySet {
     this.colour();
   }
 
+  /** By the soft bodies that are seen: a rigid one may go far. */
   private growScale(): void {
     let least = 0;
     let most = 0;
-    for (const mesh of this.meshes) {
-      if (!mesh.front.visible) continue;
+    const seen = this.meshes.filter((mesh) => mesh.front.visible);
+    const soft = seen.filter((mesh) => !mesh.info.rigid);
+    for (const mesh of soft.length > 0 ? soft : seen) {
       for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) {
         const amount = this.amount(v);
         if (amount > most) most = amount;
@@ -206,9 +202,8 @@ export class BodySet {
     if (shown && this.scale.automatic) this.growScale();
     const { least, most } = this.scale;
     for (const mesh of this.meshes) {
-      const attribute = mesh.front.geometry.getAttribute("color");
-      const colours = attribute.array as Float32Array;
-      for (let i = 0, vertex = mesh.begin; i < colours.length; i += 3, ++vertex) {
+      const colours = mesh.surface.values("color");
+      for (let i = 0, vertex = mesh.begin; vertex < mesh.info.vertices[1]; i += 3, ++vertex) {
         const amount = shown ? this.amount(vertex) : 0;
         if (!shown) {
           colours.set(mesh.colour, i);
@@ -223,7 +218,7 @@ export class BodySet {
         colours[i + 1] = light * linear.g;
         colours[i + 2] = light * linear.b;
       }
-      attribute.needsUpdate = true;
+      mesh.surface.fill("color");
     }
   }
 
@@ -297,20 +292,6 @@ export class BodySet {
     const values: number[] = [];
     for (const v of this.shownVertices()) values.push(this.positions[3 * v]!, this.positions[3 * v + 1]!, this.positions[3 * v + 2]!);
     return Float32Array.from(values);
-  }
-
-  /** The vertex under a ray that is nearest to where it meets the skin that is not cut away. */
-  hit(ray: three.Raycaster): { vertex: number; body: number; point: three.Vector3 } | null {
-    const seen = this.meshes.filter((m) => m.front.visible).map((m) => m.front);
-    for (const mesh of seen) mesh.geometry.computeBoundingSphere();
-    const found = ray.intersectObjects(seen, false).find((hit) => this.shows(hit.object.userData["body"] as number, hit.point));
-    if (!found?.face) return null;
-    const body = found.object.userData["body"] as number;
-    const begin = this.meshes[body]!.begin;
-    const distance = (v: number) => this.vertex(v).distanceToSquared(found.point);
-    const corners = [found.face.a, found.face.b, found.face.c].map((v) => v + begin);
-    corners.sort((a, b) => distance(a) - distance(b));
-    return { vertex: corners[0]!, body, point: found.point };
   }
 
   dispose(): void {

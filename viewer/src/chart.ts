@@ -11,14 +11,22 @@ interface Sample {
 }
 
 export class Chart {
-  /** ms that a step may take. */
-  budget = 0;
+  private budgetLine = 0;
   private samples: Sample[] = [];
   private readonly most = 240;
   private readonly share = 0.62;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  /** ms that a step may take. */
+  get budget(): number {
+    return this.budgetLine;
+  }
+  set budget(ms: number) {
+    this.budgetLine = ms;
+    this.draw();
   }
 
   add(frame: Frame): void {

@@ -9,6 +9,7 @@ export class CutFace {
   readonly objects: three.Mesh[];
   private readonly crossings = new three.MeshBasicMaterial({
     side: three.DoubleSide,
+    forceSinglePass: true,
     depthTest: false,
     depthWrite: false,
     colorWrite: false,
@@ -22,7 +23,10 @@ export class CutFace {
   });
   private readonly face: three.Mesh<three.PlaneGeometry, three.MeshBasicMaterial>;
 
-  /** @param order  of the body: faces are drawn one after the other */
+  /**
+   * @param geometry  the surface as far as it is kept
+   * @param order  of the body: faces are drawn one after the other
+   */
   constructor(geometry: three.BufferGeometry, colour: three.Color, order: number) {
     this.face = new three.Mesh(
       square,
@@ -30,6 +34,7 @@ export class CutFace {
         color: colour,
         side: three.DoubleSide,
         transparent: true,
+        forceSinglePass: true,
         stencilWrite: true,
         stencilRef: 0,
         stencilFunc: three.NotEqualStencilFunc,
@@ -56,7 +61,6 @@ export class CutFace {
 
   /** The square has to hold all that is cut. */
   cut(plane: three.Plane, middle: three.Vector3, size: number): void {
-    this.crossings.clippingPlanes = [plane];
     plane.projectPoint(middle, this.face.position);
     this.face.quaternion.setFromUnitVectors(new three.Vector3(0, 0, 1), plane.normal);
     this.face.scale.setScalar(size);

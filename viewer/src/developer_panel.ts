@@ -1,8 +1,9 @@
 // What developers of the contact query look at: counts, the time of each phase, layers of the grid.
 import { Chart } from "./chart";
-import { phaseColours, short } from "./colours";
+import { phaseColours } from "./colours";
 import { make, row, section } from "./parts";
 import type { Frame, Stage } from "./protocol";
+import { inWords, length } from "./units";
 
 export class DeveloperPanel {
   readonly element: HTMLDetailsElement;
@@ -54,12 +55,12 @@ export class DeveloperPanel {
 
   private showCounts(frame: Frame): void {
     const counts = frame.counts;
-    const unit = this.stage.units.length;
+    const lengthText = (value: number) => inWords(value, this.stage.units, length);
     const lines: [string, string | number | undefined][] = [
       ["contacts", counts.contacts], ["border edges", counts.border_edges], ["crossings", counts.crossings], ["edge contacts", counts.edge_contacts],
       ["movers", counts.movers], ["candidates", counts.candidates],
-      ["deepest", counts.deepest === undefined ? undefined : `${short(counts.deepest)} ${unit}`],
-      ["cell size", `${short(counts.cell_size)} ${unit}`],
+      ["deepest", counts.deepest === undefined ? undefined : lengthText(counts.deepest)],
+      ["cell size", lengthText(counts.cell_size)],
       ["cells in use", frame.occupied_cells],
       ["cells dropped", counts.dropped_cells > 0 ? counts.dropped_cells : undefined],
     ];

@@ -118,7 +118,6 @@ export class Layers {
   private readonly arrowShape = arrowGeometry();
   private readonly arrowMaterial = new three.MeshBasicMaterial({ ...onTop });
   showArrows = false;
-  arrowCount = 0;
 
   constructor(
     private readonly diagonal: number,
@@ -137,7 +136,9 @@ export class Layers {
 
   update(frame: Frame, arrays: Arrays): void {
     const floats = (name: string) => arrays[name] as Float32Array | undefined;
-    this.updateArrows(floats("contacts") ?? new Float32Array(), (arrays["contact_places"] as Int32Array | undefined) ?? new Int32Array());
+    const both = (values: string, edges: string) => [...(arrays[values] ?? []), ...(arrays[edges] ?? [])];
+    if (this.showArrows) this.updateArrows(both("contacts", "edge_contacts"), both("contact_places", "edge_contact_places"));
+    else if (this.arrows) this.arrows.count = 0;
     const edges = floats("border_edges");
     if (edges) this.edges.set(edges);
     const crossings = floats("crossings");
@@ -146,8 +147,8 @@ export class Layers {
     if (cells) this.cells.offsets(cells, frame.counts.cell_size);
   }
 
-  /** The contacts where both bodies are seen. */
-  private seen(contacts: Float32Array, places: Int32Array): number[] {
+  /** The contacts of points and edges where both bodies are seen. */
+  private seen(contacts: readonly number[], places: readonly number[]): number[] {
     const place = new three.Vector3();
     const list: number[] = [];
     for (let c = 0; c < contacts.length / 7; ++c) {
@@ -158,10 +159,9 @@ export class Layers {
   }
 
   /** Of each contact an arrow that leads out; its length and colour tell the depth. */
-  private updateArrows(contacts: Float32Array, places: Int32Array): void {
-    const list = this.showArrows ? this.seen(contacts, places) : [];
+  private updateArrows(contacts: readonly number[], places: readonly number[]): void {
+    const list = this.seen(contacts, places);
     const count = list.length;
-    this.arrowCount = count;
     if (!this.arrows || this.arrows.instanceMatrix.count < count) {
       if (this.arrows) {
         this.group.remove(this.arrows);

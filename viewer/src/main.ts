@@ -9,7 +9,7 @@ import { Panel } from "./panel";
 import { Notice } from "./notice";
 import { byId } from "./parts";
 import { Connection, type Arrays, type Binary, type Frame, type Refusal, type Stage, type State } from "./protocol";
-import { pickedLines, Rate, showLegend, showTag } from "./readouts";
+import { pickedLines, Rate, showLegend, showTags } from "./readouts";
 import { Recorder, savePicture } from "./record";
 import { SceneView } from "./scene_view";
 import { Shadows } from "./shadows";
@@ -49,6 +49,7 @@ class Page {
       offset: (motion) => this.frame?.counts.rails?.[motion]?.offset ?? [0, 0, 0],
     });
     this.view.drawn = () => this.afterDrawing();
+    this.view.resized = () => this.view.isMoved || this.fit();
     this.bindButtons();
     this.bindKeys();
     this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
@@ -138,8 +139,8 @@ class Page {
     if (this.stage && this.bodies) {
       const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
       this.triad.draw(this.view, this.stage.axes, ink);
-      showScaleBar(this.view, this.stage.units.length);
-      if (this.frame) showTag(this.frame, this.stage, this.bodies, this.view);
+      showScaleBar(this.view, this.stage.units);
+      if (this.frame) showTags(this.frame, this.stage, this.bodies, this.view);
     }
     this.tellShown();
   }

@@ -5,11 +5,22 @@ import { niceBelow, short } from "./colours";
 import { byId } from "./parts";
 import type { Frame, Stage, Wrench } from "./protocol";
 import type { SceneView } from "./scene_view";
-import { forceText, inWords, torque } from "./units";
+import { forceText, inWords, length, torque, unitForPeople, type Units } from "./units";
 
 const opposite: Record<string, string> = { L: "R", R: "L", A: "P", P: "A", S: "I", I: "S" };
 const sides: Record<string, string> = { L: "left", R: "right", A: "anterior", P: "posterior", S: "superior", I: "inferior" };
 const colours = ["#d1495b", "#2e933c", "#3066be"];
+
+/** Pixels from letter to letter, at least. */
+const letterSize = 14;
+
+/** An end of an axis, as it is seen: z towards the eye. */
+interface End {
+  way: three.Vector3;
+  letter: string;
+  colour: string;
+  strong: boolean;
+}
 
 /** The three axes as lines from a middle, those that point away behind; anatomical sides where the scene names them. */
 export class Triad {
@@ -34,33 +45,47 @@ export class Triad {
       return { way, letter, colour: colours[axis]!, strong: sign > 0 };
     }));
     ends.sort((a, b) => a.way.z - b.way.z);
-    for (const end of ends) this.drawEnd(end, 0.34 * size, ink);
+    for (const end of ends) this.drawLine(end, 0.34 * size);
+    this.drawLetters(ends.reverse(), 0.34 * size + 9, ink);
     const named = axes ? [...axes].map((side, i) => `${"xyz"[i]} ${sides[side]}`).join(", ") : "x, y, z";
     canvas.setAttribute("aria-label", `Orientation of the axes: ${named}`);
   }
 
-  private drawEnd(end: { way: three.Vector3; letter: string; colour: string; strong: boolean }, length: number, ink: string): void {
-    const { way, letter, colour, strong } = end;
+  private drawLine({ way, colour, strong }: End, size: number): void {
     const context = this.context;
     context.globalAlpha = way.z < -0.2 ? 0.45 : 1;
     context.strokeStyle = colour;
     context.lineWidth = strong ? 2.5 : 1;
     context.beginPath();
     context.moveTo(0, 0);
-    context.lineTo(length * way.x, -length * way.y);
+    context.lineTo(size * way.x, -size * way.y);
     context.stroke();
+    context.globalAlpha = 1;
+  }
+
+  /** The nearest first; none over another. */
+  private drawLetters(ends: readonly End[], size: number, ink: string): void {
+    const context = this.context;
+    const taken: [number, number][] = [];
     context.fillStyle = ink;
-    context.fillText(letter, (length + 9) * way.x, -(length + 9) * way.y);
+    for (const { way, letter } of ends) {
+      const [x, y] = [size * way.x, -size * way.y];
+      if (taken.some(([u, v]) => Math.hypot(x - u, y - v) < letterSize)) continue;
+      taken.push([x, y]);
+      context.globalAlpha = way.z < -0.2 ? 0.45 : 1;
+      context.fillText(letter, x, y);
+    }
     context.globalAlpha = 1;
   }
 }
 
 /** A bar of a round length, at the depth that is looked at. */
-export function showScaleBar(view: SceneView, unit: string): void {
-  const length = niceBelow(140 / view.pixelsPer());
+export function showScaleBar(view: SceneView, units: Units): void {
+  const size = niceBelow(140 / view.pixelsPer());
+  const unit = unitForPeople(size, units, length);
   const bar = byId("scale-bar");
-  bar.style.width = `${(length * view.pixelsPer()).toFixed(1)}px`;
-  const text = `${short(length)} ${unit}`;
+  bar.style.width = `${(size * view.pixelsPer()).toFixed(1)}px`;
+  const text = `${short(unit.factor * size)} ${unit.name}`;
   if (bar.textContent !== text) bar.textContent = text;
 }
 

@@ -2,6 +2,7 @@
 import * as three from "three";
 import type { BodySet, Colouring } from "./bodies";
 import { css, short } from "./colours";
+import { CutControl } from "./cut_control";
 import { DeveloperPanel } from "./developer_panel";
 import { ForceChart } from "./force_chart";
 import { check, choose, make, row, section, slider } from "./parts";
@@ -36,6 +37,7 @@ export class Panel {
   private readonly settings?: SettingsPanel;
   private readonly developer: DeveloperPanel;
   private forces?: ForceChart;
+  private readonly cut: CutControl;
   private readonly scale: ScaleControl;
   private readonly warnings = make("table", { id: "warnings" });
   private readonly pick = make("div", { class: "pick", id: "pick" });
@@ -49,8 +51,9 @@ export class Panel {
     private readonly actions: PanelActions,
   ) {
     const live = stage.mode === "live";
+    this.cut = new CutControl(stage, bodies, () => actions.reshade(), () => actions.viewDirection().negate());
     this.scale = new ScaleControl(stage, bodies, () => actions.look());
-    place.replaceChildren(this.warnings, this.bodyList(), this.cut(), this.colours(), this.point());
+    place.replaceChildren(this.warnings, this.bodyList(), this.cut.element, this.colours(), this.point());
     if (live && stage.motions.length > 0) place.append(this.motions());
     if (live || stage.forces) place.append(this.forceSection(live));
     if (live) {
@@ -196,9 +199,7 @@ export class Panel {
     this.stage.bodies.forEach((body, i) => this.fades[i]!(shown.length === 0 || shown.includes(body.name) ? 1 : 0));
     const { cut, camera } = view ?? {};
     const here = (place: Vector) => new three.Vector3(...place).sub(new three.Vector3(...this.stage.origin));
-    const plane = cut ? new three.Plane().setFromNormalAndCoplanarPoint(new three.Vector3(...cut.normal).normalize().negate(), here(cut.point)) : null;
-    this.bodies.cut(plane, cut?.bodies);
-    (document.getElementById("cut") as HTMLInputElement).checked = plane !== null;
+    this.cut.set(cut);
     if (camera?.position) this.actions.lookFrom(here(camera.position).toArray(), here(camera.target ?? this.stage.origin).toArray());
     else this.actions.lookFrom();
     const field = view?.field;
@@ -206,27 +207,6 @@ export class Panel {
       : field && field.most !== "auto" ? { least: field.least, most: field.most } : undefined;
     this.setColouring(view?.displacement ? "displacement" : (field?.name ?? "body"), fixed);
     this.actions.reshade();
-  }
-
-  private cut(): HTMLElement {
-    const half = 0.5 * this.stage.diagonal;
-    let on = false;
-    let axis = "x";
-    let share = 0;
-    let flip = 1;
-    let kept = new three.Vector3();
-    const apply = () => {
-      const directions: Record<string, three.Vector3> = { x: new three.Vector3(1, 0, 0), y: new three.Vector3(0, 1, 0), z: new three.Vector3(0, 0, 1), view: kept };
-      const normal = directions[axis]!.clone().multiplyScalar(-flip);
-      this.bodies.cut(on ? new three.Plane(normal, flip * share * half) : null);
-      this.actions.reshade();
-    };
-    const place = slider({ id: "cut-place", label: "Place of the cut", low: -1, high: 1, value: 0, show: (v) => `${short(v * half)} ${this.stage.units.length}`, change: (v) => { share = v; apply(); } });
-    return section("Cut", true,
-      check("Cut the bodies open", false, (value) => { on = value; kept = this.actions.viewDirection().negate(); apply(); }, "cut"),
-      row("Across", choose(["x", "y", "z", "view"], "x", (value) => { axis = value; kept = this.actions.viewDirection().negate(); apply(); }, "cut-axis")),
-      row("Place", place.element),
-      check("The other side", false, (value) => { flip = value ? -1 : 1; apply(); }, "cut-flip"));
   }
 
   update(frame: Frame): void {

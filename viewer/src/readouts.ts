@@ -5,7 +5,7 @@ import { amountGradient, short } from "./colours";
 import { byId, make } from "./parts";
 import type { Connection, Frame, Stage } from "./protocol";
 import type { SceneView } from "./scene_view";
-import { force, forceText, inWords, unitForPeople, type UnitForPeople } from "./units";
+import { force, forceText, inWords, length, unitForPeople, type UnitForPeople } from "./units";
 
 interface Held {
   force: readonly number[];
@@ -14,28 +14,34 @@ interface Held {
   most?: number;
 }
 
-/** What is held: the first pull, or the first body on rails that a hand leads. */
-function heldIn(frame: Frame, stage: Stage, bodies: BodySet): Held | null {
-  const pull = frame.counts.pulls?.[0];
-  if (pull) return { force: pull.force, place: bodies.vertex(pull.vertex), most: pull.most };
-  const index = frame.counts.rails?.findIndex((rail) => rail.force) ?? -1;
-  const body = stage.motions[index]?.body ?? -1;
-  if (body < 0) return null;
+/** What is held: pulls, of all pages, and bodies on rails that a hand leads. */
+function heldIn(frame: Frame, stage: Stage, bodies: BodySet): Held[] {
+  const pulls = (frame.counts.pulls ?? []).map((pull) => ({ force: pull.force, place: bodies.vertex(pull.vertex), most: pull.most }));
+  const rails = (frame.counts.rails ?? []).flatMap((rail, i) =>
+    rail.force && stage.motions[i] ? [{ force: rail.force, place: middleOf(stage.motions[i].body, bodies) }] : []);
+  return [...pulls, ...rails];
+}
+
+function middleOf(body: number, bodies: BodySet): three.Vector3 {
   const [begin, end] = bodies.meshes[body]!.info.vertices;
   const place = new three.Vector3();
   for (let v = begin; v < end; ++v) place.add(bodies.vertex(v));
-  return { force: frame.counts.rails![index]!.force!, place: place.divideScalar(end - begin) };
+  return place.divideScalar(end - begin);
 }
 
 /** At the limit the spring gives what the tissue can take, less what its damper keeps. */
 const nearLimit = 0.97;
 
-/** The force on what is held, beside it. */
-export function showTag(frame: Frame, stage: Stage, bodies: BodySet, view: SceneView): void {
+/** The force on all that is held, beside it. */
+export function showTags(frame: Frame, stage: Stage, bodies: BodySet, view: SceneView): void {
   const held = heldIn(frame, stage, bodies);
-  const tag = byId("tag");
-  tag.hidden = !held;
-  if (!held) return;
+  const tags = byId("tags");
+  while (tags.children.length < held.length) tags.append(make("div", { class: "tag" }));
+  while (tags.children.length > held.length) tags.lastElementChild!.remove();
+  held.forEach((one, i) => showTag(tags.children[i] as HTMLElement, one, stage, view));
+}
+
+function showTag(tag: HTMLElement, held: Held, stage: Stage, view: SceneView): void {
   const limited = held.most !== undefined && Math.hypot(...held.force) >= nearLimit * held.most;
   tag.textContent = forceText(held.force, stage.units) + (limited ? " – the most this tissue can take" : "");
   tag.classList.toggle("limited", limited);
@@ -47,15 +53,15 @@ export function showTag(frame: Frame, stage: Stage, bodies: BodySet, view: Scene
 /** What there is to say of a picked vertex. */
 export function pickedLines(vertex: number | null, frame: Frame | undefined, stage: Stage, bodies: BodySet): [string, string][] {
   if (vertex === null) return [];
-  const unit = stage.units.length;
+  const unit = unitForPeople(stage.diagonal, stage.units, length);
   const place = bodies.vertex(vertex).add(new three.Vector3(...stage.origin));
   const body = stage.bodies.find((b) => b.vertices[0] <= vertex && vertex < b.vertices[1]);
   const pull = frame?.counts.pulls?.find((p) => p.vertex === vertex);
   const lines: [string, string][] = [
     ["body", body?.name ?? ""],
-    [`position (${unit})`, place.toArray().map(short).join(", ")],
-    ["displacement", `${short(bodies.displacement(vertex))} ${unit}`],
-    ["depth", `${short(bodies.depths[vertex]!)} ${unit}`],
+    [`position (${unit.name})`, place.toArray().map((x) => short(unit.factor * x)).join(", ")],
+    ["displacement", inWords(bodies.displacement(vertex), stage.units, length)],
+    ["depth", inWords(bodies.depths[vertex]!, stage.units, length)],
   ];
   if (pull) {
     lines.push(["pulled with", forceText(pull.force, stage.units)]);

@@ -45,6 +45,11 @@ export class SceneView {
   /** Called before and after each picture is drawn. */
   beforeDrawing: () => void = () => {};
   drawn: () => void = () => {};
+  /** Called when the view has another size. */
+  resized: () => void = () => {};
+  /** The user has turned or shifted the view since it was last fitted. */
+  isMoved = false;
+  private inHand = false;
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new three.WebGLRenderer({ canvas, antialias: true, stencil: true });
@@ -52,8 +57,16 @@ export class SceneView {
     this.scene.add(this.sky, this.camera);
     this.camera.add(this.lamp);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => this.redraw());
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    this.controls.addEventListener("start", () => (this.inHand = true));
+    this.controls.addEventListener("end", () => (this.inHand = false));
+    this.controls.addEventListener("change", () => {
+      this.isMoved ||= this.inHand;
+      this.redraw();
+    });
+    new ResizeObserver(() => {
+      this.resize();
+      this.resized();
+    }).observe(canvas.parentElement!);
     requestAnimationFrame(() => this.loop());
   }
 
@@ -113,6 +126,7 @@ export class SceneView {
   /** Fills the frame with points (3 numbers each), seen from a direction. */
   fit(points: Float32Array, from: three.Vector3): void {
     if (points.length === 0) return;
+    this.isMoved = false;
     const back = from.clone().normalize();
     const right = this.camera.up.clone().cross(back).normalize();
     const up = back.clone().cross(right);
@@ -136,6 +150,7 @@ export class SceneView {
 
   /** Turns the view by angles about the vertical and the horizontal, radians. */
   turn(sideways: number, upwards: number): void {
+    this.isMoved = true;
     const turn = new three.Quaternion().setFromUnitVectors(this.camera.up, new three.Vector3(0, 1, 0));
     const offset = this.camera.position.clone().sub(this.controls.target).applyQuaternion(turn);
     const place = new three.Spherical().setFromVector3(offset);
@@ -148,6 +163,7 @@ export class SceneView {
   }
 
   zoom(factor: number): void {
+    this.isMoved = true;
     this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
     this.controls.update();
     this.redraw();

@@ -1,6 +1,7 @@
 // The hand: drags tissue by a spring, drags what is on rails, picks a point to read what is there.
 import * as three from "three";
 import type { BodySet } from "./bodies";
+import { firstHit } from "./hits";
 import type { Stage } from "./protocol";
 import type { SceneView } from "./scene_view";
 
@@ -17,7 +18,7 @@ export interface Hand {
 }
 
 type Grip =
-  | { kind: "pull"; plane: three.Plane; target: three.Vector3 }
+  | { kind: "pull"; plane: three.Plane; from: three.Vector3; start: three.Vector3; target: three.Vector3 }
   | { kind: "rails"; plane: three.Plane; motion: number; from: three.Vector3; offset: three.Vector3 };
 
 const array = (v: three.Vector3) => v.toArray();
@@ -35,6 +36,7 @@ export class Touch {
     // Before the orbit controls: who touches tissue does not turn the view.
     place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
     view.canvas.addEventListener("pointermove", (event) => {
+      if (!event.isPrimary) return;
       this.move(event.clientX, event.clientY);
       this.lookUnder(event);
     });
@@ -49,6 +51,7 @@ export class Touch {
   }
 
   private press(event: PointerEvent): void {
+    if (!event.isPrimary) return;  // a second finger belongs to the view
     this.down = { x: event.clientX, y: event.clientY };
     if (event.target !== this.view.canvas || event.button !== 0 || event.shiftKey || event.ctrlKey) return;
     if (!this.take(event.clientX, event.clientY)) return;
@@ -60,7 +63,7 @@ export class Touch {
   take(x: number, y: number): boolean {
     if (this.hand.stage().mode !== "live") return false;
     const bodies = this.hand.bodies();
-    const hit = bodies.hit(this.view.ray(x, y));
+    const hit = firstHit(bodies, this.view.ray(x, y));
     if (!hit) return false;
     const normal = this.view.camera.getWorldDirection(new three.Vector3());
     const plane = new three.Plane().setFromNormalAndCoplanarPoint(normal, hit.point);
@@ -71,9 +74,9 @@ export class Touch {
       this.grip = { kind: "rails", plane, motion, from: hit.point.clone(), offset };
       return true;
     }
+    // The vertex may be well beside the mouse: a hand that stands still does not pull.
     const target = bodies.vertex(hit.vertex);
-    plane.setFromNormalAndCoplanarPoint(normal, target);
-    this.grip = { kind: "pull", plane, target };
+    this.grip = { kind: "pull", plane, from: hit.point.clone(), start: target.clone(), target };
     this.hand.picked(hit.vertex);
     this.hand.send("pull", { vertex: hit.vertex, target: array(target), strength: this.hand.strength() });
     return true;
@@ -81,8 +84,11 @@ export class Touch {
 
   move(x: number, y: number): void {
     if (!this.grip) return;
-    const target = this.view.ray(x, y).ray.intersectPlane(this.grip.plane, new three.Vector3());
-    if (target) this.lead(target);
+    const place = this.view.ray(x, y).ray.intersectPlane(this.grip.plane, new three.Vector3());
+    if (!place) return;
+    const way = place.sub(this.grip.from);
+    if (this.grip.kind === "pull") this.pullTo(way.add(this.grip.start));
+    else this.hand.send("move_rails", { motion: this.grip.motion, offset: array(way.add(this.grip.offset)) });
   }
 
   /** At most once in a while: a look through all triangles costs as much as a frame. */
@@ -92,20 +98,16 @@ export class Touch {
     const now = performance.now();
     if (now - this.looked < 60) return;
     this.looked = now;
-    const hit = this.hand.bodies()?.hit(this.view.ray(event.clientX, event.clientY));
+    const bodies = this.hand.bodies();
+    const hit = bodies && firstHit(bodies, this.view.ray(event.clientX, event.clientY));
     const box = this.view.canvas.getBoundingClientRect();
     this.hand.hover(hit ? hit.body : null, event.clientX - box.left, event.clientY - box.top);
   }
 
-  private lead(target: three.Vector3): void {
-    const grip = this.grip!;
-    if (grip.kind === "pull") {
-      grip.target.copy(target);
-      this.hand.send("move_pull", { target: array(target) });
-    } else {
-      const offset = target.clone().sub(grip.from).add(grip.offset);
-      this.hand.send("move_rails", { motion: grip.motion, offset: array(offset) });
-    }
+  private pullTo(target: three.Vector3): void {
+    if (this.grip?.kind !== "pull") return;
+    this.grip.target.copy(target);
+    this.hand.send("move_pull", { target: array(target) });
   }
 
   /** Moves what is held by parts of the scene's size, along the screen: for keys. */
@@ -114,15 +116,16 @@ export class Touch {
     if (!grip || grip.kind !== "pull") return;
     const size = 0.02 * this.hand.stage().diagonal;
     const axis = (column: number) => new three.Vector3().setFromMatrixColumn(this.view.camera.matrixWorld, column);
-    this.lead(grip.target.clone().addScaledVector(axis(0), size * right).addScaledVector(axis(1), size * up));
+    this.pullTo(grip.target.clone().addScaledVector(axis(0), size * right).addScaledVector(axis(1), size * up));
   }
 
   private lift(event: PointerEvent): void {
+    if (!event.isPrimary) return;
     const still = Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) < 4;
     const held = this.grip !== null;
     this.letGo();
     if (still && event.button === 0) {
-      const hit = this.hand.bodies().hit(this.view.ray(event.clientX, event.clientY));
+      const hit = firstHit(this.hand.bodies(), this.view.ray(event.clientX, event.clientY));
       if (hit || !held) this.hand.picked(hit ? hit.vertex : null);
     }
   }

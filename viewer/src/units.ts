@@ -9,6 +9,7 @@ export interface Units {
 /** Powers of mass, length and time. */
 export type Dimension = readonly [number, number, number];
 export const force: Dimension = [1, 1, -2];
+export const length: Dimension = [0, 1, 0];
 export const torque: Dimension = [1, 2, -2];
 
 const exponents: Record<string, number> = {
@@ -27,7 +28,7 @@ export interface UnitForPeople {
 export function unitForPeople(size: number, units: Units, dimension: Dimension): UnitForPeople {
   const [mass, length, time] = dimension;
   if (mass === 0 && length === 0 && time === 0) return { factor: 1, name: "" };
-  if (mass === 0 && length === 1 && time === 0) return { factor: 1, name: units.length };
+  if (mass === 0 && length === 1 && time === 0) return unitOfLength(size, units.length);
   const exponent = mass * exponents[units.mass]! + length * exponents[units.length]! + time * exponents[units.time]!;
   const name = names.find(([d]) => d.every((power, i) => power === dimension[i]))?.[1];
   if (name === undefined) return { factor: 1, name: `${units.mass}^${mass} ${units.length}^${length} ${units.time}^${time}` };
@@ -35,6 +36,13 @@ export function unitForPeople(size: number, units: Units, dimension: Dimension):
   const place = si > 0 && Number.isFinite(si) ? Math.floor(Math.log10(si * 1.00005) / 3) : 0;
   const step = Math.min(Math.max(place, -4), 3);
   return { factor: 10 ** (exponent - 3 * step), name: prefixes[step + 4]! + name };
+}
+
+/** Below a tenth of a metre people read millimetres, where the scene's unit is not a smaller one. */
+function unitOfLength(size: number, name: string): UnitForPeople {
+  const exponent = exponents[name]!;
+  const metres = Math.abs(size) * 10 ** exponent;
+  return metres > 0 && metres < 0.1 && exponent > -3 ? { factor: 10 ** (exponent + 3), name: "mm" } : { factor: 1, name };
 }
 
 export function inWords(value: number, units: Units, dimension: Dimension): string {

@@ -1,0 +1,218 @@
+// Every control of the page that the other tests leave out, each key, and fingers, in a real, headless browser.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { faceColour, glued, middle, noComplaints, open, openSection, patch, serve, shot, tag, text, until, write } from "./page_support.mjs";
+
+const blue = [0.2, 0.4, 0.8];
+write("blue.json", { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: blue }] });
+const theme = (page) => page.evaluate(() => document.documentElement.dataset.theme);
+const background = async (page) => (await patch(page, (r, g, b) => r < 60 && g < 60 && b < 70)).count;
+const written = (page) => page.evaluate(() => window.written.splice(0));
+
+/** Keeps what is written on canvases. */
+function keepWritten() {
+  const real = CanvasRenderingContext2D.prototype.fillText;
+  window.written = [];
+  CanvasRenderingContext2D.prototype.fillText = function (words, ...place) {
+    window.written.push(words);
+    real.call(this, words, ...place);
+  };
+}
+
+test("settings that are numbers or words act on every page", async () => {
+  const server = await serve("scene.json", { flags: ["--paused"] });
+  const page = await open(server.address, {}, keepWritten);
+  const other = await open(server.address);
+  await page.selectOption("#speed", "0.1");
+  await until("the speed", async () => (await other.inputValue("#speed")) === "0.1");
+  for (const id of ["settings", "developer"]) await openSection(page, id);
+  await page.fill("#friction", "100");
+  await until("friction", async () => (await other.inputValue("#friction")) === "100");
+  await page.selectOption("#stiffness-word", "number");
+  await until("a stiffness", () => page.isVisible("#stiffness"));
+  await page.fill("#stiffness", "150");
+  await until("the stiffness", async () => (await other.inputValue("#stiffness")) === "150");
+  for (const id of ["order", "sort"]) {
+    const values = await page.$$eval(`#${id} option`, (options) => options.map((o) => o.value));
+    const next = values.find((value) => value !== values[0]);
+    await page.selectOption(`#${id}`, next);
+    await until(id, async () => (await other.inputValue(`#${id}`)) === next);
+  }
+  await page.selectOption("#budget-word", "ms");
+  await until("a budget", () => page.isVisible("#budget"));
+  await page.fill("#budget", "120");
+  await until("the budget", async () => (await other.inputValue("#budget")) === "120");
+  await written(page);
+  await page.fill("#budget-line", "77");
+  await until("the line of the budget", async () => (await written(page)).includes("budget 77 ms"));
+  await page.click("#step");
+  await until("it runs with all this", async () => (await text(page, "clock")).includes("step 1"));
+  noComplaints(page);
+  noComplaints(other);
+  await page.close();
+  await other.close();
+  await server.end();
+});
+
+test("the ends of a fixed scale", async () => {
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  await page.selectOption("#colouring", "displacement");
+  assert.equal(await page.isVisible("#scale-least"), false);
+  await page.selectOption("#scale-kind", "fixed");
+  await page.fill("#scale-most", "6");
+  await page.keyboard.press("Tab");
+  await page.fill("#scale-least", "2");
+  await page.keyboard.press("Tab");
+  assert.equal(await text(page, "legend-ticks"), "246");
+  await page.fill("#scale-least", "8");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.inputValue("#scale-least"), "2", "what does not begin below its end is not taken");
+  await page.selectOption("#scale-kind", "automatic");
+  assert.equal(await page.isVisible("#scale-least"), false);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a weak pull pulls less", async () => {
+  const server = await serve("glued.json");
+  const page = await open(server.address);
+  const force = async () => {
+    const { x, y } = await middle(page);
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 20, y - 10, { steps: 2 });
+    await until("a force", async () => parseFloat(await tag(page)) > 0);
+    await page.waitForTimeout(1500);
+    const [, size, prefix] = /^([\d.]+) (m?)N/.exec(await tag(page));
+    await page.mouse.up();
+    await until("none", async () => (await tag(page)) === "");
+    return Number(size) * (prefix ? 1e-3 : 1);
+  };
+  const usual = await force();
+  await page.fill("#strength", "0");
+  const weak = await force();
+  assert.ok(weak < 0.5 * usual, `${weak} N, ${usual} N`);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a cut across the view looks at the eye; buttons and keys of the view", async () => {
+  const server = await serve("blue.json", { flags: ["--paused"] });
+  const page = await open(server.address, { colorScheme: "light" });
+  const face = async () => (await patch(page, faceColour(blue), 3)).count;
+  await page.selectOption("#cut-axis", "view");
+  await page.check("#cut");
+  const straight = await face();
+  assert.ok(straight > 1000);
+  const press = async (...keys) => {
+    await page.focus("#canvas");
+    for (const key of keys) await page.keyboard.press(key);
+  };
+  await press(...Array(10).fill("ArrowLeft"));
+  const aslant = await face();
+  assert.ok(aslant < 0.8 * straight, "the cut stays where it was");
+  await press("c");
+  assert.equal(await page.isChecked("#cut"), false);
+  await press("c");
+  assert.ok((await face()) > 1.1 * aslant, "cut anew, it looks at the eye again");
+  await press("c");
+
+  const triad = () => page.evaluate(() => document.getElementById("triad").toDataURL());
+  for (const key of ["ArrowLeft", "ArrowUp", "ArrowRight", "ArrowDown"]) {
+    const before = await triad();
+    await press(key);
+    await until(`${key} turns`, async () => (await triad()) !== before);
+  }
+  const pixels = async () => (await patch(page, (r, g, b) => b > r + 30)).count;
+  await press("f");
+  const fitted = await pixels();
+  await press("-", "-");
+  assert.ok((await pixels()) < 0.8 * fitted);
+  await press("+", "+", "+", "+");
+  assert.ok((await pixels()) > 1.1 * fitted);
+  await page.click("#fit");
+  assert.ok(Math.abs((await pixels()) - fitted) < 0.02 * fitted);
+
+  assert.equal(await theme(page), "light");
+  assert.ok((await background(page)) < 2000);
+  await page.click("#theme");
+  assert.equal(await theme(page), "dark");
+  assert.ok((await background(page)) > 100000, "the view is dark");
+  await press("t");
+  assert.equal(await theme(page), "light");
+  await page.click("#help");
+  await until("the keys", () => page.isVisible("#keys"));
+  assert.match(await text(page, "keys"), /cut the bodies open/);
+  await page.click("#keys button");
+  assert.equal(await page.isVisible("#keys"), false);
+
+  await openSection(page, "developer");
+  for (const [key, id] of [["a", "show-arrows"], ["e", "show-borders"], ["d", "show-cells"]]) {
+    await press(key);
+    assert.equal(await page.isChecked(`#${id}`), true, key);
+  }
+  for (const [key, colouring] of [["2", "depth"], ["3", "displacement"], ["1", "body"]]) {
+    await press(key);
+    assert.equal(await page.inputValue("#colouring"), colouring);
+    assert.equal(await page.isVisible("#legend"), colouring !== "body");
+  }
+  const saved = async (key) => (await Promise.all([page.waitForEvent("download"), press(key)]))[0].suggestedFilename();
+  assert.equal(await saved("p"), "glued box.png");
+  await press("v");
+  assert.equal(await text(page, "video"), "Stop");
+  await press("ArrowLeft", "ArrowRight");
+  await page.waitForTimeout(500);
+  assert.equal(await saved("v"), "glued box.webm");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("one finger pulls or turns, two bring nearer", async () => {
+  const server = await serve("glued.json");
+  const page = await open(server.address, { hasTouch: true }, () => {
+    const real = WebSocket.prototype.send;
+    window.sent = [];
+    WebSocket.prototype.send = function (message) {
+      window.sent.push(Object.keys(JSON.parse(message))[0]);
+      real.call(this, message);
+    };
+  });
+  const fingers = await page.context().newCDPSession(page);
+  const send = (type, ...touchPoints) => fingers.send("Input.dispatchTouchEvent", { type, touchPoints });
+  const { x, y } = await middle(page);
+  await send("touchStart", { x, y, id: 0 });
+  await send("touchMove", { x: x + 40, y: y - 40, id: 0 });
+  await until("a force", async () => parseFloat(await tag(page)) > 0);
+  const bar = () => page.evaluate(() => document.getElementById("scale-bar").style.width + document.getElementById("scale-bar").textContent);
+  const triad = () => page.evaluate(() => document.getElementById("triad").toDataURL());
+  const [before, turned] = [await bar(), await triad()];
+  await page.evaluate(() => (window.sent = []));
+  // A second finger neither pulls nor moves the view while the first holds tissue.
+  await send("touchStart", { x: x + 40, y: y - 40, id: 0 }, { x: x - 20, y, id: 1 });
+  await send("touchMove", { x: x + 40, y: y - 40, id: 0 }, { x: x - 150, y, id: 1 });
+  await page.waitForTimeout(300);
+  assert.equal(await triad(), turned);
+  assert.deepEqual((await page.evaluate(() => window.sent)).filter((name) => name !== "shown"), []);
+  await send("touchEnd");
+  await until("it is let go", async () => (await tag(page)) === "");
+  const box = await page.locator("#canvas").boundingBox();
+  const corner = { x: box.x + 30, y: box.y + 40 };
+  await send("touchStart", { ...corner, id: 0 });
+  await send("touchMove", { x: corner.x + 60, y: corner.y + 20, id: 0 });
+  await send("touchEnd");
+  await until("the view has turned", async () => (await triad()) !== turned);
+  assert.equal(await bar(), before);
+  await send("touchStart", { ...corner, id: 0 });
+  await send("touchStart", { ...corner, id: 0 }, { x: corner.x + 60, y: corner.y, id: 1 });
+  await send("touchMove", { ...corner, id: 0 }, { x: corner.x + 160, y: corner.y, id: 1 });
+  await send("touchEnd");
+  await until("nearer", async () => (await bar()) !== before);
+  await shot(page, "touch");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});

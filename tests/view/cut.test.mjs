@@ -1,0 +1,201 @@
+// Bodies cut open, in a real, headless browser: the control of the cut, its faces, and what the mouse meets there.
+import assert from "node:assert/strict";
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
+
+const blue = [0.2, 0.4, 0.8];
+const red = [0.8, 0.3, 0.2];
+const boxWithColour = { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: blue }] };
+const coloured = { ...patient, bodies: patient.bodies.map((body) => (body.name === "lower" ? { ...body, color: blue } : body)) };
+write("coloured.json", { ...boxWithColour, name: "coloured" });
+write("coloured-patient.json", coloured);
+const [, half] = patient.output.views;
+const oblique = { ...half, name: "oblique", cut: { point: [0, 0, 40], normal: [1, -1, 0], bodies: ["lower"] } };
+const closed = { ...half, name: "closed", cut: undefined };
+write("oblique.json", { ...coloured, output: { views: [oblique, half, closed] } });
+
+test("a cut has faces in the colour of the body, and edges show", async () => {
+  const server = await serve("coloured.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  await page.selectOption("#cut-axis", "y");
+  await page.check("#cut-flip");
+  await page.check("#cut");
+  await until("a face", () => hasColour(page, faceColour(blue)));
+  await page.check("#show-edges");
+  await shot(page, "cut-face");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** Moves a slider of the panel to a place between 0 and 1. */
+const slide = (page, id, share) => page.locator(`#${id}`).fill(String(Math.round(200 * share)));
+
+test("the cut of a named view can be moved, turned round and closed", async () => {
+  const server = await serve("coloured-patient.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const face = () => patch(page, faceColour(blue), 3);
+  const before = await face();
+  assert.ok(before.count > 1000, "the view cuts the body open");
+  assert.deepEqual(await control(page), { on: true, axis: "y", flip: true, place: "0 mm" });
+  await slide(page, "cut-place", 0.4);
+  const moved = await face();
+  assert.ok(moved.count > 1000, "the body stays cut open");
+  assert.ok(Math.hypot(moved.x - before.x, moved.y - before.y) > 3, "its face moves");
+  assert.equal(await page.isChecked("#cut"), true);
+  const skin = () => patch(page, (r, g, b) => b > r + 60);
+  const half = await skin();
+  await page.uncheck("#cut-flip");
+  const other = await skin();
+  assert.ok(Math.hypot(other.x - half.x, other.y - half.y) > 10, "the other half is kept");
+  await page.check("#cut-flip");
+  const back = await face();
+  assert.ok(Math.abs(back.count - moved.count) < 20);
+  await page.uncheck("#cut");
+  const whole = await skin();
+  assert.ok(Math.hypot(whole.x - half.x, whole.y - half.y) > 3, "the body is closed");
+  await page.check("#cut");
+  assert.ok(Math.abs((await face()).count - moved.count) < 20);
+  await page.selectOption("#cut-axis", "z");
+  assert.equal((await control(page)).on, true);
+  assert.ok(Math.abs((await face()).count - moved.count) > 100, "another face");
+  await page.selectOption("#scene-view", "everything");
+  assert.equal((await control(page)).on, false);
+  await page.selectOption("#scene-view", "lower-half");
+  const again = await face();
+  assert.ok(Math.abs(again.count - before.count) < 20, "the view has its own cut again");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a slanting cut of a view moves along its own normal, and cuts its own bodies alone", async () => {
+  const server = await serve("oblique.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const face = () => patch(page, faceColour(blue), 3);
+  assert.equal((await control(page)).axis, "view");
+  const before = await face();
+  assert.ok(before.count > 1000);
+  const plate = () => patch(page, faceColour([0.72, 0.72, 0.74]), 2);
+  assert.equal((await plate()).count, 0, "the plate is whole");
+  await slide(page, "cut-place", 0.45);
+  const moved = await face();
+  assert.ok(moved.count > 1000 && Math.hypot(moved.x - before.x, moved.y - before.y) > 3);
+  assert.equal((await plate()).count, 0, "and stays whole");
+  // Closed and opened again, after the view was turned, it is the same plane.
+  await page.uncheck("#cut");
+  await page.focus("#canvas");
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("ArrowRight");
+  await page.check("#cut");
+  assert.ok(Math.abs((await face()).count - moved.count) < 20);
+  await page.selectOption("#scene-view", "closed");
+  assert.equal((await face()).count, 0);
+  await page.check("#cut");
+  assert.ok((await plate()).count > 100, "a view without a cut leaves no list of bodies behind");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** What the controls of the cut say. */
+async function control(page) {
+  const place = await page.locator(".slider:has(#cut-place) output").textContent();
+  return { on: await page.isChecked("#cut"), axis: await page.inputValue("#cut-axis"), flip: await page.isChecked("#cut-flip"), place };
+}
+
+test("a face is touched where it is seen: it names its body, is picked and pulled", async () => {
+  // The upper box stands behind the face of the lower one.
+  const [, lower, upper] = patient.bodies;
+  const two = { ...patient, bodies: [lower, { ...upper, translate: [0, 105, 50] }] };
+  const view = { name: "cut", camera: { position: [0, -400, 60], target: [0, 0, 40] }, cut: { point: [0, 0, 0], normal: [0, -1, 0], bodies: ["lower"] } };
+  write("touched.json", { ...two, gravity: [0, 0, 0], output: { views: [view] } });
+  const server = await serve("touched.json");
+  const page = await open(server.address);
+  const { x, y } = await middle(page);
+  await page.mouse.move(x + 30, y);
+  await page.mouse.move(x, y);
+  await until("the name of the face", async () => (await page.isVisible("#hover")) && (await text(page, "hover")).startsWith("lower"));
+  await page.mouse.click(x, y);
+  await until("it is picked", async () => /bodylower/.test(await text(page, "pick")));
+  const place = /position \(mm\)([-\d., ]+)/.exec(await text(page, "pick"))[1].split(", ").map(Number);
+  assert.ok(place[1] > -1, `a vertex of the half that is kept: ${place}`);
+  await page.mouse.down();
+  await page.waitForTimeout(300);
+  assert.ok((await tag(page)) === "" || parseFloat(await tag(page)) < 1, "a hand that stands still does not pull");
+  await page.mouse.move(x + 40, y - 40, { steps: 3 });
+  await until("a force", async () => parseFloat(await tag(page)) > 0);
+  await until("the point follows", async () => parseFloat(/displacement([\d.e-]+)/.exec(await text(page, "pick"))[1]) > 1);
+  await shot(page, "cut-pull");
+  await page.mouse.up();
+  await page.uncheck(".body:has-text('lower') input[type=checkbox]");
+  await page.mouse.move(x + 30, y);
+  await page.mouse.move(x, y);
+  await until("what lies behind, once the body is hidden", async () => (await text(page, "hover")).startsWith("upper"));
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** A box of tets that bulges, as text of a mesh: from where ever it is seen, triangles lie edge on. */
+function bulging(cells) {
+  const side = Array.from({ length: cells + 1 }, (_, i) => (2 * i) / cells - 1);
+  const points = side.flatMap((x) => side.flatMap((y) => side.map((z) => {
+    const bulge = 0.05 * (0.4 + (0.6 * Math.max(Math.abs(x), Math.abs(y), Math.abs(z))) / (Math.hypot(x, y, z) || 1));
+    return [x, y, z].map((c) => bulge * c);
+  })));
+  const at = ([x, y, z]) => (x * (cells + 1) + y) * (cells + 1) + z + 1;
+  const tets = [];
+  for (let cell = 0; cell < cells ** 3; ++cell) {
+    const corner = [Math.floor(cell / cells ** 2), Math.floor(cell / cells) % cells, cell % cells];
+    // One tet for each order in which the axes lead from a corner of the cell to the opposite one.
+    for (const order of [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]]) {
+      const path = [corner];
+      for (const axis of order) path.push(path.at(-1).map((c, k) => c + (k === axis ? 1 : 0)));
+      const [a, b, c, d] = path.map(at);
+      tets.push((order[1] - order[0] + 3) % 3 === 1 ? [a, b, c, d] : [a, c, b, d]);
+    }
+  }
+  const lines = (rows) => rows.map((row) => `${row.join(" ")} 0\n`).join("");
+  return `MeshVersionFormatted 2\nDimension 3\nVertices ${points.length}\n${lines(points)}Tetrahedra ${tets.length}\n${lines(tets)}End\n`;
+}
+
+test("faces of bodies that overlap are clean: no stray pixels, smooth outlines", async () => {
+  writeFileSync(join(folder, "bulging.mesh"), bulging(7));
+  const box = (name, color, translate, rotate) => ({ name, color, obstacle: true, mesh: "bulging.mesh", translate, rotate });
+  const boxes = [box("first", blue, [0, -0.02, 0], { axis: [0.2, 1, 0.1], angle: 20 }), box("second", red, [0.05, -0.01, 0.04], { axis: [0.1, 1, 0.3], angle: 50 })];
+  const view = { name: "cut", camera: { position: [0.05, -0.5, 0.02], target: [0.02, 0, 0.02] }, cut: { point: [0, 0, 0], normal: [0, -1, 0] } };
+  write("overlapping.json", { name: "overlapping", bodies: boxes, output: { views: [view] } });
+  const server = await serve("overlapping.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  await page.evaluate(() => document.querySelectorAll("#view > :not(#canvas)").forEach((over) => (over.style.display = "none")));
+  await shot(page, "cut-clean");
+  const picture = await pixels(page);
+  const { width, height, data } = picture;
+  // 1, 2: a face; 3: nothing but grey; 0: something between.
+  const faces = [faceColour(blue), faceColour(red)];
+  const kind = Array.from({ length: width * height }, (_, i) => {
+    const face = faces.findIndex((rgb) => near(picture, i, rgb, 3));
+    const rgb = [...data.subarray(4 * i, 4 * i + 3)];
+    return face >= 0 ? face + 1 : Math.max(...rgb) - Math.min(...rgb) < 8 ? 3 : 0;
+  });
+  let stray = 0;
+  let [sharp, smooth] = [0, 0];
+  for (let y = 1; y + 1 < height; ++y) {
+    for (let x = 1; x + 1 < width; ++x) {
+      const i = x + width * y;
+      const around = [-width - 1, -width, -width + 1, -1, 1, width - 1, width, width + 1].map((d) => kind[i + d]);
+      if (around[0] !== 0 && around[0] !== kind[i] && around.every((k) => k === around[0])) ++stray;
+      if (kind[i] === 0) ++smooth;
+      if (kind[i] > 0 && kind[i + 1] > 0 && kind[i] !== kind[i + 1]) ++sharp;
+    }
+  }
+  for (const face of [1, 2]) assert.ok(kind.filter((k) => k === face).length > 5000, `face ${face} is seen`);
+  assert.equal(stray, 0, "pixels of another colour than all around");
+  assert.ok(sharp < 0.5 * smooth, `outlines have steps: ${sharp} sides without a colour between, ${smooth} pixels with one`);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});

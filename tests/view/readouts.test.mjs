@@ -1,0 +1,128 @@
+// What the page tells beside the bodies, in a real, headless browser: letters of the axes, units, the frame, scales, forces.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { glued, middle, noComplaints, open, patch, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
+
+test("letters of the axes never lie over each other, from wherever they are seen", async () => {
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  const page = await open(server.address, {}, () => {
+    const real = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (letter, x, y) {
+      if (this.canvas.id === "triad") window.letters.push([letter, x, y]);
+      real.call(this, letter, x, y);
+    };
+    window.letters = [];
+  });
+  await page.focus("#canvas");
+  const seen = new Set();
+  for (let turn = 0; turn < 40; ++turn) {
+    await page.evaluate(() => (window.letters = []));
+    await page.keyboard.press(turn < 12 ? "ArrowUp" : "ArrowLeft");
+    await until("they are drawn", () => page.evaluate(() => window.letters.length > 0));
+    const letters = await page.evaluate(() => window.letters.slice(-6));
+    for (const [i, [letter, x, y]] of letters.entries()) {
+      seen.add(letter);
+      for (const [other, u, v] of letters.slice(i + 1)) {
+        if (letter !== other) assert.ok(Math.hypot(x - u, y - v) > 12, `${letter} and ${other} after ${turn} turns`);
+      }
+    }
+  }
+  assert.deepEqual([...seen].sort(), ["A", "I", "L", "P", "R", "S"]);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("small lengths read in millimetres", async () => {
+  const server = await serve("glued.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  assert.match(await text(page, "scale-bar"), /^(1|2|5)0* mm$/);
+  const { x, y } = await middle(page);
+  await page.mouse.click(x, y);
+  await page.click("#play");
+  await until("a displacement", async () => /displacement[\d.e-]+ mm/.test(await text(page, "pick")));
+  assert.match(await text(page, "pick"), /position \(m\)/, "a scene of 17 cm");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** The middle of the blue body and its size, as parts of the view, and its pixels. */
+async function seenBody(page) {
+  const { width, height } = await page.locator("#canvas").boundingBox();
+  const { count, x, y } = await patch(page, (r, g, b) => b > r + 30);
+  return { x: x / width, y: y / height, share: count / (width * height), count };
+}
+
+test("another size of the window fits the view anew, unless a user has turned it", async () => {
+  write("fitted.json", { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: [0.2, 0.4, 0.8] }] });
+  const server = await serve("fitted.json", { flags: ["--paused"] });
+  const page = await open(server.address, { viewport: { width: 1400, height: 450 } });
+  const wide = await seenBody(page);
+  await page.setViewportSize({ width: 900, height: 900 });
+  const high = await seenBody(page);
+  assert.ok(Math.abs(high.x - 0.5) < 0.1 && Math.abs(high.y - 0.5) < 0.1);
+  assert.ok(high.share > 0.3, `it fills the window: ${high.share}`);
+  assert.ok(wide.share > 0.1);
+  await page.click("#fit");
+  const same = await seenBody(page);
+  assert.ok(Math.abs(same.count - high.count) < 0.01 * high.count, `as Fit does: ${high.count}, ${same.count}`);
+  await page.focus("#canvas");
+  await page.keyboard.press("-");
+  await page.keyboard.press("-");
+  const far = await seenBody(page);
+  await page.setViewportSize({ width: 1000, height: 900 });
+  const kept = await seenBody(page);
+  assert.ok(far.count < 0.9 * high.count);
+  assert.ok(Math.abs(kept.count - far.count) < 0.02 * far.count, "what a user has set stays");
+  await page.click("#fit");
+  const fitted = await seenBody(page);
+  assert.ok(fitted.count > 1.1 * kept.count, "until Fit");
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("an automatic scale is that of soft bodies: what is on rails may go far", async () => {
+  const server = await serve("scene.json", { flags: ["--speed", "max"] });
+  const page = await open(server.address);
+  await page.selectOption("#colouring", "displacement");
+  await until("the press has gone far", async () => (await time(page)) > 1);
+  const end = parseFloat(await page.locator("#legend-ticks span").last().textContent());
+  assert.match(await text(page, "legend-title"), /\(mm\)/);
+  assert.ok(end > 0 && end < 25, `the press goes 50 mm, tissue less: ${end}`);
+  // Alone it has a scale.
+  for (const body of ["lower", "upper"]) await page.uncheck(`.body:has-text("${body}") input[type=checkbox]`);
+  await page.click("#scale-reset");
+  await until("its own scale", async () => {
+    const last = parseFloat(await page.locator("#legend-ticks span").last().textContent());
+    return last * ((await text(page, "legend-title")).includes("(mm)") ? 1 : 1000) >= 50;
+  });
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("every page tells the forces of all hands", async () => {
+  const server = await serve("glued.json");
+  const pages = [await open(server.address), await open(server.address)];
+  for (const [i, page] of pages.entries()) {
+    const { x, y } = await middle(page);
+    await page.mouse.move(x + 30 * i, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 30 * i, y - 50, { steps: 3 });
+  }
+  for (const page of pages) {
+    await until("two forces", async () => /^[\d.]+ m?N.*; [\d.]+ m?N/.test(await tag(page)));
+  }
+  await shot(pages[0], "two-hands");
+  await pages[1].mouse.up();
+  await until("one is left", async () => /^[^;]+$/.test(await tag(pages[0])));
+  await pages[0].mouse.up();
+  await until("none is left", async () => (await tag(pages[1])) === "");
+  for (const page of pages) {
+    noComplaints(page);
+    await page.close();
+  }
+  await server.end();
+});

@@ -1,0 +1,114 @@
+// A surface, or the part of it on one side of a plane. Triangles that the plane crosses are cut to pieces here: clipping
+// in the shader decides by pixel, for triangles seen from the side by a place outside of them, which leaves stray samples
+// and steps. Neighbours share the points at the plane, so that no sample falls between them.
+import * as three from "three";
+
+export class CutSurface {
+  readonly geometry = new three.BufferGeometry();
+  private readonly count: number;
+  /** What is on the negative side is left out; null: nothing. */
+  plane: three.Plane | null = null;
+  /** Of each point at the plane: the vertex that is kept, the one that is not, and how far it is from the one to the other. */
+  private readonly kept: number[] = [];
+  private readonly left: number[] = [];
+  private readonly share: number[] = [];
+  private readonly points = new Map<number, number>();
+  private readonly above: Float32Array;
+  private whole = false;
+
+  /** @param corners  vertices of the triangles */
+  constructor(private readonly corners: Uint32Array, positions: Float32Array) {
+    this.count = positions.length / 3;
+    this.above = new Float32Array(this.count);
+    this.makeRoom(0);
+    this.values("position").set(positions);
+    this.geometry.setIndex(new three.BufferAttribute(new Uint32Array(2 * corners.length), 1).setUsage(three.DynamicDrawUsage));
+    this.update();
+  }
+
+  /** 3 numbers for each vertex, then for each point at the plane; "position", "normal" or "color". */
+  values(name: string): Float32Array {
+    return this.geometry.getAttribute(name)!.array as Float32Array;
+  }
+
+  /** After positions or the plane have changed. O(triangles) where it is cut. */
+  update(): void {
+    this.kept.length = this.left.length = this.share.length = 0;
+    if (this.plane || !this.whole) this.cutTriangles(this.plane);
+    this.makeRoom(this.kept.length);
+    for (const name of ["position", "normal", "color"]) this.fill(name);
+  }
+
+  /** After the values of the vertices have changed: those of the points at the plane are in between. */
+  fill(name: string): void {
+    const values = this.values(name);
+    for (let i = 0; i < this.kept.length; ++i) {
+      const [a, b, share] = [3 * this.kept[i]!, 3 * this.left[i]!, this.share[i]!];
+      for (let c = 0; c < 3; ++c) values[3 * (this.count + i) + c] = values[a + c]! + share * (values[b + c]! - values[a + c]!);
+    }
+    this.geometry.getAttribute(name).needsUpdate = true;
+  }
+
+  /** A vertex of the geometry as one of the body: of a point at the plane the one that is kept. */
+  vertex(index: number): number {
+    return index < this.count ? index : this.kept[index - this.count]!;
+  }
+
+  private cutTriangles(plane: three.Plane | null): void {
+    this.whole = plane === null;
+    const index = this.geometry.getIndex()!;
+    if (!plane) (index.array as Uint32Array).set(this.corners);
+    this.geometry.setDrawRange(0, plane ? this.cutAt(plane, index.array as Uint32Array) : this.corners.length);
+    index.needsUpdate = true;
+  }
+
+  /** Writes the triangles that are left, and returns how many corners they have. */
+  private cutAt({ normal, constant }: three.Plane, index: Uint32Array): number {
+    const { above, corners } = this;
+    const p = this.values("position");
+    for (let v = 0; v < this.count; ++v) above[v] = normal.x * p[3 * v]! + normal.y * p[3 * v + 1]! + normal.z * p[3 * v + 2]! + constant;
+    this.points.clear();
+    let used = 0;
+    for (let t = 0; t < corners.length; t += 3) {
+      if (above[corners[t]!]! < 0 && above[corners[t + 1]!]! < 0 && above[corners[t + 2]!]! < 0) continue;
+      // Its outline as far as it is kept: three or four corners.
+      const outline: number[] = [];
+      for (let k = 0; k < 3; ++k) {
+        const [v, next] = [corners[t + k]!, corners[t + ((k + 1) % 3)]!];
+        if (above[v]! >= 0) outline.push(v);
+        if (above[v]! >= 0 !== above[next]! >= 0) outline.push(above[v]! >= 0 ? this.point(v, next) : this.point(next, v));
+      }
+      for (let k = 2; k < outline.length; ++k) {
+        index[used++] = outline[0]!;
+        index[used++] = outline[k - 1]!;
+        index[used++] = outline[k]!;
+      }
+    }
+    return used;
+  }
+
+  /** Where an edge meets the plane. */
+  private point(kept: number, left: number): number {
+    const key = kept * this.count + left;
+    const known = this.points.get(key);
+    if (known !== undefined) return known;
+    const point = this.count + this.kept.length;
+    this.points.set(key, point);
+    this.kept.push(kept);
+    this.left.push(left);
+    this.share.push(this.above[kept]! / (this.above[kept]! - this.above[left]!));
+    return point;
+  }
+
+  private makeRoom(points: number): void {
+    const needed = 3 * (this.count + points);
+    const old = this.geometry.getAttribute("position") as three.BufferAttribute | undefined;
+    if (old && old.array.length >= needed) return;
+    this.geometry.dispose();  // the graphics memory is of the old length
+    for (const name of ["position", "normal", "color"]) {
+      const values = new Float32Array(needed + (points > 0 ? 3 * Math.ceil(0.5 * points) : 0));
+      if (old) values.set(this.values(name).subarray(0, 3 * this.count));
+      this.geometry.setAttribute(name, new three.BufferAttribute(values, 3).setUsage(three.DynamicDrawUsage));
+    }
+  }
+}
