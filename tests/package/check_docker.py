@@ -6,6 +6,7 @@ Usage: check_docker.py SOURCE_FOLDER WORK_FOLDER. Exit code 77 (skipped) where m
 import json
 import os
 import pathlib
+import platform
 import shutil
 import subprocess
 import sys
@@ -54,7 +55,7 @@ def in_root(command, environment, folder="/"):
 def main():
     if os.geteuid() != 0 or shutil.which("mmdebstrap") is None:
         skip("needs root and mmdebstrap")
-    if not list(source.glob("dist/palpate-*-cp311-*.whl")):
+    if not list(source.glob(f"dist/palpate-*-cp311-*_{platform.machine()}.whl")):
         skip("needs a wheel of './dev wheel'")
     work.mkdir(parents=True, exist_ok=True)
     make_root()

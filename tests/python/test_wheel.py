@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import re
 import subprocess
 import zipfile
@@ -20,14 +21,19 @@ def run(*arguments, env=ALONE, **options):
     return done.stdout
 
 
+def wheel_of(dist, python, version="*"):
+    """The wheel in that folder for that Python and this machine."""
+    tag = run(python, "-c", "import sys; print('cp%d%d' % sys.version_info[:2])").strip()
+    found, = dist.glob(f"palpate-{version}-{tag}-*_{platform.machine()}.whl")
+    return found
+
+
 @pytest.fixture(scope="module")
 def wheel(root):
     """For the system's Python; its build folder stays, so that the next one is quick."""
     run(root / "dev", "wheel", "--python", "/usr/bin/python3", env=os.environ)
     version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
-    tag = run("/usr/bin/python3", "-c", "import sys; print('cp%d%d' % sys.version_info[:2])").strip()
-    found, = (root / "dist").glob(f"palpate-{version}-{tag}-*.whl")
-    return found
+    return wheel_of(root / "dist", "/usr/bin/python3", version)
 
 
 @pytest.fixture(scope="module")
