@@ -123,10 +123,20 @@ TEST_F(Door, WarnsOfBodiesThatAreOfNoHumanSize) {
   write("large.json", box("6, 2.5, 2.5"));
   write("small.json", box("1e-4, 1e-4, 1e-4"));
   write("right.json", box("0.2, 0.1, 0.1"));
+  // A box of water as above, in kilometres, micrograms and seconds: 1000 kg/m^3 is 1e21 ug/km^3.
+  const auto in_km = [&](const std::string& size) {
+    return R"({"units": {"length": "km", "mass": "ug", "time": "s"}, "gravity": [0, 0, 0], "bodies": [{"name": "liver",
+      "material": {"young_modulus": 1e17, "density": 1e21}, "box": {"cells": [1, 1, 1], "size": [)" +
+           size + "]}}]}";
+  };
+  write("large_in_km.json", in_km("6e-3, 2.5e-3, 2.5e-3"));
+  write("right_in_km.json", in_km("2e-4, 1e-4, 1e-4"));
   const auto said = [&](const std::string& file) { return palpate({"info", file}).err; };
   EXPECT_EQ(said("large.json"),
             "palpate: warning: 'liver' is 6 m long and weighs 38 tonnes: is its mesh in other units "
             "than the scene? The body's \"scale\" makes it smaller\n");
+  EXPECT_EQ(said("large_in_km.json"), said("large.json"));
+  EXPECT_EQ(said("right_in_km.json"), "");
   EXPECT_NE(said("small.json").find("'liver' is 0.1 mm long"), std::string::npos);
   EXPECT_EQ(said("right.json"), "");
 }
