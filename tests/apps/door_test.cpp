@@ -157,6 +157,11 @@ TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
   };
   refuse("contact.frction=1",
          {"--set contact.frction=1: contact.frction: found unknown key, expected 'friction'"});
+  // A key on the way that the file does not have is the change's fault, and not the file's.
+  refuse("bodies.box.materil.density=1",
+         {"--set bodies.box.materil.density=1: bodies[1].materil: found unknown key, expected 'material'"});
+  refuse("contct.budget.kind=1",
+         {"--set contct.budget.kind=1: contct: found unknown key, expected 'contact'"});
   refuse("duration=-1", {"--set duration=-1: duration: found -1, expected a number > 0"});
   refuse("bodies.bx.velocity=[0,0,1]", {"--set", "bodies: found 'bx'", "'box'"});
   refuse("bodies[7].name=x", {"bodies: found '7', expected a number below 2"});
