@@ -48,7 +48,7 @@ std::string warning_of(const BodySize& body) {
   return fmt::format(
       "'{}' is {} long and weighs {}: is its mesh in other units than the scene? "
       "The body's \"scale\" makes it {}",
-      shortened(body.name, 40), length_text(body.length), mass_text(body.mass), side);
+      shown_name(body.name), length_text(body.length), mass_text(body.mass), side);
 }
 
 }  // namespace

@@ -235,6 +235,43 @@ TEST_F(Door, LongNamesAreCutInTables) {
   EXPECT_TRUE(row->starts_with("left lig... patient ")) << *row;
 }
 
+TEST_F(Door, LongNamesAreCutWhereverPeopleReadThem) {
+  write(
+      "tet.mesh",
+      "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n0 0 0 0\n0.1 0 0 0\n0 0.1 0 0\n0 0 0.1 0\n1 1 1 0\n"
+      "Tetrahedra\n1\n1 2 3 4 0\nEnd\n");  // a point in no tet draws a note
+  const auto scene = [](const std::string& contact) {
+    return R"({"name": ")" + std::string(80, 'S') +
+           R"(", "time_step": 0.001, "duration": 0.002, "contact": {)" + contact + R"(}, "bodies": [
+    {"name": ")" +
+           std::string(80, 'H') + R"(", "obstacle": true, "ball": {"radius": 0.1, "resolution": 8}},
+    {"name": ")" +
+           std::string(80, 'P') + R"(", "material": {}, "mesh": "tet.mesh", "translate": [0, 0, 0.09]}]})";
+  };
+  write("scene.json", scene(""));
+  write("late.json", scene(R"("budget": {"tests": 1})"));
+  const auto cut = [](char letter) { return std::string(19, letter) + "..." + std::string(18, letter); };
+  const auto expect_cut = [&](const std::vector<std::string>& call, const std::vector<std::string>& parts) {
+    const Finished done = palpate(call);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    const std::string text = done.out + done.err;
+    for (const std::string& part : parts)
+      EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+    for (const char letter : {'S', 'H', 'P'})
+      EXPECT_EQ(text.find(std::string(20, letter)), std::string::npos) << text;
+  };
+  expect_cut({"run", "scene.json", "--no-picture", "--out", "run"},
+             {cut('S') + ": 2 steps", "force         " + cut('H'), "in tet 0 of " + cut('P'),
+              "note          " + cut('P') + ": 1 point in no tet"});
+  expect_cut({"run", "late.json", "--no-picture", "--out", "late"}, {"at the end in " + cut('H')});
+  expect_cut({"info", "scene.json"},
+             {"scene '" + cut('S') + "'", cut('H') + " and " + cut('P') + ": 12 contacts"});
+  expect_cut({"detect", "late.json", "--out", "contacts.csv"},
+             {"contacts may be missing in " + cut('H') + ", " + cut('P')});
+  EXPECT_EQ(Json::parse(read("run/run.json"))["bodies"][0]["name"], std::string(80, 'H'))
+      << "files have all of it";
+}
+
 TEST_F(Door, AMissingMeshIsNamedWithItsSceneAndKey) {
   write("scene.json",
         R"({"$schema": "scene.schema.json", "bodies": [{"material": {}, "mesh": "gone.vtu"}]})");
