@@ -30,8 +30,7 @@ def wheel_of(dist, python, version="*"):
 
 @pytest.fixture(scope="module")
 def wheel(root):
-    """For the system's Python; its build folder stays, so that the next one is quick."""
-    run(root / "dev", "wheel", "--python", "/usr/bin/python3", env=os.environ)
+    """For the system's Python; the test Wheel.made makes it: ./dev wheel --python /usr/bin/python3."""
     version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
     return wheel_of(root / "dist", "/usr/bin/python3", version)
 
