@@ -28,6 +28,16 @@ void Reader::refuse_alternatives(const std::vector<std::string_view>& there,
   fail(context_, path_, "none of its alternatives", expected_name("", keys));
 }
 
+void Reader::refuse_units() const {
+  const BrokenRule& first = wrong_units_.front();
+  std::string expected = first.expected;
+  for (std::size_t i = 1; i < wrong_units_.size(); ++i) {
+    const BrokenRule& wrong = wrong_units_[i];
+    expected += "; " + wrong.path + ": found " + wrong.found + ", expected " + wrong.expected;
+  }
+  fail(context_, first.path, first.found, expected);
+}
+
 KeyLister::Keys list_scene_keys() {
   KeyLister::Keys keys;
   KeyLister lister("", keys);

@@ -202,6 +202,10 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
       {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}",
        "units.mass: found 'kgg', expected 'kg'"},
+      {R"({"units": {"length": "inch", "mass": "kgg", "time": "mss"}, "bodies": [)" + soft_ball + "]}",
+       "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'; units.mass: found 'kgg', "
+       "expected "
+       "'kg'; units.time: found 'mss', expected 'ms'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
        "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
       {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
