@@ -192,7 +192,35 @@ TEST_F(Door, HelpOfASubcommandIsAWordToo) {
     EXPECT_EQ(output_of(by_word), output_of(by_flag));
   }
   expect_error(2, {"help", "rnu"}, {"'rnu'", "expected 'run'"});
+  expect_error(2, {"help", "run", "extra"}, {"help: found 'extra', expected nothing after 'run'"});
+  expect_error(2, {"help", "generate", "bux"}, {"help: found 'bux', expected 'box'"});
   EXPECT_EQ(output_of({"-V"}), output_of({"--version"}));
+}
+
+TEST_F(Door, ManualPagesOfAllSubcommandsCanBePrinted) {
+  output_of({"manual", "--out", "pages"});
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {}, {"run"}, {"generate"}, {"generate", "box"}, {"bench", "paper"}}) {
+    std::string page = "pages/palpate";
+    std::vector<std::string> call{"manual"};
+    for (const std::string& word : words) page += "-" + word;
+    call.insert(call.end(), words.begin(), words.end());
+    EXPECT_EQ(output_of(call), read(page + ".1"));
+  }
+  expect_error(2, {"manual", "rnu"}, {"manual: found 'rnu', expected a subcommand of palpate, or none"});
+  expect_error(2, {"manual", "generate", "bux"},
+               {"found 'bux', expected a subcommand of palpate generate, or none"});
+}
+
+TEST_F(Door, ASceneMayNameItsSchema) {
+  const std::string scene = falling_box();
+  write("plain.json", scene);
+  write("scene.json", R"({"$schema": "https://example.org/scene.schema.json",)" + scene.substr(1));
+  const auto hash = [&](const std::string& file) {
+    return json_of({"run", file, "--json", "--no-picture"})["state_hash"];
+  };
+  EXPECT_EQ(hash("scene.json"), hash("plain.json"));
+  expect_error(2, {"run", "scene.json", "--set", "$schema=1"}, {"$schema: found 1"});
 }
 
 TEST_F(Door, ColoursAreForTerminalsThatShowThem) {
