@@ -29,18 +29,19 @@ asked for on a terminal. The scene is in m, kg and s, ready to be changed: docs/
 struct NewOptions {
   NewSceneFlags mesh;
   std::optional<fs::path> out;
+  bool replace = false;
 };
 
 fs::path scene_path(const NewOptions& options) {
   fs::path path = options.out.value_or(options.mesh.request.mesh.stem().string() + ".json");
   std::error_code ignored;
-  if (!options.out && fs::exists(path, ignored))
-    throw BadInput(path.string(), "", "a file of that name already", "--out SCENE, which may replace it");
   if (path.extension() != ".json")
     throw BadInput("--out", "", "'" + path.string() + "'", "a name that ends in .json");
   const fs::path folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, ignored))
     throw BadInput("--out", "", "no folder '" + folder.string() + "'", "one that is there");
+  if (!options.replace && fs::exists(path, ignored))
+    throw BadInput(path.string(), "", "a file of that name already", "--replace, or --out with another name");
   return path;
 }
 
@@ -53,7 +54,7 @@ int write_new(const NewOptions& options) {
   written.name = path.stem().string();  // results go to a folder of this name
   written.source = path.string();
   load_scene_input(written);  // as 'run' will: what it refuses or warns of is told now
-  io::write_atomically(path, write_scene(written));
+  io::write_atomically(path, write_brief_scene(written));
   print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
   say_note(
       fmt::format("next: 'palpate view {0}' shows it and lets you pull at it, 'palpate run {0}' simulates it",
@@ -67,6 +68,7 @@ void add_flags(CLI::App& app, NewOptions& options) {
             "file to write; default: the name of the mesh, .json, in the current folder",
             [&options](const std::string&, const std::string& text) { options.out = text; });
   add_new_scene_flags(app, options.mesh);
+  app.add_flag("--replace", options.replace, "write over a scene that is there");
 }
 
 }  // namespace

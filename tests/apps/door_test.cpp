@@ -57,7 +57,7 @@ TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
 TEST_F(Door, NewTakesWhatItIsTold) {
   make_liver();
   const auto said = [&](std::vector<std::string> flags) {
-    flags.insert(flags.begin(), {"new", "liver.vtu", "--out", "scene.json"});
+    flags.insert(flags.begin(), {"new", "liver.vtu", "--replace", "--out", "scene.json"});
     return output_of(flags);
   };
   EXPECT_NE(said({"--unit", "cm"}).find("in cm: 2.1 m, 1.3 tonnes"), std::string::npos);
@@ -66,6 +66,21 @@ TEST_F(Door, NewTakesWhatItIsTold) {
   const Json dropped = json_of({"run", "scene.json", "--json", "--no-picture", "--steps", "40"});
   EXPECT_GT(dropped["contacts"]["last"], 0) << "it lies on the floor";
   EXPECT_GT(dropped["bodies"][0]["displacement"]["largest"].get<double>(), 0.005) << "it fell by 6 mm";
+}
+
+TEST_F(Door, NewWritesWhatIsWorthChanging) {
+  make_liver();
+  output_of({"new", "liver.vtu"});
+  const Json scene = Json::parse(read("liver.json"));
+  for (const char* key : {"units", "time_step", "duration", "gravity"})
+    EXPECT_TRUE(scene.contains(key)) << key;
+  for (const char* key : {"solver", "rest", "limits"}) EXPECT_FALSE(scene.contains(key)) << key;
+  EXPECT_EQ(scene["contact"], Json({{"friction", 0.3}}));
+  EXPECT_EQ(scene["output"], Json({{"every", 5}}));
+  const Json material = scene["bodies"][0]["material"];
+  for (const char* key : {"young_modulus", "poisson_ratio", "density"})
+    EXPECT_TRUE(material.contains(key)) << key;
+  EXPECT_FALSE(material.contains("mooney_fraction"));
 }
 
 TEST_F(Door, NewNamesTheMeshFromWhereTheSceneIs) {
@@ -85,7 +100,10 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   make_liver();
   write("liver.json", "mine");
   write("skin.stl", "solid");
-  expect_error(2, {"new", "liver.vtu"}, {"liver.json: found a file of that name already", "--out"});
+  expect_error(2, {"new", "liver.vtu"},
+               {"liver.json: found a file of that name already", "--replace", "--out"});
+  expect_error(2, {"new", "liver.vtu", "--out", "liver.json"},
+               {"liver.json: found a file of that name already"});
   EXPECT_EQ(read("liver.json"), "mine");
   expect_error(2, {"new", "skin.stl"}, {"skin.stl", "'palpate mesh'"});
   expect_error(2, {"new", "none.vtu"}, {"none.vtu: found no such file"});
@@ -93,6 +111,8 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   expect_error(2, {"new", "liver.vtu", "--out", "x.txt"}, {"'x.txt'", ".json"});
   expect_error(2, {"new", "liver.vtu", "--unit", "km"}, {"--unit", "'km'", "'m'"});
   expect_error(2, {"new", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
+  output_of({"new", "liver.vtu", "--replace"});
+  EXPECT_EQ(Json::parse(read("liver.json"))["name"], "liver");
   expect_error(2, {"run", "liver.vtu"}, {"liver.vtu: found a mesh file", "palpate new liver.vtu"});
   expect_error(2, {"run", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
   expect_error(2, {"detect", "head.nii.gz"}, {"head.nii.gz: found a label map", "palpate mesh head.nii.gz"});
