@@ -43,7 +43,7 @@ class DevScript(unittest.TestCase):
     def test_help_names_every_command(self):
         result = self.dev("help")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "wheel", "bench", "fuzz", "coverage", "reliability", "format", "setup",
+        for command in ["run", "test", "check", "lint", "palpate", "python", "build", "wheel", "bench", "fuzz", "coverage", "docs", "reliability", "format", "setup",
                         "help"]:
             self.assertRegex(result.stdout, rf"(?m)^  {command}\b")
 
@@ -61,6 +61,7 @@ class DevScript(unittest.TestCase):
             (["wheel", "now"], "wheel takes --python PY and --arch aarch64, found 'now'"),
             (["wheel", "--python"], "--python needs a Python"),
             (["wheel", "--arch", "arm"], "--arch takes aarch64, found 'arm'"),
+            (["docs", "now"], "'docs' takes no arguments, found 'now'"),
             (["build", "all"], "'build' takes no arguments, found 'all'"),
         ]:
             with self.subTest(arguments=arguments):
