@@ -16,7 +16,6 @@
 #include "exit_codes.hpp"
 #include "io/machine.hpp"
 #include "mesh_options.hpp"
-#include "scene/suggest.hpp"
 #include "subcommands.hpp"
 #include "usage.hpp"
 
@@ -47,22 +46,20 @@ bool asks_for_help(std::span<const char* const> words) {
   return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
 }
 
-/// Refuses what follows "help" and is no subcommand of the word before it.
+/// Refuses what follows "help" and a subcommand that has none below it. check_subcommands() tells wrong
+/// names.
 void check_help_words(const CLI::App& command, std::span<const char* const> words) {
   const CLI::App* above = &command;
-  for (const std::string word : words) {
-    std::vector<std::string_view> names;
-    const CLI::App* found = nullptr;
-    for (const CLI::App* sub : above->get_subcommands([](const CLI::App*) { return true; })) {
-      if (sub->get_name() == word) found = sub;
-      names.push_back(sub->get_name());
+  for (const std::string_view word : words) {
+    const auto below = above->get_subcommands([](const CLI::App*) { return true; });
+    if (below.empty()) {
+      throw BadInput("help", "", fmt::format("'{}'", word),
+                     fmt::format("nothing after '{}'", above->get_name()));
     }
-    if (found == nullptr) {
-      throw BadInput(
-          "help", "", "'" + word + "'",
-          names.empty() ? "nothing after '" + above->get_name() + "'" : expected_name(word, names));
-    }
-    above = found;
+    const auto found =
+        std::ranges::find_if(below, [&](const CLI::App* sub) { return sub->get_name() == word; });
+    if (found == below.end()) return;
+    above = *found;
   }
 }
 

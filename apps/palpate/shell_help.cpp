@@ -50,9 +50,10 @@ int write_manual(const CLI::App& command, const ManualOptions& options) {
   for (const std::string& word : options.subcommand) {
     const auto& below = wanted->subcommands;
     const auto sub = std::ranges::find_if(below, [&](const Outline& one) { return one.path.back() == word; });
-    if (sub == below.end())
+    if (sub == below.end()) {
       throw BadInput("manual", "", "'" + word + "'",
                      "a subcommand of " + title_of(*wanted, " ") + ", or none");
+    }
     wanted = &*sub;
   }
   print_out(manual_page(*wanted, whole));

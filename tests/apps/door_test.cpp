@@ -213,7 +213,7 @@ TEST_F(Door, HelpOfASubcommandIsAWordToo) {
   }
   expect_error(2, {"help", "rnu"}, {"'rnu'", "expected 'run'"});
   expect_error(2, {"help", "run", "extra"}, {"help: found 'extra', expected nothing after 'run'"});
-  expect_error(2, {"help", "generate", "bux"}, {"help: found 'bux', expected 'box'"});
+  expect_error(2, {"help", "generate", "bux"}, {"generate: found unknown subcommand 'bux', expected 'box'"});
   EXPECT_EQ(output_of({"-V"}), output_of({"--version"}));
 }
 
