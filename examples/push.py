@@ -6,7 +6,11 @@
 import pathlib
 import sys
 
-import matplotlib
+try:
+    import matplotlib
+    import pyvista  # for to_pyvista()
+except ImportError as error:
+    sys.exit(f"push.py: {error}; what it needs: pip install 'palpate[plot,view]'")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

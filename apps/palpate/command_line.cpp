@@ -46,6 +46,23 @@ bool asks_for_help(std::span<const char* const> words) {
   return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
 }
 
+/// Refuses what follows "help" and a subcommand that has none below it. check_subcommands() tells wrong
+/// names.
+void check_help_words(const CLI::App& command, std::span<const char* const> words) {
+  const CLI::App* above = &command;
+  for (const std::string_view word : words) {
+    const auto below = above->get_subcommands([](const CLI::App*) { return true; });
+    if (below.empty()) {
+      throw BadInput("help", "", fmt::format("'{}'", word),
+                     fmt::format("nothing after '{}'", above->get_name()));
+    }
+    const auto found =
+        std::ranges::find_if(below, [&](const CLI::App* sub) { return sub->get_name() == word; });
+    if (found == below.end()) return;
+    above = *found;
+  }
+}
+
 /// The subcommands that other programs are, and the one that is a word for --help; for help and completion.
 void add_words(CLI::App& command, MeshOptions& mesh_options) {
   CLI::App* const mesh = command.add_subcommand(std::string(mesh_companion.words),
@@ -59,7 +76,8 @@ void add_words(CLI::App& command, MeshOptions& mesh_options) {
   help->footer("Examples:\n  palpate help run\n  palpate help generate box");
 }
 
-int work(std::span<const char* const> words) {
+/// `help_words`: how many words followed "help", which without_help_word() has taken out.
+int work(std::span<const char* const> words, std::size_t help_words) {
   CLI::App command("Palpate finds and resolves the contacts among soft bodies made of tets.", "palpate");
   command.footer(examples);
   command.require_subcommand(1);
@@ -75,6 +93,7 @@ int work(std::span<const char* const> words) {
   add_words(command, mesh_options);
 
   check_subcommands(command, words.subspan(1));
+  check_help_words(command, words.subspan(1, help_words));
   if (words[1] == mesh_companion.words && !asks_for_help(words))
     return run_companion(mesh_companion, words.subspan(2));
   for (const Companion& companion : {peers_companion, speed_companion, step_companion}) {
@@ -93,8 +112,10 @@ int work(std::span<const char* const> words) {
 int run_command_line(int argc, const char* const* argv) {
   // A file beyond a size limit is to be an error of the write, and not the end of the process.
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
-  const auto words = without_help_word({argv, static_cast<std::size_t>(argc)});
-  return as_exit_code([&] { return work(words); });
+  const std::span<const char* const> given(argv, static_cast<std::size_t>(argc));
+  const auto words = without_help_word(given);
+  const bool help = given.size() > 1 && std::string_view(given[1]) == "help" && !asks_for_help(given);
+  return as_exit_code([&] { return work(words, help ? given.size() - 2 : 0); });
 }
 
 }  // namespace palpate::app

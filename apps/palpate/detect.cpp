@@ -1,7 +1,6 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <memory>
 #include <optional>
 #include <string>
@@ -136,8 +135,7 @@ int detect(const DetectOptions& options) {
                        counted(counts.candidates, "candidate")));
   if (counts.late_clusters > 0) {
     say_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
-                         short_text(100.0 * counts.completeness),
-                         fmt::join(late_body_names(bodies, detector), ", ")));
+                         short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));
   }
   return exit_done;
 }

@@ -171,8 +171,8 @@ std::string scene_text(const SceneFacts& facts) {
   const Bodies& bodies = facts.simulation.bodies();
   const Scene& scene = facts.input.scene;
   const Units& units = scene.units;
-  std::string text = fmt::format("{}: scene '{}' in {}, {}, {}\n", scene.source, scene.name, units.length,
-                                 units.mass, units.time);
+  std::string text = fmt::format("{}: scene '{}' in {}, {}, {}\n", scene.source, shown_name(scene.name),
+                                 units.length, units.mass, units.time);
   text += fmt::format("time step {} {}, duration {} {}\n\n", short_text(scene.settings.time_step), units.time,
                       short_text(scene.duration), units.time);
   text += fmt::format("{:<20}{:>9}{:>9}{:>10}{:>9}{:>12}\n", "body", "points", "edges", "triangles", "tets",

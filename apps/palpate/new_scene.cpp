@@ -47,11 +47,7 @@ NewScene new_scene_of(const NewSceneRequest& request) {
         "label maps");
   }
   const MeshInput input = read_mesh_input(request.mesh);
-  NewScene made{.mesh = request.mesh,
-                .longest_side = longest_side(input.mesh),
-                .unit = {},
-                .drop = request.drop,
-                .first = {}};
+  NewScene made{.request = request, .longest_side = longest_side(input.mesh), .unit = {}, .first = {}};
   made.unit = request.unit.value_or(guess_unit(made.longest_side));
   if (request.longest) made.unit = {"", *request.longest / made.longest_side};
   const std::string file = mesh_from(request.folder, request.mesh);
@@ -68,9 +64,17 @@ std::string description_of(const NewScene& made) {
   const Vec3& size = made.first.size;
   const std::string unit =
       made.unit.name.empty() ? "scaled by " + short_text(made.unit.meters) : "in " + made.unit.name;
-  return fmt::format("{} {}: {}, {}; {}, and an instrument presses it", made.mesh.string(), unit,
+  return fmt::format("{} {}: {}, {}; {}, and an instrument presses it", made.request.mesh.string(), unit,
                      length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass),
-                     made.drop ? "it falls onto a floor" : "its lowest tenth is held");
+                     made.request.drop ? "it falls onto a floor" : "its lowest tenth is held");
+}
+
+std::string command_of(const NewScene& made) {
+  std::string text = "palpate new " + made.request.mesh.string();
+  if (made.request.unit) text += " --unit " + made.request.unit->name;
+  if (made.request.longest) text += " --size " + exact_text(*made.request.longest);
+  if (made.request.drop) text += " --drop";
+  return text;
 }
 
 }  // namespace palpate::app

@@ -18,10 +18,9 @@ struct NewSceneRequest {
 };
 
 struct NewScene {
-  std::filesystem::path mesh;
+  NewSceneRequest request;
   double longest_side = 0.0;  ///< in units of the file
   MeshUnit unit;              ///< that was taken
-  bool drop = false;
   FirstScene first;
 };
 
@@ -30,5 +29,8 @@ NewScene new_scene_of(const NewSceneRequest& request);
 
 /// "liver.vtu in mm: 0.21 m, 1.4 kg", one line.
 std::string description_of(const NewScene& made);
+
+/// "palpate new liver.vtu --unit mm": the command that writes this scene.
+std::string command_of(const NewScene& made);
 
 }  // namespace palpate::app

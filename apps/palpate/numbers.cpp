@@ -39,6 +39,11 @@ std::string shortened(const std::string& name, std::size_t columns) {
   return text;
 }
 
+std::string shown_name(const std::string& name) {
+  constexpr std::size_t columns = 40;
+  return shortened(name, columns);
+}
+
 nlohmann::ordered_json to_json(const Vec3& v) {
   return nlohmann::ordered_json::array({v.x, v.y, v.z});
 }

@@ -25,6 +25,9 @@ std::string counted(std::size_t count, std::string_view noun);
 /// A character of UTF-8 counts as a column and stays whole.
 std::string shortened(const std::string& name, std::size_t columns);
 
+/// A name in what people read: at most 40 columns. Files and JSON have all of it.
+std::string shown_name(const std::string& name);
+
 nlohmann::ordered_json to_json(const Vec3& v);
 
 /// Text that JSON can hold: bytes that are not UTF-8 are replaced (file names may have any).

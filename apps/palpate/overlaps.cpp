@@ -47,9 +47,10 @@ std::string overlaps_text(const Bodies& bodies, std::vector<Overlap> list, const
   std::string text;
   for (std::size_t i = 0; i < std::min(list.size(), most); ++i) {
     const Overlap& overlap = list[i];
-    text += fmt::format("  {} and {}: {}, {} {} deep at most\n", at(bodies.bodies(), overlap.first).name,
-                        at(bodies.bodies(), overlap.second).name, counted(overlap.contacts, "contact"),
-                        short_text(overlap.deepest), length_unit);
+    text += fmt::format("  {} and {}: {}, {} {} deep at most\n",
+                        shown_name(at(bodies.bodies(), overlap.first).name),
+                        shown_name(at(bodies.bodies(), overlap.second).name),
+                        counted(overlap.contacts, "contact"), short_text(overlap.deepest), length_unit);
   }
   if (list.size() > most) text += fmt::format("  and {} more pairs that overlap less\n", list.size() - most);
   return text;

@@ -1,6 +1,8 @@
 #include "run_report.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <limits>
 #include <string_view>
 
@@ -263,6 +265,12 @@ std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& d
     if (late[b] != 0) names.push_back(bodies.bodies()[b].name);
   }
   return names;
+}
+
+std::string late_bodies_text(const Bodies& bodies, const Detector& detector) {
+  std::vector<std::string> names = late_body_names(bodies, detector);
+  std::ranges::transform(names, names.begin(), shown_name);
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 nlohmann::ordered_json report_json(const RunReport& report) {

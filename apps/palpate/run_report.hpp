@@ -38,6 +38,8 @@ struct RunReport {
 
 /// The bodies that a budget did not suffice for in the last step.
 std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector);
+/// Their names for people, "liver, spleen"; empty where there are none.
+std::string late_bodies_text(const Bodies& bodies, const Detector& detector);
 
 /// The content of run.json.
 nlohmann::ordered_json report_json(const RunReport& report);

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -32,8 +31,8 @@ std::string budget_lines(const RunReport& report) {
         fmt::format("budget        too small in {}: contacts may be missing; {} % of the work done at least",
                     counted(static_cast<std::size_t>(outcome.late_steps), "step"),
                     short_text(100.0 * outcome.least_completeness));
-    const auto late = late_body_names(report.simulation.bodies(), report.simulation.detector());
-    if (!late.empty()) text += fmt::format("; at the end in {}", fmt::join(late, ", "));
+    const std::string late = late_bodies_text(report.simulation.bodies(), report.simulation.detector());
+    if (!late.empty()) text += "; at the end in " + late;
     text += '\n';
   }
   if (outcome.steps_without_foresight > 0) {
@@ -60,7 +59,8 @@ std::string notes_lines(const RunReport& report) {
   for (Index b = 0; b < bodies.body_count(); ++b) {
     const auto& file = report.files[static_cast<std::size_t>(b)];
     const std::string notes = notes_text(file ? &*file : nullptr, at(bodies.notes(), b));
-    if (!notes.empty()) text += fmt::format("note          {}: {}\n", at(bodies.bodies(), b).name, notes);
+    if (!notes.empty())
+      text += fmt::format("note          {}: {}\n", shown_name(at(bodies.bodies(), b).name), notes);
   }
   return text;
 }
@@ -76,7 +76,7 @@ std::string forces_lines(const RunReport& report) {
     const LargestForce& largest = report.outcome.largest_forces[b];
     if (!report.probe.is_held(b) || largest.force == 0.0 || ++lines > most_lines) continue;
     text += fmt::format("{:<14}{}: contacts {} at the end, {} at most (step {})", "force",
-                        report.probe.names()[b],
+                        shown_name(report.probe.names()[b]),
                         in_words(length(forces[b].contact.force), units, dimension::force),
                         in_words(largest.force, units, dimension::force), largest.step);
     if (report.scene.bodies[b].motion) {
@@ -95,7 +95,7 @@ std::string stress_line(const RunReport& report) {
   if (most == stresses.end() || most->tet < 0) return {};
   return fmt::format("{:<14}von Mises {} at most, in tet {} of {}\n", "stress",
                      in_words(most->von_mises, report.scene.units, dimension::pressure), most->tet,
-                     report.probe.names()[static_cast<std::size_t>(most - stresses.begin())]);
+                     shown_name(report.probe.names()[static_cast<std::size_t>(most - stresses.begin())]));
 }
 
 std::string places_text(const RunReport& report) {
@@ -128,7 +128,7 @@ std::string report_text(const RunReport& report) {
   const Units& units = report.scene.units;
   std::string text = not_converged_text(outcome);
   if (!text.empty()) text = coloured(text, Colour::red, STDOUT_FILENO) + '\n';
-  text += fmt::format("{}: {}, {} {} simulated, {}\n", report.scene.name,
+  text += fmt::format("{}: {}, {} {} simulated, {}\n", shown_name(report.scene.name),
                       counted(static_cast<std::size_t>(outcome.steps), "step"), short_text(metrics.time),
                       units.time, ending(report));
   if (report.relaxed) {

@@ -4,8 +4,10 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
+#include <fstream>
 #include <initializer_list>
 #include <string_view>
+#include <system_error>
 #include <unistd.h>
 #include <variant>
 
@@ -26,18 +28,31 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
+bool has_extension(const std::filesystem::path& path, std::initializer_list<std::string_view> list) {
+  return std::ranges::count(list, std::string_view(lower_extension(path))) > 0;
+}
+bool is_surface(const std::filesystem::path& path) {
+  return has_extension(path, {".stl", ".obj", ".ply", ".off", ".vtp"});
+}
+bool is_label_map(const std::filesystem::path& path) {
+  return has_extension(path, {".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"});
+}
+
+/// Whether the text begins with an object or a comment, as scenes do.
+bool begins_as_a_scene(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  char first = 0;
+  return (file >> first) && (first == '{' || first == '/');
+}
+
 /// A file of another kind that bodies are made of, and how.
 void refuse_other_kinds(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
-  const auto is_one_of = [&](std::initializer_list<std::string_view> list) {
-    return std::ranges::count(list, std::string_view(extension)) > 0;
-  };
   if (is_mesh(path)) {
     throw BadInput(path.string(), "", "a mesh file",
                    "a scene file (.json); make one with: palpate new " + path.string());
   }
-  const bool surface = is_one_of({".stl", ".obj", ".ply", ".off", ".vtp"});
-  if (surface || is_one_of({".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"})) {
+  const bool surface = is_surface(path);
+  if (surface || is_label_map(path)) {
     throw BadInput(path.string(), "", surface ? "a surface" : "a label map",
                    "a scene file (.json); make one, with its meshes, with: palpate mesh " + path.string());
   }
@@ -96,6 +111,16 @@ bool is_scene(const std::filesystem::path& path) {
   known.insert(known.end(), io::mesh_extensions().begin(), io::mesh_extensions().end());
   throw BadInput(path.string(), "", extension.empty() ? "no extension" : "the extension " + extension,
                  expected_name("", known) + " (.json is a scene, the others are meshes)");
+}
+
+void refuse_what_is_no_scene(const std::filesystem::path& path, const std::string& expected) {
+  if (path == "-" || is_mesh(path) || is_surface(path) || is_label_map(path)) return;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    throw BadInput(path.string(), "", "no such file or folder", expected);
+  const bool file = std::filesystem::is_regular_file(path, ignored);
+  if (lower_extension(path) != ".json" && file && !begins_as_a_scene(path))
+    throw BadInput(path.string(), "", "a file of another kind", expected);
 }
 
 MeshInput read_mesh_input(const std::filesystem::path& path) {

@@ -48,6 +48,11 @@ bool is_scene(const std::filesystem::path& path);
 /// Whether its extension is that of a mesh of tets.
 bool is_mesh(const std::filesystem::path& path);
 
+/// Throws BadInput with what is `expected` where there is no such file, or its name does not end in .json and
+/// it does not begin as a scene does. Says nothing of standard input, pipes and files that other messages are
+/// for: meshes, surfaces, label maps.
+void refuse_what_is_no_scene(const std::filesystem::path& path, const std::string& expected);
+
 /// Each throws BadInput: one line that names the file that is wrong.
 MeshInput read_mesh_input(const std::filesystem::path& path);
 SceneInput read_scene_input(const SceneChoice& choice);

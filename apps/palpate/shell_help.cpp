@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
@@ -5,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "completion_scripts.hpp"
 #include "exit_codes.hpp"
@@ -28,12 +30,12 @@ constexpr const char* completion_examples = R"(Examples:
 
 constexpr const char* manual_examples = R"(Examples:
   palpate manual | man -l -                             read it
-  palpate manual generate | man -l -                    that of a subcommand
+  palpate manual generate box | man -l -                that of a subcommand
   palpate manual --out ~/.local/share/man/man1          a page for each subcommand, palpate-run.1 and so on)";
 
 struct ManualOptions {
   std::optional<fs::path> out;
-  std::string subcommand;
+  std::vector<std::string> subcommand;  ///< its words, "generate" and "box"
 };
 
 int write_manual(const CLI::App& command, const ManualOptions& options) {
@@ -45,11 +47,15 @@ int write_manual(const CLI::App& command, const ManualOptions& options) {
     return exit_done;
   }
   const Outline* wanted = &whole;
-  for (const Outline& sub : whole.subcommands) {
-    if (sub.path.back() == options.subcommand) wanted = &sub;
+  for (const std::string& word : options.subcommand) {
+    const auto& below = wanted->subcommands;
+    const auto sub = std::ranges::find_if(below, [&](const Outline& one) { return one.path.back() == word; });
+    if (sub == below.end()) {
+      throw BadInput("manual", "", "'" + word + "'",
+                     "a subcommand of " + title_of(*wanted, " ") + ", or none");
+    }
+    wanted = &*sub;
   }
-  if (wanted == &whole && !options.subcommand.empty())
-    throw BadInput("manual", "", "'" + options.subcommand + "'", "a subcommand of palpate, or none");
   print_out(manual_page(*wanted, whole));
   return exit_done;
 }
@@ -77,9 +83,7 @@ Subcommand add_manual(CLI::App& command) {
   CLI::App* app = command.add_subcommand("manual", "the manual pages, for man(1)");
   app->footer(manual_examples);
   auto options = std::make_shared<ManualOptions>();
-  app->add_option_function<std::string>(
-      "SUBCOMMAND", [options](const std::string& text) { options->subcommand = text; },
-      "whose page to print; default: the whole");
+  app->add_option("SUBCOMMAND", options->subcommand, "whose page to print; default: the whole");
   add_value(*app, "--out", "DIR", "folder to write all pages to, in place of printing one",
             [options](const std::string&, const std::string& text) { options->out = text; });
   return {app, [&command, options] { return write_manual(command, *options); }};

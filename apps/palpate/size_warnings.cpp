@@ -1,31 +1,17 @@
 #include "size_warnings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <fmt/format.h>
-#include <optional>
-#include <string_view>
 #include <utility>
 
 #include "geometry/vector.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
+#include "scene/units.hpp"
 
 namespace palpate::app {
 namespace {
-
-using NamedUnits = std::array<std::pair<std::string_view, double>, 6>;
-constexpr NamedUnits lengths{
-    {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"in", 0.0254}}};
-constexpr NamedUnits masses{
-    {{"kg", 1.0}, {"g", 1e-3}, {"mg", 1e-6}, {"t", 1e3}, {"tonne", 1e3}, {"ton", 1e3}}};
-
-/// In SI; none where the name is not known.
-std::optional<double> in_si(const NamedUnits& units, const std::string& name) {
-  const auto found = std::ranges::find_if(units, [&](const auto& unit) { return unit.first == name; });
-  return found == units.end() ? std::nullopt : std::optional(found->second);
-}
 
 constexpr double longest = 5.0;      // m
 constexpr double shortest = 0.2e-3;  // m
@@ -43,12 +29,12 @@ struct BodySize {
   }
 };
 
-BodySize size_of(const Model& model, Index body, double meter, double kilogramme) {
+BodySize size_of(const Model& model, Index body, const Units& units) {
   const MeshStatistics statistics = mesh_statistics(model.bodies, model.bodies.points_rest(), body);
   const Vec3 sides = statistics.upper - statistics.lower;
   return {.name = at(model.bodies.bodies(), body).name,
-          .length = meter * std::max({sides.x, sides.y, sides.z}),
-          .mass = kilogramme * statistics.volume * at(model.materials, body).density};
+          .length = to_si(std::max({sides.x, sides.y, sides.z}), units, dimension::length),
+          .mass = to_si(statistics.volume * at(model.materials, body).density, units, dimension::mass)};
 }
 
 std::string two_digits(double value) {
@@ -62,21 +48,18 @@ std::string warning_of(const BodySize& body) {
   return fmt::format(
       "'{}' is {} long and weighs {}: is its mesh in other units than the scene? "
       "The body's \"scale\" makes it {}",
-      shortened(body.name, 40), length_text(body.length), mass_text(body.mass), side);
+      shown_name(body.name), length_text(body.length), mass_text(body.mass), side);
 }
 
 }  // namespace
 
 void warn_of_sizes(const Scene& scene, const Model& model) {
-  const auto meter = in_si(lengths, scene.units.length);
-  const auto kilogramme = in_si(masses, scene.units.mass);
-  if (!meter || !kilogramme) return;
   BodySize strangest;
   double most = 1.0;
   std::size_t others = 0;
   for (Index body = 0; body < model.bodies.body_count(); ++body) {
     if (at(model.obstacles, body) != 0) continue;
-    BodySize size = size_of(model, body, *meter, *kilogramme);
+    BodySize size = size_of(model, body, scene.units);
     const double strangeness = size.strangeness();
     if (strangeness > 1.0) ++others;
     if (strangeness <= most) continue;

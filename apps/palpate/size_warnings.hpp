@@ -10,7 +10,7 @@
 namespace palpate::app {
 
 /// Warns of the soft body that is furthest from what tissue is: longer than 5 m, shorter than 0.2 mm, or over
-/// 2 tonnes. Mostly the mesh is in other units than the scene. Silent where the scene's units are not known.
+/// 2 tonnes. Mostly the mesh is in other units than the scene.
 void warn_of_sizes(const Scene& scene, const Model& model);
 
 /// Warns of a mesh of that longest side, in its unit, that is longer than 5 m or shorter than 0.2 mm.

@@ -14,6 +14,7 @@
 #include "interrupt.hpp"
 #include "messages.hpp"
 #include "new_scene.hpp"
+#include "new_scene_flags.hpp"
 #include "open_browser.hpp"
 #include "option_values.hpp"
 #include "relax_model.hpp"
@@ -33,6 +34,7 @@ namespace fs = std::filesystem;
 constexpr const char* examples = R"(Examples:
   palpate view scenes/stacking.json              run a scene and look at it in the browser
   palpate view liver.vtu                         a mesh: it is held, and an instrument presses it
+  palpate view liver.vtu --unit mm --drop        it is in mm, and falls onto a floor
   palpate view results/stacking                  look at what a run left
   palpate view scene.json --port 8080 --no-browser --speed max
 
@@ -41,7 +43,8 @@ machine: ssh -L 8080:127.0.0.1:8080 HOST, then palpate view scene.json --port 80
 PALPATE_VIEW_TOKEN sets the token, so that open pages find the server again after a restart.)";
 
 struct ViewOptions {
-  SceneChoice what;  ///< a scene, a mesh, or the folder of a run
+  SceneChoice what;    ///< a scene, a mesh, or the folder of a run
+  NewSceneFlags mesh;  ///< of a mesh
   view::ServerSettings server;
   view::PlayerSettings player{.playing = true, .alone = false, .speed = 1.0};
   bool no_browser = false;
@@ -59,17 +62,25 @@ std::string token() {
 
 /// The scene that is to be shown; one of a mesh is made for it.
 SceneInput scene_to_view(const ViewOptions& options) {
-  if (!is_mesh(options.what.file)) return read_scene_input(options.what);
+  if (!is_mesh(options.what.file)) {
+    refuse_what_is_no_scene(options.what.file,
+                            "a scene (.json), a mesh of tets (.vtu .vtk .msh .node .ele .mesh) or "
+                            "the folder of a run");
+    refuse_new_scene_flags(options.mesh, "a scene");
+    return read_scene_input(options.what);
+  }
   if (!options.what.changes.empty()) throw BadInput("--set", "", "a mesh", "a scene");
-  const NewScene made = new_scene_of({.mesh = options.what.file});
-  say_note(fmt::format("{}; 'palpate new {}' writes this scene", description_of(made),
-                       options.what.file.string()));
+  NewSceneFlags mesh = options.mesh;
+  mesh.request.mesh = options.what.file;
+  const NewScene made = new_scene_as_agreed(mesh);
+  say_note(fmt::format("{}; '{}' writes this scene", description_of(made), command_of(made)));
   return load_scene_input(made.first.scene);
 }
 
 std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
   if (fs::is_directory(options.what.file)) {
     if (!options.what.changes.empty()) throw BadInput("--set", "", "the folder of a run", "a scene");
+    refuse_new_scene_flags(options.mesh, "the folder of a run");
     return as_input([&] { return std::make_unique<view::ReplaySource>(options.what.file, options.threads); });
   }
   SceneInput input = scene_to_view(options);
@@ -113,6 +124,7 @@ void add_flags(CLI::App& app, ViewOptions& options) {
   add_path(app, "SCENE|MESH|DIR", options.what.file,
            "scene file (.json, or '-' for standard input), a mesh of tets, or the folder of a run");
   add_changes(app, options.what.changes);
+  add_new_scene_flags(app, options.mesh);
   add_value(app, "--port", "N", "port to serve at; default: any that is free",
             [&options](const std::string& flag, const std::string& text) {
               options.server.port = static_cast<std::uint16_t>(parse_integer(flag, text, 1, 65535));

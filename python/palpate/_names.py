@@ -6,3 +6,7 @@ Structure = Literal["uniform", "compact", "hash", "cuckoo", "brute"]
 Order = Literal["linear", "z"]
 Sort = Literal["radix", "counting", "comparison", "repair", "adaptive"]
 CellSizeRule = Literal["auto", "mean-edge", "max-edge"]
+MaterialModel = Literal["corotational", "stable-neo-hookean", "mooney-rivlin"]
+Field = Literal[
+    "contact_force", "contact_traction", "contact_pressure", "reaction", "deformation_gradient", "strain", "stress", "von_mises", "pressure",
+    "principal_stress", "principal_directions", "energy_density", "plastic_strain", "volume_ratio"]

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from . import _arrays, _core
 from ._bodies import SimulationBodies, pose_of
 from ._error import Error, NotConverged
+from ._names import Field
 from ._progress import bar
 from ._scene import Model, scene_dict, scene_of
 from ._settings import settings, threads_or_default
@@ -262,7 +263,7 @@ class Simulation(_core.Simulation):
         """
         return self._reaction_of_motion(number, _arrays.vector(about, "about"))
 
-    def field(self, name: str, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
+    def field(self, name: Field, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
         """A field by the name that scenes and frames have for it (`output.fields`), as it is now, of all bodies. (n) or
         (n, components), n points or tets. Symmetric tensors have xx, yy, zz, xy, yz, xz; SI units, or those of a scene.
 
@@ -302,7 +303,7 @@ class Simulation(_core.Simulation):
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 
-    def to_pyvista(self, fields: Sequence[str] = ()) -> pyvista.UnstructuredGrid:
+    def to_pyvista(self, fields: Sequence[Field] = ()) -> pyvista.UnstructuredGrid:
         """All bodies as they are now as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
 
         fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,

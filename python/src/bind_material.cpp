@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -16,6 +17,36 @@
 #include "docs.hpp"
 #include "material_check.hpp"
 #include "scene/suggest.hpp"
+
+namespace palpate::python {
+namespace {
+
+/// The name of a material model, of which type checkers know which there are; a test compares them with the
+/// schema.
+struct ModelName {
+  std::string text;
+};
+
+}  // namespace
+}  // namespace palpate::python
+
+namespace nanobind::detail {
+template <>
+struct type_caster<palpate::python::ModelName> {
+  NB_TYPE_CASTER(palpate::python::ModelName,
+                 const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']"))
+  bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
+    make_caster<std::string> text;
+    if (!text.from_python(source, flags, cleanup)) return false;
+    value.text = std::move(text.value);
+    return true;
+  }
+  static handle from_cpp(const palpate::python::ModelName& name, rv_policy policy,
+                         cleanup_list* cleanup) noexcept {
+    return make_caster<std::string>::from_cpp(name.text, policy, cleanup);
+  }
+};
+}  // namespace nanobind::detail
 
 namespace palpate::python {
 namespace {
@@ -117,10 +148,10 @@ void bind_material_values(nb::class_<Material>& material) {
           },
           nb::arg("fibres").none(), doc::Material_fibres)
       .def_prop_rw(
-          "model", [](const Material& m) { return name_of(m.model); },
-          [](Material& m, const std::string& name) {
+          "model", [](const Material& m) { return ModelName{name_of(m.model)}; },
+          [](Material& m, const ModelName& name) {
             Material changed = m;
-            changed.model = model_of(name);
+            changed.model = model_of(name.text);
             check_material(changed);
             m = changed;
           },
@@ -164,7 +195,7 @@ void bind_material(nb::module_& m) {
       "__init__",
       [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
          double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
-         std::optional<double> plastic_maximum, const std::string& model, double mooney_fraction,
+         std::optional<double> plastic_maximum, const ModelName& model, double mooney_fraction,
          std::optional<Fibres> fibres) {
         const Material made{young_modulus,
                             poisson_ratio,
@@ -174,7 +205,7 @@ void bind_material(nb::module_& m) {
                             plastic_yield,
                             plastic_creep,
                             plastic_maximum,
-                            model_of(model),
+                            model_of(model.text),
                             mooney_fraction,
                             std::move(fibres).value_or(Fibres{})};
         check_material(made);
@@ -185,8 +216,8 @@ void bind_material(nb::module_& m) {
       nb::arg("mass_damping") = standard.mass_damping,
       nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
       nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none(),
-      nb::arg("model") = name_of(standard.model), nb::arg("mooney_fraction") = standard.mooney_fraction,
-      nb::arg("fibres") = nb::none());
+      nb::arg("model") = ModelName{name_of(standard.model)},
+      nb::arg("mooney_fraction") = standard.mooney_fraction, nb::arg("fibres") = nb::none());
 }
 
 }  // namespace palpate::python

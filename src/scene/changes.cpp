@@ -73,6 +73,7 @@ SceneChange parse_scene_change(std::string_view text) {
 std::string apply_change(json& scene, const SceneChange& change) {
   json* place = &scene;
   std::string path;
+  std::string made;  // the first key on the way that was not there
   for (const std::string& step : steps_of(change)) {
     if (place->is_array()) {
       const auto number = element_number(*place, step);
@@ -83,11 +84,12 @@ std::string apply_change(json& scene, const SceneChange& change) {
       if (!place->is_object() && !place->is_null())
         fail(change, path, describe_json(*place), "an object that has '" + step + "'");
       path = key_path(path, step);
+      if (made.empty() && !place->contains(step)) made = path;
       place = &(*place)[step];
     }
   }
   *place = change.value;
-  return path;
+  return made.empty() ? path : made;
 }
 
 }  // namespace palpate

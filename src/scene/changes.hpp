@@ -17,10 +17,11 @@ struct SceneChange {
 SceneChange parse_scene_change(std::string_view text);
 
 /// Puts the value at its path. Objects on the way that are not there are made; elements of an array are named
-/// by their number or, where they are objects, by their "name". Returns the path as the reader names it,
-/// bodies by number. Throws Error with the source "--set TEXT" where the path leads through something that is
-/// no object, or to an element that is not there. Whether a scene has such a key is the reader's to say.
-/// O(length of the path).
+/// by their number or, where they are objects, by their "name". Returns the path of all that the change gave,
+/// as the reader names it: that of the value, or of the first object that was made for it; bodies by number.
+/// Throws Error with the source "--set TEXT" where the path leads through something that is no object, or to
+/// an element that is not there. Whether a scene has such a key is the reader's to say. O(length of the
+/// path).
 std::string apply_change(nlohmann::json& scene, const SceneChange& change);
 
 }  // namespace palpate

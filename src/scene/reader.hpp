@@ -130,7 +130,7 @@ class Reader {
     broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_units(const Units& units) { context_.units = units; }
-  /// One of a table of units.
+  /// One of a table of units. What is none is told by finish(), with the others.
   template <std::size_t n>
   void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
     field(key, value);
@@ -138,7 +138,7 @@ class Reader {
     names.reserve(n);
     for (const UnitName& unit : known) names.push_back(unit.name);
     if (std::ranges::count(names, value) == 0)
-      fail(context_, key_path(path_, key), "'" + value + "'", expected_name(value, names));
+      wrong_units_.push_back({key_path(path_, key), "'" + value + "'", expected_name(value, names)});
   }
 
   /// Refuses the keys that nothing asked for, then what breaks a rule.
@@ -148,6 +148,7 @@ class Reader {
         fail(context_, key_path(path_, item.key()), "unknown key", expected_name(item.key(), known_));
       }
     }
+    if (!wrong_units_.empty()) refuse_units();
     if (broken_) fail(context_, broken_->path, broken_->found, broken_->expected);
   }
 
@@ -188,6 +189,8 @@ class Reader {
   /// Names a misspelt alternative rather than the missing one, if there is one.
   [[noreturn]] void refuse_alternatives(const std::vector<std::string_view>& there,
                                         std::span<const std::string_view> keys) const;
+  /// All of them in one error.
+  [[noreturn]] void refuse_units() const;
 
   Context& context_;
   std::string path_;
@@ -199,6 +202,7 @@ class Reader {
     std::string expected;
   };
   std::optional<BrokenRule> broken_;  ///< the first
+  std::vector<BrokenRule> wrong_units_;
 };
 
 }  // namespace palpate::scene_format

@@ -28,6 +28,16 @@ void Reader::refuse_alternatives(const std::vector<std::string_view>& there,
   fail(context_, path_, "none of its alternatives", expected_name("", keys));
 }
 
+void Reader::refuse_units() const {
+  const BrokenRule& first = wrong_units_.front();
+  std::string expected = first.expected;
+  for (std::size_t i = 1; i < wrong_units_.size(); ++i) {
+    const BrokenRule& wrong = wrong_units_[i];
+    expected += "; " + wrong.path + ": found " + wrong.found + ", expected " + wrong.expected;
+  }
+  fail(context_, first.path, first.found, expected);
+}
+
 KeyLister::Keys list_scene_keys() {
   KeyLister::Keys keys;
   KeyLister lister("", keys);
@@ -139,12 +149,26 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   return read_scene_text(io::read_file(file, "a scene file"), file.string(), file.parent_path(), changes);
 }
 
-std::string write_scene(const Scene& scene) {
-  scene_format::Writer writer("");
-  Scene copy =
-      scene;  // one set of tables serves reading and writing, so they take references that are not const
+namespace {
+
+nlohmann::ordered_json scene_json(const Scene& scene, const nlohmann::ordered_json* defaults = nullptr) {
+  scene_format::Writer writer("", defaults, defaults != nullptr);
+  // One set of tables serves reading and writing, so they take references that are not const.
+  Scene copy = scene;
   describe(writer, copy);
-  return format_json(writer.take());
+  return writer.take();
+}
+
+}  // namespace
+
+std::string write_scene(const Scene& scene) {
+  return format_json(scene_json(scene));
+}
+
+std::string write_brief_scene(const Scene& scene) {
+  if (scene.units != Units{}) return write_scene(scene);
+  const auto defaults = scene_json(Scene{});
+  return format_json(scene_json(scene, &defaults));
 }
 
 }  // namespace palpate

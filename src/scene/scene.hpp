@@ -257,4 +257,9 @@ Scene read_scene_text(std::string_view text, std::string source_name, std::files
 /// Reading it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.
 std::string write_scene(const Scene& scene);
 
+/// The same for people who begin with a scene: only what differs from the defaults, and what they change
+/// first (units, times, gravity, friction, and of a material stiffness, Poisson's ratio and density). All
+/// settings where the scene is not in SI units, in which the defaults are.
+std::string write_brief_scene(const Scene& scene);
+
 }  // namespace palpate

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -15,11 +17,11 @@
 namespace palpate::scene_format {
 
 /// Visitor of fields.hpp that turns an object into JSON. With `defaults` (the JSON of a default object) it
-/// leaves out what equals them.
+/// leaves out what equals them; if `brief`, also in the objects in it, but for what people change first.
 class Writer {
  public:
-  explicit Writer(std::string path, const nlohmann::ordered_json* defaults = nullptr)
-      : path_(std::move(path)), defaults_(defaults) {}
+  explicit Writer(std::string path, const nlohmann::ordered_json* defaults = nullptr, bool brief = false)
+      : path_(std::move(path)), defaults_(defaults), brief_(brief) {}
   nlohmann::ordered_json take() { return std::move(object_); }
 
   template <class T>
@@ -32,7 +34,7 @@ class Writer {
   }
   template <class T>
   void required(std::string_view key, T& value, const Limits& = any) {
-    object_[std::string(key)] = encode_any(key_path(path_, key), value);
+    object_[std::string(key)] = encode_new(key_path(path_, key), value);
   }
   template <class T>
   void optional(std::string_view key, std::optional<T>& value, const Limits& = any) {
@@ -61,6 +63,12 @@ class Writer {
   }
   template <class T>
   void object(std::string_view key, T& value) {
+    const std::string name(key);
+    if (brief_ && defaults_ != nullptr && defaults_->contains(name) && !changes_first(key)) {
+      auto json = encode_any(key_path(path_, key), value, &(*defaults_)[name], true);
+      if (!json.empty()) object_[name] = std::move(json);
+      return;
+    }
     auto json = encode_any(key_path(path_, key), value);
     if (!json.empty()) put(key, std::move(json));
   }
@@ -72,7 +80,7 @@ class Writer {
     const auto defaults = encode_any({}, element);
     auto array = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < values.size(); ++i) {
-      array.push_back(encode_any(element_path(key_path(path_, key), i), values[i], &defaults));
+      array.push_back(encode_any(element_path(key_path(path_, key), i), values[i], &defaults, brief_));
     }
     put(key, std::move(array));
   }
@@ -81,22 +89,46 @@ class Writer {
     std::visit([&](auto& alternative) { required(keys[value.index()], alternative); }, value);
   }
   [[nodiscard]] static bool given(std::string_view) { return false; }
-  static void rule(bool, std::string_view, std::string_view, std::string_view) {}  // the reader's task
+  /// Rules are the reader's task, but what one asks for is written.
+  void rule(bool holds, std::string_view key, std::string_view, std::string_view) {
+    const std::string name(key);
+    if (!holds && left_out_.contains(name)) object_[name] = left_out_[name];
+  }
   static void set_units(const Units&) {}
 
  private:
   void put(std::string_view key, nlohmann::ordered_json json) {
     const std::string name(key);
     const bool is_default = defaults_ != nullptr && defaults_->contains(name) && (*defaults_)[name] == json;
-    if (!is_default) object_[name] = std::move(json);
+    const bool leave_out = is_default && !(brief_ && changes_first(key));
+    (leave_out ? left_out_ : object_)[name] = std::move(json);
+  }
+  /// What somebody who begins with a scene changes first.
+  static bool changes_first(std::string_view key) {
+    constexpr std::array<std::string_view, 8> keys{"units",    "time_step",     "duration",      "gravity",
+                                                   "friction", "young_modulus", "poisson_ratio", "density"};
+    return std::ranges::count(keys, key) > 0;
+  }
+  /// An object that has no defaults where it stands has, in brief, those of its type.
+  template <class T>
+  nlohmann::ordered_json encode_new(const std::string& path, T& value) {
+    if constexpr (std::is_default_constructible_v<T> && !requires { encode(path, value); }) {
+      if (brief_) {
+        T standard{};
+        const auto defaults = encode_any(path, standard);
+        return encode_any(path, value, &defaults, true);
+      }
+    }
+    return encode_any(path, value);
   }
   template <class T>
   static nlohmann::ordered_json encode_any(const std::string& path, T& value,
-                                           const nlohmann::ordered_json* defaults = nullptr) {
+                                           const nlohmann::ordered_json* defaults = nullptr,
+                                           bool brief = false) {
     if constexpr (requires { encode(path, value); }) {
       return encode(path, value);
     } else {
-      Writer writer(path, defaults);
+      Writer writer(path, defaults, brief);
       describe(writer, value);
       return writer.take();
     }
@@ -104,6 +136,8 @@ class Writer {
 
   std::string path_;
   const nlohmann::ordered_json* defaults_;
+  bool brief_;
+  nlohmann::ordered_json left_out_ = nlohmann::ordered_json::object();
   nlohmann::ordered_json object_ = nlohmann::ordered_json::object();
 };
 

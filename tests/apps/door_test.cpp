@@ -57,7 +57,7 @@ TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
 TEST_F(Door, NewTakesWhatItIsTold) {
   make_liver();
   const auto said = [&](std::vector<std::string> flags) {
-    flags.insert(flags.begin(), {"new", "liver.vtu", "--out", "scene.json"});
+    flags.insert(flags.begin(), {"new", "liver.vtu", "--replace", "--out", "scene.json"});
     return output_of(flags);
   };
   EXPECT_NE(said({"--unit", "cm"}).find("in cm: 2.1 m, 1.3 tonnes"), std::string::npos);
@@ -66,6 +66,21 @@ TEST_F(Door, NewTakesWhatItIsTold) {
   const Json dropped = json_of({"run", "scene.json", "--json", "--no-picture", "--steps", "40"});
   EXPECT_GT(dropped["contacts"]["last"], 0) << "it lies on the floor";
   EXPECT_GT(dropped["bodies"][0]["displacement"]["largest"].get<double>(), 0.005) << "it fell by 6 mm";
+}
+
+TEST_F(Door, NewWritesWhatIsWorthChanging) {
+  make_liver();
+  output_of({"new", "liver.vtu"});
+  const Json scene = Json::parse(read("liver.json"));
+  for (const char* key : {"units", "time_step", "duration", "gravity"})
+    EXPECT_TRUE(scene.contains(key)) << key;
+  for (const char* key : {"solver", "rest", "limits"}) EXPECT_FALSE(scene.contains(key)) << key;
+  EXPECT_EQ(scene["contact"], Json({{"friction", 0.3}}));
+  EXPECT_EQ(scene["output"], Json({{"every", 5}}));
+  const Json material = scene["bodies"][0]["material"];
+  for (const char* key : {"young_modulus", "poisson_ratio", "density"})
+    EXPECT_TRUE(material.contains(key)) << key;
+  EXPECT_FALSE(material.contains("mooney_fraction"));
 }
 
 TEST_F(Door, NewNamesTheMeshFromWhereTheSceneIs) {
@@ -85,7 +100,10 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   make_liver();
   write("liver.json", "mine");
   write("skin.stl", "solid");
-  expect_error(2, {"new", "liver.vtu"}, {"liver.json: found a file of that name already", "--out"});
+  expect_error(2, {"new", "liver.vtu"},
+               {"liver.json: found a file of that name already", "--replace", "--out"});
+  expect_error(2, {"new", "liver.vtu", "--out", "liver.json"},
+               {"liver.json: found a file of that name already"});
   EXPECT_EQ(read("liver.json"), "mine");
   expect_error(2, {"new", "skin.stl"}, {"skin.stl", "'palpate mesh'"});
   expect_error(2, {"new", "none.vtu"}, {"none.vtu: found no such file"});
@@ -93,6 +111,8 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   expect_error(2, {"new", "liver.vtu", "--out", "x.txt"}, {"'x.txt'", ".json"});
   expect_error(2, {"new", "liver.vtu", "--unit", "km"}, {"--unit", "'km'", "'m'"});
   expect_error(2, {"new", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
+  output_of({"new", "liver.vtu", "--replace"});
+  EXPECT_EQ(Json::parse(read("liver.json"))["name"], "liver");
   expect_error(2, {"run", "liver.vtu"}, {"liver.vtu: found a mesh file", "palpate new liver.vtu"});
   expect_error(2, {"run", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
   expect_error(2, {"detect", "head.nii.gz"}, {"head.nii.gz: found a label map", "palpate mesh head.nii.gz"});
@@ -123,10 +143,20 @@ TEST_F(Door, WarnsOfBodiesThatAreOfNoHumanSize) {
   write("large.json", box("6, 2.5, 2.5"));
   write("small.json", box("1e-4, 1e-4, 1e-4"));
   write("right.json", box("0.2, 0.1, 0.1"));
+  // A box of water as above, in kilometres, micrograms and seconds: 1000 kg/m^3 is 1e21 ug/km^3.
+  const auto in_km = [&](const std::string& size) {
+    return R"({"units": {"length": "km", "mass": "ug", "time": "s"}, "gravity": [0, 0, 0], "bodies": [{"name": "liver",
+      "material": {"young_modulus": 1e17, "density": 1e21}, "box": {"cells": [1, 1, 1], "size": [)" +
+           size + "]}}]}";
+  };
+  write("large_in_km.json", in_km("6e-3, 2.5e-3, 2.5e-3"));
+  write("right_in_km.json", in_km("2e-4, 1e-4, 1e-4"));
   const auto said = [&](const std::string& file) { return palpate({"info", file}).err; };
   EXPECT_EQ(said("large.json"),
             "palpate: warning: 'liver' is 6 m long and weighs 38 tonnes: is its mesh in other units "
             "than the scene? The body's \"scale\" makes it smaller\n");
+  EXPECT_EQ(said("large_in_km.json"), said("large.json"));
+  EXPECT_EQ(said("right_in_km.json"), "");
   EXPECT_NE(said("small.json").find("'liver' is 0.1 mm long"), std::string::npos);
   EXPECT_EQ(said("right.json"), "");
 }
@@ -147,6 +177,11 @@ TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
   };
   refuse("contact.frction=1",
          {"--set contact.frction=1: contact.frction: found unknown key, expected 'friction'"});
+  // A key on the way that the file does not have is the change's fault, and not the file's.
+  refuse("bodies.box.materil.density=1",
+         {"--set bodies.box.materil.density=1: bodies[1].materil: found unknown key, expected 'material'"});
+  refuse("contct.budget.kind=1",
+         {"--set contct.budget.kind=1: contct: found unknown key, expected 'contact'"});
   refuse("duration=-1", {"--set duration=-1: duration: found -1, expected a number > 0"});
   refuse("bodies.bx.velocity=[0,0,1]", {"--set", "bodies: found 'bx'", "'box'"});
   refuse("bodies[7].name=x", {"bodies: found '7', expected a number below 2"});
@@ -177,7 +212,35 @@ TEST_F(Door, HelpOfASubcommandIsAWordToo) {
     EXPECT_EQ(output_of(by_word), output_of(by_flag));
   }
   expect_error(2, {"help", "rnu"}, {"'rnu'", "expected 'run'"});
+  expect_error(2, {"help", "run", "extra"}, {"help: found 'extra', expected nothing after 'run'"});
+  expect_error(2, {"help", "generate", "bux"}, {"generate: found unknown subcommand 'bux', expected 'box'"});
   EXPECT_EQ(output_of({"-V"}), output_of({"--version"}));
+}
+
+TEST_F(Door, ManualPagesOfAllSubcommandsCanBePrinted) {
+  output_of({"manual", "--out", "pages"});
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {}, {"run"}, {"generate"}, {"generate", "box"}, {"bench", "paper"}}) {
+    std::string page = "pages/palpate";
+    std::vector<std::string> call{"manual"};
+    for (const std::string& word : words) page += "-" + word;
+    call.insert(call.end(), words.begin(), words.end());
+    EXPECT_EQ(output_of(call), read(page + ".1"));
+  }
+  expect_error(2, {"manual", "rnu"}, {"manual: found 'rnu', expected a subcommand of palpate, or none"});
+  expect_error(2, {"manual", "generate", "bux"},
+               {"found 'bux', expected a subcommand of palpate generate, or none"});
+}
+
+TEST_F(Door, ASceneMayNameItsSchema) {
+  const std::string scene = falling_box();
+  write("plain.json", scene);
+  write("scene.json", R"({"$schema": "https://example.org/scene.schema.json",)" + scene.substr(1));
+  const auto hash = [&](const std::string& file) {
+    return json_of({"run", file, "--json", "--no-picture"})["state_hash"];
+  };
+  EXPECT_EQ(hash("scene.json"), hash("plain.json"));
+  expect_error(2, {"run", "scene.json", "--set", "$schema=1"}, {"$schema: found 1"});
 }
 
 TEST_F(Door, ColoursAreForTerminalsThatShowThem) {
@@ -218,6 +281,43 @@ TEST_F(Door, LongNamesAreCutInTables) {
       std::ranges::find_if(lines, [](const std::string& line) { return line.starts_with("left"); });
   ASSERT_NE(row, lines.end());
   EXPECT_TRUE(row->starts_with("left lig... patient ")) << *row;
+}
+
+TEST_F(Door, LongNamesAreCutWhereverPeopleReadThem) {
+  write(
+      "tet.mesh",
+      "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n0 0 0 0\n0.1 0 0 0\n0 0.1 0 0\n0 0 0.1 0\n1 1 1 0\n"
+      "Tetrahedra\n1\n1 2 3 4 0\nEnd\n");  // a point in no tet draws a note
+  const auto scene = [](const std::string& contact) {
+    return R"({"name": ")" + std::string(80, 'S') +
+           R"(", "time_step": 0.001, "duration": 0.002, "contact": {)" + contact + R"(}, "bodies": [
+    {"name": ")" +
+           std::string(80, 'H') + R"(", "obstacle": true, "ball": {"radius": 0.1, "resolution": 8}},
+    {"name": ")" +
+           std::string(80, 'P') + R"(", "material": {}, "mesh": "tet.mesh", "translate": [0, 0, 0.09]}]})";
+  };
+  write("scene.json", scene(""));
+  write("late.json", scene(R"("budget": {"tests": 1})"));
+  const auto cut = [](char letter) { return std::string(19, letter) + "..." + std::string(18, letter); };
+  const auto expect_cut = [&](const std::vector<std::string>& call, const std::vector<std::string>& parts) {
+    const Finished done = palpate(call);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    const std::string text = done.out + done.err;
+    for (const std::string& part : parts)
+      EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+    for (const char letter : {'S', 'H', 'P'})
+      EXPECT_EQ(text.find(std::string(20, letter)), std::string::npos) << text;
+  };
+  expect_cut({"run", "scene.json", "--no-picture", "--out", "run"},
+             {cut('S') + ": 2 steps", "force         " + cut('H'), "in tet 0 of " + cut('P'),
+              "note          " + cut('P') + ": 1 point in no tet"});
+  expect_cut({"run", "late.json", "--no-picture", "--out", "late"}, {"at the end in " + cut('H')});
+  expect_cut({"info", "scene.json"},
+             {"scene '" + cut('S') + "'", cut('H') + " and " + cut('P') + ": 12 contacts"});
+  expect_cut({"detect", "late.json", "--out", "contacts.csv"},
+             {"contacts may be missing in " + cut('H') + ", " + cut('P')});
+  EXPECT_EQ(Json::parse(read("run/run.json"))["bodies"][0]["name"], std::string(80, 'H'))
+      << "files have all of it";
 }
 
 TEST_F(Door, AMissingMeshIsNamedWithItsSceneAndKey) {

@@ -80,6 +80,12 @@ class DevScript(unittest.TestCase):
                 self.assertRegex(result.stderr, r"run: sudo apt-get install .*g\+\+ cmake .*libvtk9-dev .*libgtest-dev")
         self.assertNotIn("apt-get", self.calls())
 
+    def test_long_tests_have_the_packages_that_they_would_skip_without(self):
+        self.nothing_installed(user=1000, sudo_status=1)
+        needed = {"slurmctld", "slurmd", "slurm-client", "mmdebstrap"}
+        self.assertLessEqual(needed, set(self.dev("test", "--long").stderr.split()))
+        self.assertTrue(needed.isdisjoint(self.dev("test").stderr.split()))
+
     def test_root_and_sudo_install_what_is_missing_and_say_why(self):
         for user, prefix in [(0, "apt-get"), (1000, "sudo env DEBIAN_FRONTEND=noninteractive apt-get")]:
             with self.subTest(user=user):

@@ -1,11 +1,12 @@
 """The steps of the Dockerfile in a clean root of Debian 12, and then the command in it. Without docker; as root.
 
-Usage: check_docker.py SOURCE_FOLDER WORK_FOLDER. Exit code 77 (skipped) where mmdebstrap, a wheel, or the rights are missing.
+Usage: check_docker.py SOURCE_FOLDER WORK_FOLDER. Exit code 77 (skipped) where mmdebstrap or the rights are missing.
 """
 
 import json
 import os
 import pathlib
+import platform
 import shutil
 import subprocess
 import sys
@@ -54,8 +55,8 @@ def in_root(command, environment, folder="/"):
 def main():
     if os.geteuid() != 0 or shutil.which("mmdebstrap") is None:
         skip("needs root and mmdebstrap")
-    if not list(source.glob("dist/palpate-*-cp311-*.whl")):
-        skip("needs a wheel of './dev wheel'")
+    if not list(source.glob(f"dist/palpate-*-cp311-*_{platform.machine()}.whl")):
+        raise SystemExit("there is no wheel in dist/: './dev wheel' makes it, as the test Wheel.made does")
     work.mkdir(parents=True, exist_ok=True)
     make_root()
     start = time.monotonic()

@@ -3,7 +3,9 @@
 import copy
 import json
 import os
+import pathlib
 import pickle
+import re
 import subprocess
 import sys
 import typing
@@ -89,6 +91,19 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
     for key, names in [("structure", _names.Structure), ("order", _names.Order), ("sort", _names.Sort)]:
         assert set(typing.get_args(names)) == set(contact[key]["enum"]), key
     assert set(typing.get_args(_names.CellSizeRule)) == set(contact["cell_size"]["oneOf"][0]["enum"])
+    schema = json.loads((root / "docs/scene.schema.json").read_text())
+    assert list(typing.get_args(_names.Field)) == schema["properties"]["output"]["properties"]["fields"]["items"]["enum"]
+    for method, parameter in [(palpate.Simulation.field, "name"), (palpate.Simulation.to_pyvista, "fields")]:
+        assert "Field" in method.__annotations__[parameter]
+    models = schema["$defs"]["material"]["properties"]["model"]["enum"]
+    assert list(typing.get_args(_names.MaterialModel)) == models
+    # The types of the compiled module: what makes a material, what reads its model and what sets it.
+    types = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
+    literal = re.escape(str(models)[1:-1])
+    material, = re.findall(r"(?ms)^class Material:\n(.*?)^class ", types)
+    assert len(re.findall(rf"model: (?:typing\.)?Literal\[{literal}\] = 'corotational'", material)) == 1
+    assert re.search(rf"def model\(self\) -> (?:typing\.)?Literal\[{literal}\]:", material)
+    assert re.search(rf"def model\(self, arg: (?:typing\.)?Literal\[{literal}\], /\) -> None", material)
 
 
 def notebook(code):

@@ -5,6 +5,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
@@ -13,26 +14,41 @@ import palpate
 EXAMPLES = ["detect", "world", "simulate", "study"]
 
 
-OPTIONAL = ["cloudpickle", "dask", "distributed", "meshio", "pandas", "pyvista", "tqdm"]
+OPTIONAL = ["cloudpickle", "dask", "distributed", "matplotlib", "meshio", "pandas", "pyvista", "tqdm"]
 
 
 @pytest.fixture(scope="session")
-def outputs(root, tmp_path_factory):
-    """What each example prints with the base install: the packages of extras refuse to be imported."""
-    folder, absent = tmp_path_factory.mktemp("study"), tmp_path_factory.mktemp("absent")
+def base_install(tmp_path_factory):
+    """Where the packages of extras refuse to be imported."""
+    absent = tmp_path_factory.mktemp("absent")
     for name in OPTIONAL:
         (absent / f"{name}.py").write_text(f"raise ImportError('no {name}')\n")
-    environment = {**os.environ, "PYTHONPATH": f"{absent}:{os.environ['PYTHONPATH']}"}
+    return {**os.environ, "PYTHONPATH": f"{absent}:{os.environ['PYTHONPATH']}"}
+
+
+@pytest.fixture(scope="session")
+def outputs(root, base_install, tmp_path_factory):
+    """What each example prints with the base install."""
+    folder = tmp_path_factory.mktemp("study")
 
     def run(name, *arguments):
         return subprocess.run([sys.executable, root / f"examples/{name}.py", *arguments], capture_output=True, text=True,
-                              check=True, env=environment).stdout
+                              check=True, env=base_install).stdout
 
     return {name: run(name, *([folder] if name == "study" else [])) for name in EXAMPLES}
 
 
 def test_all_examples_are_run(root):
     assert sorted(file.stem for file in (root / "examples").glob("*.py")) == sorted([*EXAMPLES, "push"])  # test_push.py
+
+
+def test_an_example_that_needs_an_extra_says_so_in_one_line(root, base_install):
+    done = subprocess.run([sys.executable, root / "examples/push.py"], capture_output=True, text=True, env=base_install)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "push.py: no matplotlib; what it needs: pip install 'palpate[plot,view]'\n"
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert "matplotlib" in extras["plot"] and "pyvista" in extras["view"]
+    assert {"matplotlib", "pyvista"} <= set(extras["all"])
 
 
 def test_detect_finds_the_lens_of_two_balls(outputs):

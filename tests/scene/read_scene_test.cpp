@@ -2,6 +2,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -202,6 +203,10 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
       {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}",
        "units.mass: found 'kgg', expected 'kg'"},
+      {R"({"units": {"length": "inch", "mass": "kgg", "time": "mss"}, "bodies": [)" + soft_ball + "]}",
+       "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'; units.mass: found 'kgg', "
+       "expected "
+       "'kg'; units.time: found 'mss', expected 'ms'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
        "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
       {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
@@ -358,6 +363,33 @@ TEST(WriteScene, RefusesNumbersThatJsonCannotHold) {
   scene.bodies[1].material->density = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(message_of([&] { write_scene(scene); }),
             "scene: bodies[1].material.density: found nan, expected a finite number");
+}
+
+TEST(WriteScene, InBriefIsTheSameScene) {
+  int count = 0;
+  for (const char* folder : {PALPATE_SOURCE_DIR "/scenes", PALPATE_SOURCE_DIR "/examples/scenes"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() != ".json") continue;
+      const Scene scene = read_scene(entry.path());
+      const std::string brief = write_brief_scene(scene);
+      EXPECT_EQ(write_scene(read_scene_text(brief, entry.path().string())), write_scene(scene)) << brief;
+      EXPECT_LE(brief.size(), write_scene(scene).size());
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 20);
+}
+
+TEST(WriteScene, InBriefHasWhatIsChangedFirst) {
+  Scene scene =
+      read(R"({"name": "a", "bodies": [{"ball": {"radius": 1, "resolution": 1}, "material": {}}]})");
+  EXPECT_EQ(nlohmann::json::parse(write_brief_scene(scene)), nlohmann::json::parse(R"({
+    "name": "a", "units": {"length": "m", "mass": "kg", "time": "s"}, "time_step": 0.01, "duration": 1,
+    "gravity": [0, 0, -9.81], "contact": {"friction": 0},
+    "bodies": [{"name": "body 0", "ball": {"radius": 1, "resolution": 1},
+                "material": {"young_modulus": 1e5, "poisson_ratio": 0.4, "density": 1000}}]})"));
+  scene.units.length = "mm";
+  EXPECT_EQ(write_brief_scene(scene), write_scene(scene));
 }
 
 TEST(Scenes, StackingFileIsWhatTheGeneratorMakes) {

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <memory>
 #include <thread>
 
 #include "apps/workplace.hpp"
@@ -67,6 +68,54 @@ TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
   EXPECT_FALSE(exists("ball.json"));
 }
 
+/// What a terminal gets of 'view' that is to serve at a port that is taken: it ends after what it says of the
+/// mesh.
+class ViewOfAMesh : public View {
+ protected:
+  void SetUp() override {
+    View::SetUp();
+    if (IsSkipped()) return;
+    output_of(
+        {"generate", "box", "--cells", "7", "4", "3", "--size", "210", "100", "60", "--out", "liver.vtu"});
+    const std::filesystem::path out = folder_ / "address";
+    holder_ = std::make_unique<Process>(
+        std::vector<std::string>{"view", "scene.json", "--json", "--no-browser"}, folder_.path(), out);
+    const Json line = Json::parse(first_line(out, *holder_));
+    port_ = std::to_string(line["port"].get<int>());
+  }
+  [[nodiscard]] std::string shown(const std::vector<std::string>& flags,
+                                  const std::string& typed = "") const {
+    std::vector<std::string> all{"view", "liver.vtu", "--no-browser", "--port", port_};
+    all.insert(all.end(), flags.begin(), flags.end());
+    return palpate_on_terminal(all, folder_.path(), 200, typed);
+  }
+  std::unique_ptr<Process> holder_;
+  std::string port_;
+};
+
+TEST_F(ViewOfAMesh, TakesUnitSizeAndDrop) {
+  const auto said = [&](const std::vector<std::string>& flags, const std::string& part) {
+    const std::string text = shown(flags);
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_EQ(text.find("Enter"), std::string::npos) << "it asks what it was told: " << text;
+  };
+  said({"--unit", "cm"}, "liver.vtu in cm: 2.1 m");
+  said({"--unit", "cm"}, "'palpate new liver.vtu --unit cm' writes this scene");
+  said({"--size", "0.105"}, "scaled by 0.0005: 0.1 m");
+  said({"--yes", "--drop"}, "it falls onto a floor");
+  said({"--yes", "--drop"}, "'palpate new liver.vtu --drop' writes this scene");
+}
+
+TEST_F(ViewOfAMesh, AsksForTheUnitOnATerminal) {
+  const std::string agreed = shown({}, "\n");
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg. Enter"), std::string::npos)
+      << agreed;
+  EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
+  EXPECT_NE(shown({}, "0.3\n").find("'palpate new liver.vtu --size 0.3' writes this scene"),
+            std::string::npos);
+  EXPECT_NE(shown({}, "elephant\n").find("found 'elephant', expected m, cm, mm, um"), std::string::npos);
+}
+
 TEST_F(View, WarnsWhenOtherMachinesCanReachIt) {
   const std::filesystem::path out = folder_ / "address";
   Process process({"view", "scene.json", "--host", "0.0.0.0", "--no-browser"}, folder_.path(), out);
@@ -80,6 +129,24 @@ TEST_F(View, RefusesInOneLine) {
   expect_error(2, {"view", "nothing.json"}, {"nothing.json"});
   expect_error(2, {"view", "mesh.vtu"}, {"mesh.vtu", "no such file"});
   expect_error(2, {"view", "."}, {"run.json"});
+  write("README.md", "# Palpate\n");
+  write("picture", "\x89PNG");
+  const std::string kinds =
+      "expected a scene (.json), a mesh of tets (.vtu .vtk .msh .node .ele .mesh) or the folder of a run";
+  expect_error(2, {"view", "README.md"}, {"README.md: found a file of another kind, " + kinds});
+  expect_error(2, {"view", "picture"}, {"picture: found a file of another kind, " + kinds});
+  expect_error(2, {"view", "nothing"}, {"nothing: found no such file or folder, " + kinds});
+  expect_error(2, {"view", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
+  for (const std::vector<std::string>& flag :
+       std::vector<std::vector<std::string>>{{"--unit", "mm"}, {"--size", "1"}, {"--drop"}, {"--yes"}}) {
+    for (const auto& [what, found] :
+         {std::pair("scene.json", "a scene"), std::pair(".", "the folder of a run")}) {
+      std::vector<std::string> call{"view", what};
+      call.insert(call.end(), flag.begin(), flag.end());
+      expect_error(2, call, {flag.front() + ": found " + found + ", expected a mesh of tets"});
+    }
+  }
+  expect_error(2, {"view", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
   expect_error(2, {"view", "scene.json", "--port", "70000"}, {"--port", "70000"});
   expect_error(2, {"view", "scene.json", "--speed", "0"}, {"--speed"});
   expect_error(2, {"view", "scene.json", "--host", "nowhere", "--no-browser"}, {"--host", "nowhere"});

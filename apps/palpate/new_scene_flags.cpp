@@ -1,0 +1,89 @@
+#include "new_scene_flags.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fmt/format.h>
+#include <optional>
+#include <string>
+#include <unistd.h>
+
+#include "exit_codes.hpp"
+#include "messages.hpp"
+#include "numbers.hpp"
+#include "option_values.hpp"
+#include "size_warnings.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Takes an answer of the user into the request: a unit, or a length such as "0.3"; empty leaves the guess.
+void take_answer(const std::string& answer, NewSceneRequest& request) {
+  if (answer.empty()) return;
+  request.unit = mesh_unit(answer);
+  if (request.unit) return;
+  try {
+    request.longest = parse_number("the answer", answer, scene_format::above(0.0));
+  } catch (const BadInput&) {
+    throw BadInput("the answer", "", "'" + answer + "'",
+                   "m, cm, mm, um, or the length of the longest side in metres");
+  }
+}
+
+/// A line of the user; none at the end of the input.
+std::optional<std::string> read_line() {
+  std::string line;
+  for (int c = std::getchar(); c != '\n'; c = std::getchar()) {
+    if (c == EOF) return std::nullopt;
+    line += static_cast<char>(c);
+  }
+  return line;
+}
+
+}  // namespace
+
+void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags) {
+  CLI::Option* const unit = add_value(app, "--unit", "m|cm|mm|um",
+                                      "what the numbers of the mesh are in; default: guessed by its size",
+                                      [&flags](const std::string& flag, const std::string& text) {
+                                        flags.request.unit = parse_mesh_unit(flag, text);
+                                      });
+  add_value(app, "--size", "METRES", "length of its longest side, in place of a unit",
+            [&flags](const std::string& flag, const std::string& text) {
+              flags.request.longest = parse_number(flag, text, scene_format::above(0.0));
+            })
+      ->excludes(unit);
+  app.add_flag("--drop", flags.request.drop,
+               "let it fall onto a floor, in place of holding its lowest tenth");
+  app.add_flag("--yes", flags.yes, "take the guess, do not ask");
+}
+
+void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found) {
+  const NewSceneRequest& request = flags.request;
+  const char* const flag = request.unit      ? "--unit"
+                           : request.longest ? "--size"
+                           : request.drop    ? "--drop"
+                           : flags.yes       ? "--yes"
+                                             : nullptr;
+  if (flag != nullptr) throw BadInput(flag, "", found, "a mesh of tets");
+}
+
+NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
+  NewSceneRequest request = flags.request;
+  NewScene made = new_scene_of(request);
+  const bool asks = !flags.yes && !request.unit && !request.longest && ::isatty(STDIN_FILENO) == 1 &&
+                    ::isatty(STDERR_FILENO) == 1;
+  if (!asks) return made;
+  const Vec3& size = made.first.size;
+  const std::string guess =
+      made.unit.name.empty() ? "no unit fits; scaled it is" : fmt::format("in {} that is", made.unit.name);
+  say_note(
+      fmt::format("{} is {} long: {} {} and {}. Enter: so be it; or m, cm, mm, um, or a length in metres:",
+                  request.mesh.string(), short_text(made.longest_side), guess,
+                  length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass)));
+  const auto answer = read_line();
+  if (!answer) throw BadInput("the answer", "", "the end of the input", "a unit, a length or an empty line");
+  take_answer(*answer, request);
+  return answer->empty() ? made : new_scene_of(request);
+}
+
+}  // namespace palpate::app

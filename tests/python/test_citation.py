@@ -1,0 +1,17 @@
+"""CITATION.cff is one, of this version, and says whose paper this is."""
+
+import re
+
+import yaml
+
+
+def test_it_is_of_this_version_and_names_the_paper(root):
+    citation = yaml.safe_load((root / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors"} <= set(citation)  # what the format requires
+    assert str(citation["version"]) == re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
+    paper, = citation["references"]
+    assert {"type", "title", "authors", "year", "url"} <= set(paper)
+    assert all(set(author) >= {"given-names", "family-names"} for author in paper["authors"])
+    # The title as the other pages have it.
+    for page in ["README.md", "docs/paper-map.md"]:
+        assert paper["title"].lower() in " ".join((root / page).read_text().split()).lower(), page
