@@ -154,9 +154,10 @@ void EdgeSearch::list(Index cluster_of_edges, Index cluster_of_triangles,
       return box.upper[k] < around.lower[k] || around.upper[k] < box.lower[k];
     };
     if (apart(0) || apart(1) || apart(2)) continue;
-    for (std::uint32_t left = near & boxes.meeting(box); left != 0; left &= left - 1)
+    for (std::uint32_t left = near & boxes.meeting(box); left != 0; left &= left - 1) {
       found.push_back(
           {at(surface_.edges.values, e), triangles[static_cast<std::size_t>(std::countr_zero(left))]});
+    }
   }
 }
 
