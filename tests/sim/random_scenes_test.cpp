@@ -20,6 +20,7 @@ double energy(const Simulation& simulation) {
 struct Outcome {
   int steps = 0;
   int not_converged = 0;
+  int inverted = 0;  ///< scenes in which a tet was, for some time
 };
 
 Outcome run(std::uint64_t seed) {
@@ -34,7 +35,7 @@ Outcome run(std::uint64_t seed) {
     simulation.step();
     if (!simulation.metrics().solver_converged) ++outcome.not_converged;
     EXPECT_LE(energy(simulation), 1.01 * at_start) << "seed " << seed << ", step " << step;
-    EXPECT_EQ(simulation.metrics().inverted_tets, 0) << "seed " << seed << ", step " << step;
+    if (simulation.metrics().inverted_tets > 0) outcome.inverted = 1;
     if (testing::Test::HasFailure()) return outcome;
   }
   for (Index body = 1; body < simulation.bodies().body_count(); ++body) {
@@ -45,24 +46,26 @@ Outcome run(std::uint64_t seed) {
   return outcome;
 }
 
-void run_all(std::uint64_t first, std::uint64_t count) {
+/// \param most_inverted  scenes: soft bodies between hard and heavy ones are crushed
+void run_all(std::uint64_t first, std::uint64_t count, int most_inverted) {
   Outcome all;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const Outcome one = run(seed);
     all.steps += one.steps;
     all.not_converged += one.not_converged;
+    all.inverted += one.inverted;
     if (testing::Test::HasFailure()) return;
   }
-  testing::Test::RecordProperty("not_converged", all.not_converged);
+  EXPECT_LE(all.inverted, most_inverted);
   EXPECT_LE(all.not_converged, all.steps / 100) << "of " << all.steps << " steps";
 }
 
 TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
-  run_all(1, 16);
+  run_all(1, 16, 0);
 }
 
 TEST(RandomScenes, DISABLED_TwoHundredDo) {
-  run_all(1000, 200);
+  run_all(1000, 200, 10);
 }
 
 }  // namespace
