@@ -125,7 +125,7 @@ Vec3 BodyTurns::angle_of(std::size_t body, const RigidMotion& mean, std::span<co
 /// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
 bool BodyTurns::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - cosine(length(angle));
-  constexpr double allowed = 5e-4;
+  constexpr double allowed = 1e-3;
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
@@ -226,7 +226,8 @@ BodyTurns::Bend BodyTurns::bend_of(std::size_t body, std::span<const Vec3> posit
   };
   const Vec3 angle = inverse_inertia(frame.turn, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
-  if (!dominates || !swells(body, angle, energy)) return {};
+  constexpr double fraction = 0.5;  // of what is allowed without a frame: bending costs little
+  if (!dominates || !swells(body, angle, fraction * energy)) return {};
   bend.angle = angle;
   bend.turn = turn_by(angle);
   const Vec3 momentum = (1.0 / time_step_) * moment + inertia(frame.turn, frame.angular_velocity);

@@ -51,7 +51,7 @@ class BodyTurns {
 
   /// Turns bodies as they turn at the start of a step: by the midpoint rule for a rigid body without torque.
   /// Only those that do little else than turn, and where the swelling by the turn would hold more than a
-  /// share of 5e-4 of their kinetic energy: blocks of a pile that rock a little are not worth it.
+  /// share of 1e-3 of their kinetic energy: blocks of a pile that rock a little are not worth it.
   /// O(n_points). \param positions, velocities  (n_points x 3) at the start
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
