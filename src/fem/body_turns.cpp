@@ -20,6 +20,10 @@ Turn turn_by(const Vec3& angle) {
 Vec3 turned_back(const Turn& turn, const Vec3& a) {
   return rotated({turn.scalar, -turn.vector}, a);
 }
+/// A symmetric matrix of a body, turned with it, times a vector.
+Vec3 turned(const Turn& turn, const Matrix3& matrix, const Vec3& a) {
+  return rotated(turn, matrix * turned_back(turn, a));
+}
 
 /// The angle of a rigid body without torque over a step: h omega of the middle of the step.
 Vec3 free_angle(const RigidMotion& start, double time_step) {
@@ -27,7 +31,7 @@ Vec3 free_angle(const RigidMotion& start, double time_step) {
   constexpr int rounds = 3;  // the third changes it by less than the rule's own error
   for (int i = 0; i < rounds; ++i) {
     const Turn half = turn_by(0.5 * angle);
-    angle = time_step * rotated(half, start.inverse_inertia * turned_back(half, start.momentum));
+    angle = time_step * turned(half, start.inverse_inertia, start.momentum);
   }
   return angle;
 }
@@ -134,7 +138,7 @@ void BodyTurns::set_frame(std::size_t body, const Vec3& angle, const Vec3& momen
   const RigidMotion& start = starts_[body];
   const Turn turn = turn_by(angle);
   const auto turned_by = [&](const Vec3& of_momentum) {
-    return rotated(turn, start.inverse_inertia * turned_back(turn, of_momentum));
+    return turned(turn, start.inverse_inertia, of_momentum);
   };
   const Vec3 angular_velocity = turned_by(momentum);
   frames_[body] = {.center = start.center,
@@ -173,8 +177,7 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
     const Vec3 angle = last.angle + step_length * left;
     // That of the middle of the step, as free_angle() has it.
     const Turn half = turn_by(0.5 * angle);
-    const Vec3 momentum =
-        (1.0 / time_step_) * rotated(half, starts_[body].inertia * turned_back(half, angle));
+    const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
     set_frame(body, angle, momentum);
     frames_[body].left = left;
     frames_[body].step_length = step_length;
@@ -218,21 +221,16 @@ BodyTurns::Bend BodyTurns::bend_of(std::size_t body, std::span<const Vec3> posit
     moment += at(masses_, i) * cross(arm, way);
     moved += at(masses_, i) * squared_length(way);
   }
-  const auto inertia = [&](const Turn& turn, const Vec3& a) {
-    return rotated(turn, start.inertia * turned_back(turn, a));
-  };
-  const auto inverse_inertia = [&](const Turn& turn, const Vec3& a) {
-    return rotated(turn, start.inverse_inertia * turned_back(turn, a));
-  };
-  const Vec3 angle = inverse_inertia(frame.turn, moment);
+  const Vec3 angle = turned(frame.turn, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
   constexpr double fraction = 0.5;  // of what is allowed without a frame: bending costs little
   if (!dominates || !swells(body, angle, fraction * energy)) return {};
   bend.angle = angle;
   bend.turn = turn_by(angle);
-  const Vec3 momentum = (1.0 / time_step_) * moment + inertia(frame.turn, frame.angular_velocity);
+  const Vec3 momentum =
+      (1.0 / time_step_) * moment + turned(frame.turn, start.inertia, frame.angular_velocity);
   const Vec3 lost = turned_back(bend.turn, momentum) - momentum;
-  bend.correction = rotated(bend.turn, inverse_inertia(frame.turn, lost));
+  bend.correction = rotated(bend.turn, turned(frame.turn, start.inverse_inertia, lost));
   return bend;
 }
 
