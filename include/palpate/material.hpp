@@ -27,6 +27,13 @@ enum class MaterialModel {
 inline constexpr std::array<std::string_view, 3> material_model_names{"corotational", "stable-neo-hookean",
                                                                       "mooney-rivlin"};
 
+/// How strains are taken from the displacements of the corners of tets (docs/materials.md, "Smoothed tets").
+enum class ElementKind {
+  linear,    ///< one strain in each tet: fastest; too stiff in bending and where poisson_ratio is above 0.45
+  smoothed,  ///< means over edges and points: right in both, at some four times the cost
+};
+inline constexpr std::array<std::string_view, 2> element_kind_names{"linear", "smoothed"};
+
 /// One family of fibres in tissue that else is isotropic (Holzapfel, Gasser & Ogden 2000), with an active
 /// tension of muscle. Needs another model than corotational.
 ///
@@ -59,7 +66,8 @@ struct Material {
   /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
   /// C01 / (C10 + C01).
   double mooney_fraction = 0.5;
-  Fibres fibres{};  ///< with neither stiffness nor active stress: isotropic
+  ElementKind elements = ElementKind::linear;  ///< smoothed needs poisson_ratio >= 0 and no plastic_yield
+  Fibres fibres{};                             ///< with neither stiffness nor active stress: isotropic
 };
 
 /// What the tets of all bodies are made of.

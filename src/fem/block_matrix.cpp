@@ -30,6 +30,7 @@ BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t>
   slot_begin_.push_back(0);
   term_begin_.push_back(0);
   for (std::size_t slice = 0; slice < slices; ++slice) build_slice(slice);
+  place_domains();
   mixed_ = has_mixed_bodies();
   slots_.resize(slot_begin_.back());
   masses_.resize(row_count());
@@ -64,6 +65,10 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
       columns_.push_back(static_cast<std::uint32_t>(point));
       for (const Index element : elements_of_point_[point]) {
         for (const Index other : at(elements_->corners(), element))
+          columns_.push_back(static_cast<std::uint32_t>(other));
+      }
+      for (const SmoothingDomains::Entry& entry : elements_->smoothing().entries(point)) {
+        for (const Index other : elements_->smoothing().points(entry.domain))
           columns_.push_back(static_cast<std::uint32_t>(other));
       }
       const auto own = columns_.begin() + static_cast<std::ptrdiff_t>(first);
@@ -164,6 +169,7 @@ void BlockMatrix::build_slice(std::size_t slice) {
     for (Index entry = at(elements_of_point_.begin, point); entry < at(elements_of_point_.begin, point + 1);
          ++entry) {
       const std::uint32_t own = at(corners_of_point_, entry);
+      if (elements_->is_smoothed(static_cast<Index>(own / 4))) continue;
       const Tet& corners = elements_->corners()[own / 4];
       for (std::uint32_t k = 1; k < 4; ++k) {
         const std::uint32_t other = (own + k) % 4;

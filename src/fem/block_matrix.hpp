@@ -25,11 +25,11 @@ namespace palpate::fem {
 /// have no point. Assembly gathers: each block adds up its own terms,
 /// elements ascending, so that no two threads write one block and the bits do not depend on the thread count.
 /// Rows of full bodies (Elements) come last, in slices of their own, which add up the blocks of their
-/// elements.
+/// elements, and of smoothing domains, whose points all are in each other's rows.
 class BlockMatrix {
  public:
-  /// Pattern: each free point of an element, with itself and with the other corners of its elements. Throws
-  /// Error where there are 2^28 elements or more. O(n_elements log).
+  /// Pattern: each free point of an element, with itself and with the other corners of its elements and
+  /// points of its smoothing domains. Throws Error where there are 2^28 elements or more. O(n_elements log).
   /// \param elements  must outlive it
   /// \param free      (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);
@@ -80,6 +80,8 @@ class BlockMatrix {
   void append_rows(std::span<const Index> points, std::span<const int> color);
   void pad_slice();
   void assemble_full(std::size_t slice);
+  void add_domains(std::size_t row);
+  void place_domains();
   [[nodiscard]] bool is_full(Index point) const;
   void build_slice(std::size_t slice);
   [[nodiscard]] bool has_mixed_bodies() const;
@@ -98,6 +100,10 @@ class BlockMatrix {
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)
   simd::AlignedVector<std::uint32_t> terms_;
+  /// Of the entries of smoothing domains, points other than the entry's own ascending: the slot of their
+  /// block among those of the slice.
+  std::vector<std::size_t> domain_slot_begin_;  ///< (n_entries + 1)
+  std::vector<std::uint16_t> domain_slots_;
   bool mixed_ = false;  ///< lambda / mu differs within a body
   std::vector<double> diagonal_;
   simd::AlignedVector<float> masses_;

@@ -124,7 +124,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   elastic_fractions_.resize(elements);
   damping_fractions_.resize(elements);
   full_points_.resize(points);
-  for (Index e = elements_.full_begin(); e < elements_.size(); ++e) {
+  for (Index e = elements_.nonlinear_begin(); e < elements_.size(); ++e) {
     for (const Index corner : at(elements_.corners(), e)) at(full_points_, corner) = 1;
   }
   for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
@@ -421,7 +421,7 @@ void Dynamics::end_step() {
     holds_.stop(velocities_);
   }
   std::swap(positions_, end_positions_);
-  updated_ = at_end_ && elements_.full_begin() == 0 && plastic_strains_next_.empty();
+  updated_ = at_end_ && elements_.nonlinear_begin() == 0 && plastic_strains_next_.empty();
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
   advance_inversion_clocks();
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);

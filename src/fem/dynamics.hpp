@@ -233,6 +233,7 @@ class Dynamics {
   void advance_inversion_clocks();
   void add_damping_forces(std::span<Vec3> forces) const;
   void add_stiff_forces(std::span<Vec3> forces) const;
+  [[nodiscard]] Vec3 stiff_velocity(Index point, double elastic) const;
   void set_bulk_fraction(std::size_t element);
   void check_points(std::span<const Vec3> values, const char* name);
   void check_strains(std::span<const SymmetricMatrix3> strains) const;
@@ -252,8 +253,9 @@ class Dynamics {
   std::vector<std::uint8_t> free_;
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   AxisHolds holds_;
-  std::vector<std::uint8_t> held_axes_;  ///< (n_points)
-  std::vector<Index> held_elements_;     ///< with a corner that is not free along all axes
+  std::vector<std::uint8_t> held_axes_;    ///< (n_points)
+  std::vector<Index> held_elements_;       ///< with a corner that is not free along all axes
+  std::vector<std::size_t> held_domains_;  ///< SmoothingDomains, the same
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;

@@ -9,10 +9,15 @@ namespace palpate::fem {
 
 void Dynamics::find_held_elements() {
   held_elements_.clear();
+  held_domains_.clear();
+  const auto held = [&](std::span<const Index> points) {
+    return std::ranges::any_of(points, [&](Index p) { return at(held_axes_, p) != 0; });
+  };
   for (Index e = 0; e < elements_.size(); ++e) {
-    const Tet& corners = at(elements_.corners(), e);
-    if (std::ranges::any_of(corners, [&](Index p) { return at(held_axes_, p) != 0; }))
-      held_elements_.push_back(e);
+    if (held(at(elements_.corners(), e))) held_elements_.push_back(e);
+  }
+  for (std::size_t d = 0; d < elements_.smoothing().size(); ++d) {
+    if (held(elements_.smoothing().points(d))) held_domains_.push_back(d);
   }
 }
 
@@ -39,25 +44,36 @@ void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   }
 }
 
-/// The matrix has h (b + h) K'. Its elastic part is of the way from the positions that the forces are of,
-/// that of damping of what a body moves besides its turn.
+/// What elastic and damping forces of the matrix, h (b + h) K', are of: its elastic part is of the way from
+/// the positions that the forces are of, that of damping of what a body moves besides its turn. \param
+/// elastic fraction of the factor
+Vec3 Dynamics::stiff_velocity(Index point, double elastic) const {
+  const auto p = static_cast<std::size_t>(point);
+  Vec3 velocity = mean_velocities_[p];
+  if (!turns_.any() && !refined_) return velocity;
+  velocity -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
+  velocity -= ((1.0 - elastic) / time_step_) * turns_.displacement(body_of_point_[p], positions_[p]);
+  return velocity;
+}
+
 void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
-  const bool placed = turns_.any() || refined_;
+  const auto add = [&](Index point, const Vec3& stiff) {
+    if (at(held_axes_, point) != 0) at(forces, point) += (1.0 / time_step_) * stiff;
+  };
   for (const Index e : held_elements_) {
     const Tet& corners = at(elements_.corners(), e);
-    const double elastic = at(elastic_fractions_, e);
-    std::array<Vec3, 4> velocities{};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const auto p = static_cast<std::size_t>(corners[k]);
-      velocities[k] = mean_velocities_[p];
-      if (!placed) continue;
-      velocities[k] -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
-      velocities[k] -= ((1.0 - elastic) / time_step_) * turns_.displacement(body_of_point_[p], positions_[p]);
-    }
+    std::array<Vec3, 4> velocities;
+    for (std::size_t k = 0; k < 4; ++k) velocities[k] = stiff_velocity(corners[k], at(elastic_fractions_, e));
     const std::array<Vec3, 4> stiff = elements_.multiply(e, velocities);
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (at(held_axes_, corners[k]) != 0) at(forces, corners[k]) += (1.0 / time_step_) * stiff[k];
-    }
+    for (std::size_t k = 0; k < 4; ++k) add(corners[k], stiff[k]);
+  }
+  const SmoothingDomains& smoothing = elements_.smoothing();
+  for (const std::size_t d : held_domains_) {
+    const auto points = smoothing.points(d);
+    const double elastic = at(elastic_fractions_, smoothing.element(d));
+    smoothing.multiply(
+        d, [&](std::size_t k) { return stiff_velocity(points[k], elastic); },
+        [&](std::size_t k, const Vec3& stiff) { add(points[k], stiff); });
   }
 }
 

@@ -54,7 +54,7 @@ void Dynamics::add_way_forces() {
 
 /// Elastic energy of full bodies as elements are, J.
 double Dynamics::full_energy() {
-  const auto first = static_cast<std::size_t>(elements_.full_begin());
+  const auto first = static_cast<std::size_t>(elements_.nonlinear_begin());
   return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()) - first, partial_,
                        [&](std::size_t k) { return elements_.energy(static_cast<Index>(first + k)); });
 }
@@ -74,7 +74,7 @@ double Dynamics::tissue_error() {
 }
 
 bool Dynamics::follow_tissue(double tolerance) {
-  if (elements_.full_begin() == elements_.size()) return false;
+  if (elements_.nonlinear_begin() == elements_.size()) return false;
   at_end_ = false;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     way_[i] = is_full(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};

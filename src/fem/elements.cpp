@@ -59,7 +59,8 @@ void Elements::fill_group() {
   group_models_.assign(whole / simd::element_group, GroupModel::corotational);
   for (std::size_t e = 0; e < tets_.size(); ++e) {
     GroupModel& model = group_models_[e / simd::element_group];
-    const GroupModel own = is_hyperelastic(e) ? GroupModel::hyperelastic : GroupModel::corotational;
+    GroupModel own = is_hyperelastic(e) ? GroupModel::hyperelastic : GroupModel::corotational;
+    if (is_smoothed(e)) own = GroupModel::mixed;
     if (e % simd::element_group == 0) {
       model = own;
     } else if (model != own) {
@@ -165,6 +166,12 @@ void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std:
 
 /// `forces`: on its four corners.
 void Elements::update_element(std::size_t element, std::span<const Vec3> positions, double* forces) {
+  if (is_smoothed(element)) {
+    inverted_[element] = determinant(deformation_gradient(element, positions)) > 0.0 ? 0 : 1;
+    std::fill(forces, forces + 16, 0.0);
+    energy_[element] = 0.0;
+    return;
+  }
   if (is_hyperelastic(element)) {
     update_hyperelastic(element, positions, forces);
     return;
@@ -238,6 +245,7 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          product_sums_.take(chunk, products);
                        });
   product_sums_.collect(threads, products_);
+  if (!smoothing_.empty()) smoothing_.multiply(threads, vectors, weights, products_);
   return products_;
 }
 
@@ -287,6 +295,15 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                          take_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(threads, point_forces_);
+  update_smoothing(threads);
+}
+
+/// Needs displacements_.
+void Elements::update_smoothing(const parallel::Threads& threads) {
+  if (smoothing_.empty()) return;
+  smoothing_.update(threads, displacements_, factor_, bulk_fraction_);
+  smoothing_.add_forces(threads, point_forces_);
+  smoothing_.add_energies(threads, energy_);
 }
 
 void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces) {
@@ -299,6 +316,9 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                          take_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(one, point_forces_);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    displacements_[i] = padded(positions[i] - points_rest_[i]);
+  update_smoothing(one);
 }
 
 Matrix3 Elements::stiffness_rest(Index element, int i, int j) const {

@@ -12,6 +12,7 @@
 #include "fem/hyperelastic.hpp"
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
+#include "fem/smoothing_domains.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/element_pass.hpp"
@@ -40,10 +41,10 @@ struct ElementDeformation {
 /// Tets of all bodies that deform, numbered body by body, the obstacles' left out, in the order in which the
 /// curve of row_order.hpp first meets them: what is near in space is near in memory.
 ///
-/// There are two kinds of bodies. Those whose tets are all corotational come first: their stiffness is kept
-/// in the low-rank form below. A body with a hyperelastic tet is *full*: the stiffness of each of its tets,
-/// of whichever model, is kept as blocks (hyperelastic.hpp), and its tets go by models. Others hear nothing
-/// of it.
+/// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
+/// stiffness is kept in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*: the
+/// stiffness of each of its other tets, of whichever model, is kept as blocks (hyperelastic.hpp), and its
+/// tets go by models. Others hear nothing of it. Of the full bodies those with a hyperelastic tet come last.
 ///
 /// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
@@ -62,6 +63,8 @@ struct ElementDeformation {
 ///
 /// *Hyperelastic tets*: energy V Psi(F), forces -V P g_i, and stiffness blocks V g_i : dP/dF : g_j with the
 /// positive semi-definite dP/dF of HyperelasticTangent.
+///
+/// *Smoothed tets* have no stiffness and no forces of their own: SmoothingDomains have them.
 ///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
@@ -88,6 +91,15 @@ class Elements {
   [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points), m
   /// The first element of a full body; size() without any.
   [[nodiscard]] Index full_begin() const { return full_begin_; }
+  /// The first element of a body with a hyperelastic tet; size() without any.
+  [[nodiscard]] Index nonlinear_begin() const { return nonlinear_begin_; }
+  [[nodiscard]] const SmoothingDomains& smoothing() const { return smoothing_; }
+  [[nodiscard]] bool is_smoothed(Index element) const {
+    return is_smoothed(static_cast<std::size_t>(element));
+  }
+  /// Energy densities and stresses of smoothing().tets() at these positions; needs no update().
+  [[nodiscard]] std::vector<HyperelasticResponse> smoothed_responses(const parallel::Threads& threads,
+                                                                     std::span<const Vec3> positions) const;
   /// lambda / mu of each element (n_elements).
   [[nodiscard]] std::span<const double> ratios() const { return std::span(ratio_).first(tets_.size()); }
 
@@ -108,8 +120,8 @@ class Elements {
 
   /// Elastic forces on points as of the last update(), N (n_points).
   [[nodiscard]] std::span<const simd::Padded3> point_forces() const { return point_forces_; }
-  /// Adds K'_ij of an element, times its factor, as of the last update() to a block, N/m. With
-  /// a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
+  /// Adds K'_ij of an element that is not smoothed, times its factor, as of the last update() to a block,
+  /// N/m. With a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
   /// The blocks of an element of a full body, tangent_values numbers (hyperelastic.hpp).
   [[nodiscard]] const double* full_blocks(Index element) const;
@@ -127,14 +139,14 @@ class Elements {
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors,
                                           std::span<const double> weights = {}) const;
-  /// K'_e of an element, times its factor, times the vectors at its corners.
+  /// K'_e of an element, times its factor, times the vectors at its corners; zero where it is smoothed.
   [[nodiscard]] std::array<Vec3, 4> multiply(Index element, const std::array<Vec3, 4>& vectors) const;
   /// Activations of the fibres of each material, 0 to 1 (Materials::all); as of the next update(). Returns
   /// whether that changes anything.
   bool set_activations(std::span<const double> activations);
   /// Elastic energy of an element as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
-  /// Elastic energy of an element at these positions, J; needs no update().
+  /// Elastic energy of an element that is not smoothed at these positions, J; needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// How an element is deformed at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
@@ -165,6 +177,7 @@ class Elements {
   void put_corotational_blocks(std::size_t element);
   void multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                      double* products) const;
+  [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
   [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
   [[nodiscard]] Matrix3 full_block(Index element, int i, int j) const;
   [[nodiscard]] Matrix3 low_rank_block(Index element, int i, int j) const;
@@ -172,6 +185,11 @@ class Elements {
   [[nodiscard]] bool is_full(std::size_t element) const {
     return element >= static_cast<std::size_t>(full_begin_);
   }
+  [[nodiscard]] bool is_smoothed(std::size_t element) const {
+    return is_full(element) && smoothed_[element - static_cast<std::size_t>(full_begin_)] != 0;
+  }
+  void update_smoothing(const parallel::Threads& threads);
+  void add_smoothing(const Bodies& bodies, const Materials& materials);
   [[nodiscard]] bool is_hyperelastic(std::size_t element) const {
     return is_full(element) && hyperelastic_[element - static_cast<std::size_t>(full_begin_)] != 0;
   }
@@ -214,6 +232,9 @@ class Elements {
   std::vector<GroupModel> group_models_;
   // Of the elements of full bodies, from full_begin_ on.
   Index full_begin_ = 0;
+  Index nonlinear_begin_ = 0;
+  SmoothingDomains smoothing_;
+  std::vector<std::uint8_t> smoothed_;
   std::vector<std::uint8_t> hyperelastic_;
   Columns<simd::law_columns> laws_;                   ///< at full bulk modulus; up to whole groups
   bool fibres_ = false;                               ///< any of them has some

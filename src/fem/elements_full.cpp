@@ -16,11 +16,6 @@ bool is_hyperelastic_tet(const Materials& materials, Index tet, Index body) {
   return materials.of(tet, body).model != MaterialModel::corotational;
 }
 
-/// Block (j, i) in place of (i, j).
-Matrix3 transposed(const Matrix3& a) {
-  return {{a(0, 0), a(1, 0), a(2, 0), a(0, 1), a(1, 1), a(2, 1), a(0, 2), a(1, 2), a(2, 2)}};
-}
-
 /// The unit vector along the fibres of a tet; zero where its material has none.
 Vec3 fibre_of(const Materials& materials, Index tet, const Material& material) {
   if (!material.fibres.any()) return {};
@@ -30,39 +25,56 @@ Vec3 fibre_of(const Materials& materials, Index tet, const Material& material) {
   return (1.0 / length(direction)) * direction;
 }
 
+bool is_smoothed_tet(const Materials& materials, Index tet, Index body) {
+  return materials.of(tet, body).elements == ElementKind::smoothed;
+}
+
+/// How a body's tets go.
+enum class BodyModel : std::uint8_t { low_rank, full, nonlinear };
+
+BodyModel model_of(const Bodies& bodies, const Materials& materials, Index body) {
+  const Range tets = at(bodies.bodies(), body).tets;
+  BodyModel model = BodyModel::low_rank;
+  for (Index tet = tets.begin; tet < tets.end; ++tet) {
+    if (is_hyperelastic_tet(materials, tet, body)) return BodyModel::nonlinear;
+    if (is_smoothed_tet(materials, tet, body)) model = BodyModel::full;
+  }
+  return model;
+}
+
 }  // namespace
 
-/// Full bodies last, each with its corotational tets first.
+/// Full bodies last, each with its corotational tets first and its smoothed ones last.
 void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
                           std::span<const std::uint8_t> obstacles) {
   const std::vector<Index> order = tets_along_curve(bodies);
-  const auto add = [&](Index body, bool all, bool hyperelastic) {
+  const auto add = [&](Index body, auto&& belongs) {
     const Range tets = at(bodies.bodies(), body).tets;
     for (Index place = tets.begin; place < tets.end; ++place) {
       const Index tet = at(order, place);
-      if (all || is_hyperelastic_tet(materials, tet, body) == hyperelastic)
-        add_element(bodies, tet, body, materials);
+      if (belongs(tet)) add_element(bodies, tet, body, materials);
     }
   };
-  std::vector<Index> full;
-  for (Index body = 0; body < bodies.body_count(); ++body) {
-    if (at(obstacles, body) != 0) continue;
-    const Range tets = at(bodies.bodies(), body).tets;
-    bool any = false;
-    for (Index tet = tets.begin; tet < tets.end && !any; ++tet)
-      any = is_hyperelastic_tet(materials, tet, body);
-    if (any) {
-      full.push_back(body);
-    } else {
-      add(body, true, false);
+  const auto add_all = [&](BodyModel model) {
+    for (Index body = 0; body < bodies.body_count(); ++body) {
+      if (at(obstacles, body) != 0 || model_of(bodies, materials, body) != model) continue;
+      const auto is_smoothed = [&](Index tet) { return is_smoothed_tet(materials, tet, body); };
+      for (const bool hyperelastic : {false, true}) {
+        add(body, [&](Index tet) {
+          return !is_smoothed(tet) && is_hyperelastic_tet(materials, tet, body) == hyperelastic;
+        });
+      }
+      add(body, is_smoothed);
     }
-  }
+  };
+  add_all(BodyModel::low_rank);
   full_begin_ = size();
-  for (const Index body : full) {
-    for (const bool hyperelastic : {false, true}) add(body, false, hyperelastic);
-  }
+  add_all(BodyModel::full);
+  nonlinear_begin_ = size();
+  add_all(BodyModel::nonlinear);
   for (std::size_t e = static_cast<std::size_t>(full_begin_); e < tets_.size(); ++e)
     add_law(materials, tets_[e], body_[e]);
+  add_smoothing(bodies, materials);
   if (material_.empty()) return;
   const std::size_t whole = material_.size() + simd::element_group;  // kernels read and write whole groups
   for (auto& column : laws_) column.resize(whole);
@@ -81,8 +93,35 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   for (std::size_t k = 0; k < law.size(); ++k) laws_[k].push_back(law[k]);
   fibres_ = fibres_ || fibres.any();
   hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
+  smoothed_.push_back(is_smoothed_tet(materials, tet, body) ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
+}
+
+void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
+  std::vector<SmoothedTet> tets;
+  for (std::size_t e = static_cast<std::size_t>(full_begin_); e < tets_.size(); ++e) {
+    if (!is_smoothed(e)) continue;
+    SmoothedTet tet{.element = static_cast<Index>(e),
+                    .material = materials.index_of(tets_[e], body_[e]),
+                    .corners = corners_[e],
+                    .volume = volume_[e],
+                    .mu = mu_[e],
+                    .lambda = lambda_[e],
+                    .hyperelastic = is_hyperelastic(e),
+                    .law = whole_law_of(e)};
+    for (int k = 0; k < 4; ++k) tet.gradients[static_cast<std::size_t>(k)] = gradient_rest(e, k);
+    tets.push_back(tet);
+  }
+  if (!tets.empty()) smoothing_ = SmoothingDomains(std::move(tets), bodies.points_rest().size());
+}
+
+std::vector<HyperelasticResponse> Elements::smoothed_responses(const parallel::Threads& threads,
+                                                               std::span<const Vec3> positions) const {
+  std::vector<simd::Padded3> displacements(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    displacements[i] = padded(positions[i] - points_rest_[i]);
+  return smoothing_.responses(threads, displacements, bulk_fraction_);
 }
 
 bool Elements::set_activations(std::span<const double> activations) {
@@ -92,21 +131,26 @@ bool Elements::set_activations(std::span<const double> activations) {
     changed = changed || laws_[simd::law_tension][k] != tension;
     laws_[simd::law_tension][k] = tension;
   }
+  if (changed) smoothing_.set_tensions(laws_[simd::law_tension], full_begin_);
   return changed;
 }
 
-/// As it is at present.
-HyperelasticLaw Elements::law_of(std::size_t element) const {
+/// As it is at present, but for its bulk fraction.
+HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
     return laws_[column][element - static_cast<std::size_t>(full_begin_)];
   };
-  HyperelasticLaw law{value(simd::law_first),
-                      value(simd::law_second),
-                      value(simd::law_bulk),
-                      {value(simd::law_fibre_x), value(simd::law_fibre_y), value(simd::law_fibre_z)},
-                      value(simd::law_fibre_stiffness),
-                      value(simd::law_fibre_exponent),
-                      value(simd::law_tension)};
+  return {value(simd::law_first),
+          value(simd::law_second),
+          value(simd::law_bulk),
+          {value(simd::law_fibre_x), value(simd::law_fibre_y), value(simd::law_fibre_z)},
+          value(simd::law_fibre_stiffness),
+          value(simd::law_fibre_exponent),
+          value(simd::law_tension)};
+}
+
+HyperelasticLaw Elements::law_of(std::size_t element) const {
+  HyperelasticLaw law = whole_law_of(element);
   if (bulk_fraction_[element] != 1.0)
     law.bulk = bulk_of(bulk_fraction_[element] * lambda_[element], law.first);
   return law;
@@ -227,6 +271,10 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
 void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                              double* products) const {
   for (std::size_t e = std::max(begin, static_cast<std::size_t>(full_begin_)); e < end; ++e) {
+    if (is_smoothed(e)) {
+      std::fill_n(products + 16 * (e - begin), 16, 0.0);
+      continue;
+    }
     const double* blocks = full_blocks(static_cast<Index>(e));
     std::array<Vec3, 4> x;
     std::array<Vec3, 4> y{};

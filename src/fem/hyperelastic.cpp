@@ -149,7 +149,14 @@ double volume_change(const Matrix3& h, const Matrix3& cofactors_of_h) {
   return trace(h) + trace(cofactors_of_h) + determinant(h);
 }
 
-/// U M U^T of two corners, with b those of V^T g.
+/// V^T g
+Vec3 right_frame(const HyperelasticTangent& t, const Vec3& g) {
+  return {t.right(0, 0) * g.x + t.right(1, 0) * g.y + t.right(2, 0) * g.z,
+          t.right(0, 1) * g.x + t.right(1, 1) * g.y + t.right(2, 1) * g.z,
+          t.right(0, 2) * g.x + t.right(1, 2) * g.y + t.right(2, 2) * g.z};
+}
+
+/// U M U^T of two corners, with a and b those of V^T g.
 Matrix3 rotated_block(const HyperelasticTangent& t, const Vec3& a, const Vec3& b) {
   const Vec3 p{a.x * b.x, a.y * b.y, a.z * b.z};
   const Matrix3 m = from_rows(
@@ -243,15 +250,34 @@ HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h) {
   return t;
 }
 
+Matrix3 stress_change_of(const HyperelasticTangent& t, const Vec3& fibre, const Matrix3& gradient_change) {
+  const Matrix3 a =
+      times_transposed(transposed(t.left), times_transposed(transposed(t.right), gradient_change));
+  const Matrix3 b =
+      from_rows({t.stretch.xx * a(0, 0) + t.stretch.xy * a(1, 1) + t.stretch.xz * a(2, 2),
+                 t.same.z * a(0, 1) + t.other.z * a(1, 0), t.same.y * a(0, 2) + t.other.y * a(2, 0)},
+                {t.same.z * a(1, 0) + t.other.z * a(0, 1),
+                 t.stretch.xy * a(0, 0) + t.stretch.yy * a(1, 1) + t.stretch.yz * a(2, 2),
+                 t.same.x * a(1, 2) + t.other.x * a(2, 1)},
+                {t.same.y * a(2, 0) + t.other.y * a(0, 2), t.same.x * a(2, 1) + t.other.x * a(1, 2),
+                 t.stretch.xz * a(0, 0) + t.stretch.yz * a(1, 1) + t.stretch.zz * a(2, 2)});
+  Matrix3 change = times_transposed(times_transposed(t.left, transposed(b)), t.right);
+  const Vec3 stretched = gradient_change * fibre;
+  add_outer(change, t.fibre_along * dot(t.stretched_fibre, stretched), t.stretched_fibre, fibre);
+  add_outer(change, t.fibre_across, stretched, fibre);
+  return change;
+}
+
+Matrix3 block_of(const HyperelasticTangent& t, const Vec3& fibre, const Vec3& a, const Vec3& b) {
+  Matrix3 block = rotated_block(t, right_frame(t, a), right_frame(t, b));
+  add_fibre_block(t, dot(fibre, a) * dot(fibre, b), block);
+  return block;
+}
+
 void put_blocks(const HyperelasticTangent& t, const Vec3& fibre, const std::array<Vec3, 3>& gradients,
                 double scale, std::span<double, tangent_values> blocks) {
   std::array<Vec3, 3> turned;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3& g = gradients[i];
-    turned[i] = {t.right(0, 0) * g.x + t.right(1, 0) * g.y + t.right(2, 0) * g.z,
-                 t.right(0, 1) * g.x + t.right(1, 1) * g.y + t.right(2, 1) * g.z,
-                 t.right(0, 2) * g.x + t.right(1, 2) * g.y + t.right(2, 2) * g.z};
-  }
+  for (std::size_t i = 0; i < 3; ++i) turned[i] = right_frame(t, gradients[i]);
   std::array<Matrix3, 3> sums;  // of column j over rows 1 to 3
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {

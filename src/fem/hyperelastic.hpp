@@ -68,6 +68,13 @@ struct HyperelasticTangent {
 };
 [[nodiscard]] HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h);
 
+/// dP for dF, with the tangent's fibre along this unit vector.
+[[nodiscard]] Matrix3 stress_change_of(const HyperelasticTangent& tangent, const Vec3& fibre,
+                                       const Matrix3& gradient_change);
+/// a : dP/dF : b of two gradients of shape functions at rest: the stiffness block of two points per volume.
+[[nodiscard]] Matrix3 block_of(const HyperelasticTangent& tangent, const Vec3& fibre, const Vec3& a,
+                               const Vec3& b);
+
 /// The six stiffness blocks of an element above its diagonal, those of corners (0,1), (0,2), (0,3), (1,2),
 /// (1,3), (2,3), nine numbers row by row each: rows are of the first corner. A block on the diagonal is minus
 /// the sum of the others of its row.

@@ -53,6 +53,16 @@ void check_model(const Material& material, std::string_view owner) {
     refuse(owner, "model", std::to_string(index), "one of the models");
   if (!(material.mooney_fraction >= 0.0 && material.mooney_fraction <= 1.0))
     refuse(owner, "mooney_fraction", number_text(material.mooney_fraction), "a number in [0, 1]");
+  const auto kind = static_cast<std::size_t>(material.elements);
+  if (kind >= element_kind_names.size())
+    refuse(owner, "elements", std::to_string(kind), "linear or smoothed");
+  if (material.elements == ElementKind::smoothed) {
+    if (!(material.poisson_ratio >= 0.0))
+      refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
+             "a number >= 0 with smoothed elements");
+    if (material.plastic_yield)
+      refuse(owner, "plastic_yield", "it with smoothed elements", "linear elements");
+  }
   if (!linear && material.plastic_yield) {
     refuse(owner, "plastic_yield", "it with the model " + std::string(material_model_names[index]),
            "the model corotational");

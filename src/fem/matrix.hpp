@@ -90,6 +90,19 @@ constexpr Matrix3 from_rows(const Vec3& a, const Vec3& b, const Vec3& c) {
   return {{a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z}};
 }
 
+constexpr Matrix3 transposed(const Matrix3& a) {
+  return {{a(0, 0), a(1, 0), a(2, 0), a(0, 1), a(1, 1), a(2, 1), a(0, 2), a(1, 2), a(2, 2)}};
+}
+
+/// a b^T
+constexpr Matrix3 times_transposed(const Matrix3& a, const Matrix3& b) {
+  Matrix3 c;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) c(i, j) = dot(row(a, i), row(b, j));
+  }
+  return c;
+}
+
 /// Cofactors of a: det(a) times the transpose of its inverse.
 constexpr Matrix3 cofactors(const Matrix3& a) {
   return from_rows(cross(row(a, 1), row(a, 2)), cross(row(a, 2), row(a, 0)), cross(row(a, 0), row(a, 1)));

@@ -59,6 +59,8 @@ class Multigrid {
   void build(const parallel::Threads& threads);
   [[nodiscard]] std::span<const Vec3> reference_positions() const;
   [[nodiscard]] std::vector<Matrix3> element_rotations() const;
+  [[nodiscard]] std::vector<Matrix3> domain_rotations() const;
+  [[nodiscard]] BlockRows<0, 0> element_graph() const;
   [[nodiscard]] BlockRows<3, 3> matrix_at_reference() const;
   [[nodiscard]] std::vector<Node> points_as_nodes() const;
   void connect_rows(const BlockRows<3, 6>& transfer, std::size_t count);

@@ -43,7 +43,7 @@ std::vector<Index> aggregate_strong(const BlockRows<6, 6>& a) {
     }
     begin.push_back(static_cast<std::uint32_t>(columns.size()));
   }
-  return aggregate(begin, columns);
+  return aggregate({begin, columns});
 }
 
 }  // namespace
@@ -75,10 +75,21 @@ std::vector<Matrix3> Multigrid::element_rotations() const {
   return rotations;
 }
 
+/// The same of each smoothing domain.
+std::vector<Matrix3> Multigrid::domain_rotations() const {
+  const Elements& elements = matrix_->elements();
+  std::vector<Matrix3> rotations(elements.smoothing().size(), identity());
+  if (reference_.empty()) return rotations;
+  for (std::size_t d = 0; d < rotations.size(); ++d)
+    rotations[d] = elements.smoothing().rotation(d, elements.points_rest(), reference_);
+  return rotations;
+}
+
 /// Rows of the nodes, which are the points that have a row, in the order of rows.
 BlockRows<3, 3> Multigrid::matrix_at_reference() const {
   const std::vector<Matrix3> rotations = element_rotations();
   const Elements& elements = matrix_->elements();
+  const std::vector<Matrix3> domain_rotations = this->domain_rotations();
   const auto row_of = matrix_->row_of_point();
   BlockRows<3, 3> result;
   std::vector<std::uint32_t> near;
@@ -100,6 +111,7 @@ BlockRows<3, 3> Multigrid::matrix_at_reference() const {
     const double m = at(matrix_->diagonal(), point);
     for (std::size_t k = 0; k < 3; ++k) block(point)[4 * k] = m;
     for (const Index e : matrix_->elements_of_point()[point]) {
+      if (elements.is_smoothed(e)) continue;
       const Tet& corners = at(elements.corners(), e);
       const auto own = static_cast<int>(std::ranges::find(corners, point) - corners.begin());
       for (int j = 0; j < 4; ++j) {
@@ -110,8 +122,36 @@ BlockRows<3, 3> Multigrid::matrix_at_reference() const {
         subtract_product_transposed<3, 3, 3>(block(other), turned, minus(at(rotations, e)).values);
       }
     }
+    for (const SmoothingDomains::Entry& entry : elements.smoothing().entries(point)) {
+      const auto points = elements.smoothing().points(entry.domain);
+      for (std::size_t j = 0; j < points.size(); ++j) {
+        if (at(row_of, points[j]) < 0) continue;
+        const Matrix3 b =
+            elements.smoothing().block_rest(entry.domain, domain_rotations[entry.domain], entry.place, j);
+        for (std::size_t k = 0; k < 9; ++k) block(points[j])[k] += b.values[k];
+      }
+    }
   }
   return result;
+}
+
+/// Nodes with a tet in common. Smoothing joins points that are further apart: too many for an aggregate.
+BlockRows<0, 0> Multigrid::element_graph() const {
+  const auto row_of = matrix_->row_of_point();
+  BlockRows<0, 0> graph;
+  for (const std::uint32_t row : rows_) {
+    const auto first = static_cast<std::ptrdiff_t>(graph.columns.size());
+    for (const Index e : matrix_->elements_of_point()[matrix_->point_of_row()[row]]) {
+      for (const Index other : at(matrix_->elements().corners(), e)) {
+        if (at(row_of, other) >= 0) graph.columns.push_back(at(node_of_row_, at(row_of, other)));
+      }
+    }
+    const auto own = graph.columns.begin() + first;
+    std::sort(own, graph.columns.end());
+    graph.columns.erase(std::unique(own, graph.columns.end()), graph.columns.end());
+    graph.begin.push_back(static_cast<std::uint32_t>(graph.columns.size()));
+  }
+  return graph;
 }
 
 std::vector<Node> Multigrid::points_as_nodes() const {
@@ -154,11 +194,13 @@ void Multigrid::build(const parallel::Threads& threads) {
   levels_.clear();
   std::vector<Node> nodes = points_as_nodes();
   BlockRows<3, 3> a = matrix_at_reference();
-  std::vector<Index> of = aggregate(a.begin, a.columns);
+  const BlockRows<0, 0> near = element_graph();
+  std::vector<Index> of = aggregate(graph_of(near));
   std::vector<Node> aggregates = nodes_of(of, nodes);
   BlockRows<6, 6> coarse;
   {
-    const BlockRows<3, 6> transfer = least_energy_transfer<3>(threads, a, nodes, of, aggregates);
+    const BlockRows<3, 6> transfer =
+        least_energy_transfer<3>(threads, a, graph_of(near), nodes, of, aggregates);
     connect_rows(transfer, aggregates.size());
     coarse = galerkin<3>(threads, a, transfer, aggregates.size());
   }
@@ -168,7 +210,8 @@ void Multigrid::build(const parallel::Threads& threads) {
     of = aggregate_strong(coarse);
     aggregates = nodes_of(of, nodes);
     if (static_cast<double>(aggregates.size()) > least_reduction * static_cast<double>(nodes.size())) break;
-    const BlockRows<6, 6> transfer = least_energy_transfer<6>(threads, coarse, nodes, of, aggregates);
+    const BlockRows<6, 6> transfer =
+        least_energy_transfer<6>(threads, coarse, graph_of(coarse), nodes, of, aggregates);
     levels_.back().connect(transfer, aggregates.size());
     coarse = galerkin<6>(threads, coarse, transfer, aggregates.size());
     nodes = std::move(aggregates);

@@ -6,15 +6,6 @@
 namespace palpate::fem {
 namespace {
 
-/// a b^T
-Matrix3 times_transposed(const Matrix3& a, const Matrix3& b) {
-  Matrix3 c;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) c(i, j) = dot(row(a, i), row(b, j));
-  }
-  return c;
-}
-
 SymmetricMatrix3 symmetric_part(const Matrix3& a) {
   return {a(0, 0),
           a(1, 1),
@@ -61,13 +52,15 @@ HyperelasticResponse corotational(const ElementDeformation& e) {
 }  // namespace
 
 ElementStress stress_of(const ElementDeformation& e) {
+  return stress_of(e, e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e));
+}
+
+ElementStress stress_of(const ElementDeformation& e, const HyperelasticResponse& response) {
   ElementStress s;
   s.deformation_gradient = e.gradient;
   s.strain = green_strain(e.gradient);
   s.plastic_strain = e.plastic_strain;
   s.volume_ratio = determinant(e.gradient);
-  const HyperelasticResponse response =
-      e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e);
   s.energy_density = response.energy_density;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const double scale = s.volume_ratio > 0.0 ? 1.0 / s.volume_ratio : none;

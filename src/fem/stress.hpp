@@ -23,6 +23,10 @@ struct ElementStress {
 /// or that of its hyperelastic law (hyperelastic.hpp).
 /// P F^T is symmetric: the energy does not change with a rotation of the whole.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
+/// The same of an energy density and a first Piola-Kirchhoff stress that are given: of a smoothed tet, where
+/// P F^T is symmetric to the order of the method, and its symmetric part is taken.
+[[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
+                                      const HyperelasticResponse& response);
 
 [[nodiscard]] double von_mises(const SymmetricMatrix3& stress);
 

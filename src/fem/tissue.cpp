@@ -117,15 +117,26 @@ struct Around {
 TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
                            std::span<const Vec3> positions) {
   TissueState state = rows_at_rest(bodies.tets().size());
-  parallel::for_each(threads, static_cast<std::size_t>(elements.size()), grain, [&](std::size_t e) {
-    const ElementStress s = stress_of(elements.deformation(static_cast<Index>(e), positions));
-    const auto tet = static_cast<std::size_t>(elements.tet_of_element()[e]);
+  const auto put = [&](std::size_t tet, const ElementStress& s) {
     state.deformation_gradient[tet] = s.deformation_gradient.values;
     state.strain[tet] = to_tensor(s.strain);
     state.plastic_strain[tet] = to_tensor(s.plastic_strain);
     state.energy_density[tet] = s.energy_density;
     state.volume_ratio[tet] = s.volume_ratio;
     set_stress(state, tet, s.stress);
+  };
+  const auto tet_of = [&](Index element) {
+    return static_cast<std::size_t>(at(elements.tet_of_element(), element));
+  };
+  parallel::for_each(threads, static_cast<std::size_t>(elements.size()), grain, [&](std::size_t e) {
+    const auto element = static_cast<Index>(e);
+    if (!elements.is_smoothed(element))
+      put(tet_of(element), stress_of(elements.deformation(element, positions)));
+  });
+  const std::vector<HyperelasticResponse> smoothed = elements.smoothed_responses(threads, positions);
+  parallel::for_each(threads, smoothed.size(), grain, [&](std::size_t t) {
+    const Index element = elements.smoothing().tets()[t].element;
+    put(tet_of(element), stress_of(elements.deformation(element, positions), smoothed[t]));
   });
   return state;
 }

@@ -53,10 +53,12 @@ Dense<N, 6> rigid_motion(const Node& part, const Node& whole) {
   return motion;
 }
 
-std::vector<Index> aggregate(std::span<const std::uint32_t> begin, std::span<const std::uint32_t> columns) {
-  const std::size_t count = begin.size() - 1;
+std::vector<Index> aggregate(const NodeGraph& graph) {
+  const std::size_t count = graph.begin.size() - 1;
   std::vector<Index> of(count, -1);
-  const auto near = [&](std::size_t i) { return columns.subspan(begin[i], begin[i + 1] - begin[i]); };
+  const auto near = [&](std::size_t i) {
+    return graph.columns.subspan(graph.begin[i], graph.begin[i + 1] - graph.begin[i]);
+  };
   Index next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (of[i] >= 0 || std::ranges::any_of(near(i), [&](auto j) { return of[j] >= 0; })) continue;
@@ -121,9 +123,15 @@ namespace {
 template <std::size_t N>
 class Minimiser {
  public:
-  Minimiser(const parallel::Threads& threads, const BlockRows<N, N>& a, std::span<const Node> nodes,
-            std::span<const Index> aggregate_of_node, std::span<const Node> aggregates)
-      : threads_(threads), a_(a), nodes_(nodes), of_(aggregate_of_node), aggregates_(aggregates) {}
+  Minimiser(const parallel::Threads& threads, const BlockRows<N, N>& a, const NodeGraph& graph,
+            std::span<const Node> nodes, std::span<const Index> aggregate_of_node,
+            std::span<const Node> aggregates)
+      : threads_(threads),
+        a_(a),
+        graph_(graph),
+        nodes_(nodes),
+        of_(aggregate_of_node),
+        aggregates_(aggregates) {}
 
   BlockRows<N, 6> run() {
     start();
@@ -198,8 +206,8 @@ class Minimiser {
   void start() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const std::size_t first = transfer_.columns.size();
-      for (std::uint32_t k = a_.begin[i]; k < a_.begin[i + 1]; ++k)
-        transfer_.columns.push_back(static_cast<std::uint32_t>(of_[a_.columns[k]]));
+      for (std::uint32_t k = graph_.begin[i]; k < graph_.begin[i + 1]; ++k)
+        transfer_.columns.push_back(static_cast<std::uint32_t>(of_[graph_.columns[k]]));
       const auto own = transfer_.columns.begin() + static_cast<std::ptrdiff_t>(first);
       std::sort(own, transfer_.columns.end());
       transfer_.columns.erase(std::unique(own, transfer_.columns.end()), transfer_.columns.end());
@@ -264,6 +272,7 @@ class Minimiser {
 
   const parallel::Threads& threads_;
   const BlockRows<N, N>& a_;
+  NodeGraph graph_;
   std::span<const Node> nodes_;
   std::span<const Index> of_;
   std::span<const Node> aggregates_;
@@ -275,9 +284,10 @@ class Minimiser {
 
 template <std::size_t N>
 BlockRows<N, 6> least_energy_transfer(const parallel::Threads& threads, const BlockRows<N, N>& a,
-                                      std::span<const Node> nodes, std::span<const Index> aggregate_of_node,
+                                      const NodeGraph& graph, std::span<const Node> nodes,
+                                      std::span<const Index> aggregate_of_node,
                                       std::span<const Node> aggregates) {
-  return Minimiser<N>(threads, a, nodes, aggregate_of_node, aggregates).run();
+  return Minimiser<N>(threads, a, graph, nodes, aggregate_of_node, aggregates).run();
 }
 
 template Dense<3, 6> rigid_motion<3>(const Node&, const Node&);
@@ -285,10 +295,10 @@ template Dense<6, 6> rigid_motion<6>(const Node&, const Node&);
 template BlockRows<6, 3> transposed(const BlockRows<3, 6>&, std::size_t);
 template BlockRows<6, 6> transposed(const BlockRows<6, 6>&, std::size_t);
 template BlockRows<3, 6> least_energy_transfer(const parallel::Threads&, const BlockRows<3, 3>&,
-                                               std::span<const Node>, std::span<const Index>,
-                                               std::span<const Node>);
+                                               const NodeGraph&, std::span<const Node>,
+                                               std::span<const Index>, std::span<const Node>);
 template BlockRows<6, 6> least_energy_transfer(const parallel::Threads&, const BlockRows<6, 6>&,
-                                               std::span<const Node>, std::span<const Index>,
-                                               std::span<const Node>);
+                                               const NodeGraph&, std::span<const Node>,
+                                               std::span<const Index>, std::span<const Node>);
 
 }  // namespace palpate::fem

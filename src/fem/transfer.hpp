@@ -40,10 +40,21 @@ struct Node {
 template <std::size_t N>
 Dense<N, 6> rigid_motion(const Node& part, const Node& whole);
 
+/// Neighbours of nodes, themselves included, ascending.
+struct NodeGraph {
+  std::span<const std::uint32_t> begin;  ///< (n_nodes + 1)
+  std::span<const std::uint32_t> columns;
+};
+
+template <std::size_t N, std::size_t M>
+NodeGraph graph_of(const BlockRows<N, M>& rows) {
+  return {rows.begin, rows.columns};
+}
+
 /// Aggregate of each node: those next to a node of which none has an aggregate yet, then what is left joins
 /// its neighbours. All connections count alike. \param order  of the nodes, ascending where empty.
 /// O(pattern).
-std::vector<Index> aggregate(std::span<const std::uint32_t> begin, std::span<const std::uint32_t> columns);
+std::vector<Index> aggregate(const NodeGraph& graph);
 
 /// What the aggregates are as nodes.
 std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<const Node> nodes);
@@ -52,10 +63,12 @@ std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<c
 /// tr(P^T A P) among those of its pattern, after two iterations of conjugate gradients (Mandel, Brezina &
 /// Vanek, "Energy optimization of algebraic multigrid bases", Computing 62 (1999); Olson, Schroder &
 /// Tuminaro, "A general interpolation strategy for algebraic multigrid using energy minimization", SIAM J.
-/// Sci. Comput. 33 (2011)). A node takes from the aggregates of its neighbours.
+/// Sci. Comput. 33 (2011)). A node takes from the aggregates of its neighbours in the graph, which
+/// may have fewer than the matrix.
 template <std::size_t N>
 BlockRows<N, 6> least_energy_transfer(const parallel::Threads& threads, const BlockRows<N, N>& a,
-                                      std::span<const Node> nodes, std::span<const Index> aggregate_of_node,
+                                      const NodeGraph& graph, std::span<const Node> nodes,
+                                      std::span<const Index> aggregate_of_node,
                                       std::span<const Node> aggregates);
 
 /// P^T A P.

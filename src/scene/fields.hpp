@@ -76,6 +76,7 @@ void describe(Visitor& v, Material& material) {
   v.field("plastic_creep", material.plastic_creep, at_least(0));
   v.optional("plastic_maximum", material.plastic_maximum, at_least(0));
   v.choice("model", material.model, material_model_names);
+  v.choice("elements", material.elements, element_kind_names);
   v.field("mooney_fraction", material.mooney_fraction, within(0, 1));
   std::optional<Fibres> fibres;
   if (material.fibres.any()) fibres = material.fibres;

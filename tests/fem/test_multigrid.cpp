@@ -52,10 +52,11 @@ Eigen::MatrixXd dense(const BlockRows<N, M>& rows, std::size_t columns) {
 TEST(Transfer, HasAllRigidMotionsAndLessEnergyThanAggregates) {
   std::vector<Node> nodes;
   const BlockRows<3, 3> a = random_matrix(nodes);
-  const std::vector<Index> of = aggregate(a.begin, a.columns);
+  const std::vector<Index> of = aggregate(graph_of(a));
   const std::vector<Node> aggregates = nodes_of(of, nodes);
   ASSERT_GE(aggregates.size(), 3U);
-  const BlockRows<3, 6> transfer = least_energy_transfer<3>(one_thread, a, nodes, of, aggregates);
+  const BlockRows<3, 6> transfer =
+      least_energy_transfer<3>(one_thread, a, graph_of(a), nodes, of, aggregates);
   const Eigen::MatrixXd p = dense(transfer, aggregates.size());
   const Node whole{.middle = {0.1, -0.2, 0.3}, .radius = 0.7};
   for (Eigen::Index mode = 0; mode < 6; ++mode) {
@@ -88,9 +89,10 @@ TEST(Transfer, HasAllRigidMotionsAndLessEnergyThanAggregates) {
 TEST(Transfer, GalerkinProductEqualsTheDenseOne) {
   std::vector<Node> nodes;
   const BlockRows<3, 3> a = random_matrix(nodes);
-  const std::vector<Index> of = aggregate(a.begin, a.columns);
+  const std::vector<Index> of = aggregate(graph_of(a));
   const std::vector<Node> aggregates = nodes_of(of, nodes);
-  const BlockRows<3, 6> transfer = least_energy_transfer<3>(one_thread, a, nodes, of, aggregates);
+  const BlockRows<3, 6> transfer =
+      least_energy_transfer<3>(one_thread, a, graph_of(a), nodes, of, aggregates);
   const Eigen::MatrixXd p = dense(transfer, aggregates.size());
   const Eigen::MatrixXd expected = p.transpose() * dense(a, a.size()) * p;
   for (const int threads : {1, 3}) {
@@ -103,7 +105,7 @@ TEST(Transfer, GalerkinProductEqualsTheDenseOne) {
 TEST(Transfer, AggregatesAreNeighbours) {
   std::vector<Node> nodes;
   const BlockRows<3, 3> a = random_matrix(nodes);
-  const std::vector<Index> of = aggregate(a.begin, a.columns);
+  const std::vector<Index> of = aggregate(graph_of(a));
   const Index count = std::ranges::max(of) + 1;
   EXPECT_LT(8 * count, static_cast<Index>(of.size()));
   std::vector<int> members(static_cast<std::size_t>(count));

@@ -1,0 +1,360 @@
+#include "fem/smoothing_domains.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+
+#include "fem/padded_vectors.hpp"
+#include "fem/rotation.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t domain_grain = 128;
+constexpr std::size_t point_grain = 64;
+constexpr std::array<std::array<std::size_t, 2>, 6> edges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+/// A tet's part in a domain, by what the domain is of.
+struct Part {
+  Index first = 0;
+  Index second = 0;  ///< that of a point: the same
+  Index material = 0;
+  std::uint32_t tet = 0;
+  std::uint32_t place = 0;
+};
+
+bool same_domain(const Part& a, const Part& b) {
+  return a.first == b.first && a.second == b.second && a.material == b.material;
+}
+
+/// Parts of all domains of edges, or of points, those of a domain together.
+std::vector<Part> list_parts(std::span<const SmoothedTet> tets, bool of_edges) {
+  std::vector<Part> parts;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    const auto add = [&](std::size_t a, std::size_t b, std::size_t place) {
+      const auto [first, second] = std::minmax(tets[t].corners[a], tets[t].corners[b]);
+      parts.push_back({first, second, tets[t].material, static_cast<std::uint32_t>(t),
+                       static_cast<std::uint32_t>(place)});
+    };
+    if (of_edges) {
+      for (std::size_t k = 0; k < edges.size(); ++k) add(edges[k][0], edges[k][1], k);
+    } else if (tets[t].lambda != 0.0) {
+      for (std::size_t k = 0; k < 4; ++k) add(k, k, edges.size() + k);
+    }
+  }
+  const auto key = [](const Part& p) { return std::tuple(p.first, p.second, p.material, p.tet); };
+  std::ranges::sort(parts, {}, key);
+  return parts;
+}
+
+}  // namespace
+
+SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count)
+    : tets_(std::move(tets)) {
+  constexpr std::uint32_t none = 0xffffffffU;
+  domain_of_tet_.assign(domains_of_tet * tets_.size(), none);
+  std::vector<Member> members;
+  for (const bool of_edges : {true, false}) {
+    node_begin_ = size();
+    const std::vector<Part> parts = list_parts(tets_, of_edges);
+    for (std::size_t first = 0; first < parts.size();) {
+      members.clear();
+      std::size_t last = first;
+      for (; last < parts.size() && same_domain(parts[first], parts[last]); ++last)
+        members.push_back({parts[last].tet, parts[last].place});
+      add_domain(members);
+      first = last;
+    }
+  }
+  list_entries(point_count);
+  stresses_.resize(size());
+  densities_.resize(size());
+  scales_.resize(size());
+  rotations_.resize(size());
+  turned_.resize(points_.size());
+  tangents_.resize(std::ranges::any_of(tets_, &SmoothedTet::hyperelastic) ? size() : 0);
+  changes_.resize(size());
+}
+
+void SmoothingDomains::add_domain(std::span<const Member> members) {
+  const auto domain = static_cast<std::uint32_t>(size());
+  const double share = node_begin_ == 0 ? 1.0 / 6.0 : 0.25;
+  double volume = 0.0;
+  const std::size_t first = points_.size();
+  for (const Member& m : members) {
+    const SmoothedTet& tet = tets_[m.tet];
+    volume += share * tet.volume;
+    points_.insert(points_.end(), tet.corners.begin(), tet.corners.end());
+    domain_of_tet_[domains_of_tet * m.tet + m.place] = domain;
+  }
+  const auto own = points_.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(own, points_.end());
+  points_.erase(std::unique(own, points_.end()), points_.end());
+  rest_gradients_.resize(points_.size());
+  for (const Member& m : members) {
+    const SmoothedTet& tet = tets_[m.tet];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto place = std::lower_bound(own, points_.end(), tet.corners[k]) - points_.begin();
+      rest_gradients_[static_cast<std::size_t>(place)] += (share * tet.volume / volume) * tet.gradients[k];
+    }
+  }
+  volume_.push_back(volume);
+  begin_.push_back(static_cast<std::uint32_t>(points_.size()));
+  tet_of_domain_.push_back(members.front().tet);
+  members_.insert(members_.end(), members.begin(), members.end());
+  member_begin_.push_back(static_cast<std::uint32_t>(members_.size()));
+  set_law(members);
+}
+
+/// That of its material; fibres along the mean of its tets' lines.
+void SmoothingDomains::set_law(std::span<const Member> members) {
+  HyperelasticLaw law = tets_[members.front().tet].law;
+  Vec3 sum;
+  for (const Member& m : members) {
+    const SmoothedTet& tet = tets_[m.tet];
+    sum += (dot(tet.law.fibre, law.fibre) < 0.0 ? -tet.volume : tet.volume) * tet.law.fibre;
+  }
+  const double size = length(sum);
+  if (size > 0.0) law.fibre = (1.0 / size) * sum;
+  laws_.push_back(law);
+}
+
+void SmoothingDomains::set_tensions(std::span<const double> tensions, Index first) {
+  for (std::size_t d = 0; d < size(); ++d) laws_[d].tension = at(tensions, element(d) - first);
+}
+
+void SmoothingDomains::list_entries(std::size_t point_count) {
+  entry_begin_.assign(point_count + 1, 0);
+  for (const Index point : points_) ++entry_begin_[static_cast<std::size_t>(point) + 1];
+  for (std::size_t i = 0; i < point_count; ++i) {
+    if (entry_begin_[i + 1] != 0) smoothed_points_.push_back(static_cast<Index>(i));
+    entry_begin_[i + 1] += entry_begin_[i];
+  }
+  entries_.resize(points_.size());
+  std::vector<std::size_t> next(entry_begin_.begin(), entry_begin_.end() - 1);
+  for (std::size_t d = 0; d < size(); ++d) {
+    for (std::size_t k = 0; k < points(d).size(); ++k)
+      entries_[next[static_cast<std::size_t>(points(d)[k])]++] = {static_cast<std::uint32_t>(d),
+                                                                  static_cast<std::uint32_t>(k)};
+  }
+}
+
+std::span<const SmoothingDomains::Entry> SmoothingDomains::entries(Index point) const {
+  if (entry_begin_.empty()) return {};
+  const std::size_t first = first_entry(point);
+  return std::span(entries_).subspan(first, entry_begin_[static_cast<std::size_t>(point) + 1] - first);
+}
+
+double SmoothingDomains::modulus(std::size_t domain) const {
+  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  return is_node(domain) ? tet.lambda : tet.mu;
+}
+
+/// The least of its tets': one that is inverted frees the whole domain.
+double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
+  double least = 1.0;
+  if (!is_node(domain)) return least;
+  for (std::uint32_t k = member_begin_[domain]; k < member_begin_[domain + 1]; ++k)
+    least = std::min(least, at(fractions, tets_[members_[k].tet].element));
+  return least;
+}
+
+/// F - I.
+Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
+                                                std::span<const simd::Padded3> displacements) const {
+  Matrix3 h;
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k)
+    add_outer(h, 1.0, unpadded(at(displacements, points_[k])), rest_gradients_[k]);
+  return h;
+}
+
+HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction) const {
+  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  if (is_node(domain)) return {.bulk = fraction * tet.lambda};
+  HyperelasticLaw law = laws_[domain];
+  law.bulk = bulk_of(0.0, law.first);
+  return law;
+}
+
+HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matrix3& h,
+                                                  const Matrix3& rotation, double fraction) const {
+  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  if (tet.hyperelastic) return respond(law(domain, fraction), h);
+  Matrix3 f = h;
+  for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
+  Matrix3 stretch = f - rotation;
+  HyperelasticResponse response;
+  if (is_node(domain)) {
+    const double trace = inner(rotation, stretch);
+    const double bulk = fraction * tet.lambda;
+    response.energy_density = 0.5 * bulk * trace * trace;
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = bulk * trace * rotation.values[k];
+  } else {
+    response.energy_density = tet.mu * inner(stretch, stretch);
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = 2.0 * tet.mu * stretch.values[k];
+  }
+  return response;
+}
+
+void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                                   double fraction) {
+  if (tets_[tet_of_domain_[domain]].hyperelastic) {
+    tangents_[domain] = tangent(law(domain, fraction), h);
+    return;
+  }
+  rotations_[domain] = rotation;
+  const double scale = std::sqrt(scales_[domain] * modulus(domain));
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
+    const Vec3 a = scale * (rotation * rest_gradients_[k]);
+    turned_[k] = {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
+  }
+}
+
+void SmoothingDomains::update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                              std::span<const double> factors, std::span<const double> bulk_fractions) {
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    Matrix3 f = h;
+    for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
+    const double fraction = bulk_fraction(d, bulk_fractions);
+    const Matrix3 rotation = tets_[tet_of_domain_[d]].hyperelastic ? identity() : nearest_rotation(f);
+    const HyperelasticResponse response = respond_at(d, h, rotation, fraction);
+    densities_[d] = response.energy_density;
+    for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
+    scales_[d] = at(factors, element(d)) * volume_[d];
+    set_tangent(d, h, rotation, fraction);
+  });
+}
+
+void SmoothingDomains::add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const {
+  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+    Vec3 sum;
+    for (const Entry& entry : entries(smoothed_points_[i]))
+      sum += stresses_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];
+    simd::Padded3& force = at(forces, smoothed_points_[i]);
+    force = padded(unpadded(force) - sum);
+  });
+}
+
+void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<double> energies) const {
+  parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
+    const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * t];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < domains_of_tet; ++k) {
+      if (domains[k] < size()) sum += (k < edges_of_tet ? 1.0 / 6.0 : 0.25) * densities_[domains[k]];
+    }
+    at(energies, tets_[t].element) += tets_[t].volume * sum;
+  });
+}
+
+/// Factor V dP, for dF.
+Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
+  const double scale = scales_[domain];
+  Matrix3 change;
+  if (tets_[tet_of_domain_[domain]].hyperelastic) {
+    change = stress_change_of(tangents_[domain], laws_[domain].fibre, gradient);
+    for (double& value : change.values) value *= scale;
+    return change;
+  }
+  const Matrix3& r = rotations_[domain];
+  if (is_node(domain)) {
+    const double trace = scale * modulus(domain) * inner(r, gradient);
+    for (std::size_t k = 0; k < 9; ++k) change.values[k] = trace * r.values[k];
+    return change;
+  }
+  // mu (dF + R dF^T R)
+  Matrix3 turned;  // dF^T R
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      for (int k = 0; k < 3; ++k) turned(i, j) += gradient(k, i) * r(k, j);
+    }
+  }
+  const double mu = scale * modulus(domain);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      double sum = gradient(i, j);
+      for (int k = 0; k < 3; ++k) sum += r(i, k) * turned(k, j);
+      change(i, j) = mu * sum;
+    }
+  }
+  return change;
+}
+
+void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
+                                std::span<const double> weights, std::span<simd::Padded3> products) const {
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    changes_[d] = stress_change(d, displacement_gradient(d, vectors));
+    if (weights.empty()) return;
+    for (double& value : changes_[d].values) value *= at(weights, element(d));
+  });
+  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+    Vec3 sum;
+    for (const Entry& entry : entries(smoothed_points_[i]))
+      sum += changes_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];
+    simd::Padded3& product = at(products, smoothed_points_[i]);
+    product = padded(unpadded(product) + sum);
+  });
+}
+
+/// Of the points at places a and b of rest_gradients_.
+SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
+                                                             std::size_t b) const {
+  const auto [first, second] = std::minmax(a, b);
+  const Matrix3 own =
+      block_of(tangents_[domain], laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
+  Block block;
+  for (std::size_t k = 0; k < 9; ++k)
+    block[k] = static_cast<float>(scales_[domain] * own.values[a <= b ? k : 3 * (k % 3) + k / 3]);
+  return block;
+}
+
+Matrix3 SmoothingDomains::block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
+                                     std::size_t j) const {
+  const Vec3 a = rotation * rest_gradients_[begin_[domain] + i];
+  const Vec3 b = rotation * rest_gradients_[begin_[domain] + j];
+  const double scale = scales_[domain] * modulus(domain);
+  Matrix3 block;
+  if (is_node(domain)) {
+    add_outer(block, scale, a, b);
+    return block;
+  }
+  add_outer(block, scale, b, a);
+  for (int k = 0; k < 3; ++k) block(k, k) += scale * dot(a, b);
+  return block;
+}
+
+Matrix3 SmoothingDomains::rotation(std::size_t domain, std::span<const Vec3> rest,
+                                   std::span<const Vec3> positions) const {
+  Matrix3 f = identity();
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k)
+    add_outer(f, 1.0, at(positions, points_[k]) - at(rest, points_[k]), rest_gradients_[k]);
+  return nearest_rotation(f);
+}
+
+std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Threads& threads,
+                                                              std::span<const simd::Padded3> displacements,
+                                                              std::span<const double> bulk_fractions) const {
+  std::vector<HyperelasticResponse> of_domains(size());
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    Matrix3 f = h;
+    for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
+    of_domains[d] = respond_at(d, h, nearest_rotation(f), bulk_fraction(d, bulk_fractions));
+  });
+  std::vector<HyperelasticResponse> of_tets(tets_.size());
+  parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
+    for (std::size_t k = 0; k < domains_of_tet; ++k) {
+      const std::uint32_t d = domain_of_tet_[domains_of_tet * t + k];
+      if (d >= size()) continue;
+      const double share = k < edges_of_tet ? 1.0 / 6.0 : 0.25;
+      of_tets[t].energy_density += share * of_domains[d].energy_density;
+      for (std::size_t n = 0; n < 9; ++n)
+        of_tets[t].stress.values[n] += share * of_domains[d].stress.values[n];
+    }
+  });
+  return of_tets;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,194 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/types.hpp>
+
+#include "fem/hyperelastic.hpp"
+#include "fem/matrix.hpp"
+#include "parallel/parallel.hpp"
+#include "simd/aligned.hpp"
+#include "simd/padded.hpp"
+
+namespace palpate::fem {
+
+/// A tet whose strain is smoothed.
+struct SmoothedTet {
+  Index element = 0;   ///< of Elements
+  Index material = 0;  ///< tets of different materials have no domain in common
+  Tet corners{};
+  std::array<Vec3, 4> gradients{};  ///< of the shape functions at rest, 1/m
+  double volume = 0.0;              ///< at rest, m^3
+  double mu = 0.0;                  ///< Pa
+  double lambda = 0.0;              ///< Pa
+  bool hyperelastic = false;        ///< its law is `law`, else the corotational one
+  HyperelasticLaw law;
+};
+
+/// Selective smoothing of the strain of linear tets over edges and nodes (ES/NS-FEM-T4), so that they neither
+/// lock where tissue hardly changes its volume nor are too stiff in bending. Liu & Nguyen-Thoi, "Smoothed
+/// Finite Element Methods", CRC Press (2010), chapters 5 and 8; Onishi & Amaya, "A locking-free selective
+/// smoothed finite element method using tetrahedral and triangular elements with adaptive mesh rezoning for
+/// large deformation problems", Int. J. Numer. Meth. Eng. 99 (2014).
+///
+/// A domain has a sixth of the volume of each tet at an edge, or a quarter of that of each tet at a point, of
+/// one material. Its deformation gradient is the mean of theirs by volume, F = I + sum_i u_i b_i^T over its
+/// points, with b_i the mean of the gradients at rest. Domains of edges have the law without lambda (shape),
+/// domains of points lambda alone (volume):
+///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
+///   included, and lambda/2 (J - 1)^2.
+/// Forces are -V P b_i, stiffness blocks V b_i : dP/dF : b_j, as those of a tet are; corotational ones at
+/// fixed R.
+///
+/// Deviations: the two parts are split by Lame's constants and not by deviator and trace, so that each alone
+/// has no stress at rest, also in laws that are not linear.
+class SmoothingDomains {
+ public:
+  SmoothingDomains() = default;
+  /// O(n_tets log).
+  SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count);
+
+  [[nodiscard]] bool empty() const { return tets_.empty(); }
+  [[nodiscard]] std::size_t size() const { return volume_.size(); }
+  [[nodiscard]] std::span<const SmoothedTet> tets() const { return tets_; }
+  /// Points of a domain, ascending.
+  [[nodiscard]] std::span<const Index> points(std::size_t domain) const {
+    return std::span(points_).subspan(begin_[domain], begin_[domain + 1] - begin_[domain]);
+  }
+  /// Some element of a domain: all have the damping of one material.
+  [[nodiscard]] Index element(std::size_t domain) const { return tets_[tet_of_domain_[domain]].element; }
+
+  /// A point's place in a domain.
+  struct Entry {
+    std::uint32_t domain = 0;
+    std::uint32_t place = 0;
+  };
+  /// Of a point, domains ascending; none where nothing is smoothed there.
+  [[nodiscard]] std::span<const Entry> entries(Index point) const;
+  /// Where the first of them is among all entries.
+  [[nodiscard]] std::size_t first_entry(Index point) const {
+    return entry_begin_[static_cast<std::size_t>(point)];
+  }
+
+  /// Stresses, energies and tangents at these displacements (n_points). O(n_domains).
+  /// \param factors         of the stiffness, per element (Elements)
+  /// \param bulk_fractions  of lambda in energy and forces, per element
+  void update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+              std::span<const double> factors, std::span<const double> bulk_fractions);
+  /// Adds the elastic forces of the last update() (n_points), N.
+  void add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const;
+  /// Adds the energies of the last update() to those of elements, J.
+  void add_energies(const parallel::Threads& threads, std::span<double> energies) const;
+  /// Adds K' times the vectors (n_points). \param weights  empty, or a factor per element
+  void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
+                std::span<const double> weights, std::span<simd::Padded3> products) const;
+  /// Calls add(place, product) for the points of a domain: its K' times the vectors of its points, which
+  /// value(place) gives.
+  template <class Value, class Add>
+  void multiply(std::size_t domain, Value&& value, Add&& add) const {
+    Matrix3 gradient;
+    for (std::size_t k = 0; k < points(domain).size(); ++k)
+      add_outer(gradient, 1.0, value(k), rest_gradients_[begin_[domain] + k]);
+    const Matrix3 stress = stress_change(domain, gradient);
+    for (std::size_t k = 0; k < points(domain).size(); ++k)
+      add(k, stress * rest_gradients_[begin_[domain] + k]);
+  }
+
+  /// Tensions of active fibres, per element from `first` on, Pa; as of the next update().
+  void set_tensions(std::span<const double> tensions, Index first);
+
+  using Block = std::array<float, 9>;
+  /// Calls add(block) for the other points of an entry's domain, ascending: the stiffness block of the
+  /// entry's point with each of them times its factor, as of the last update(). Blocks (i, j) and (j, i) have
+  /// transposed bits.
+  template <class Add>
+  void for_each_block(const Entry& entry, Add&& add) const {
+    const std::size_t first = begin_[entry.domain];
+    const std::size_t own = first + entry.place;
+    const auto for_others = [&](auto&& block_with) {
+      for (std::size_t k = first; k < begin_[entry.domain + 1]; ++k) {
+        if (k != own) add(block_with(k));
+      }
+    };
+    if (tets_[tet_of_domain_[entry.domain]].hyperelastic) {
+      for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
+    } else if (is_node(entry.domain)) {
+      for_others([&](std::size_t k) { return volume_block(turned_[own], turned_[k]); });
+    } else {
+      for_others([&](std::size_t k) { return shape_block(turned_[own], turned_[k]); });
+    }
+  }
+  /// The same at rest, turned by a rotation.
+  [[nodiscard]] Matrix3 block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
+                                   std::size_t j) const;
+  /// The rotation of a domain at these positions.
+  [[nodiscard]] Matrix3 rotation(std::size_t domain, std::span<const Vec3> rest,
+                                 std::span<const Vec3> positions) const;
+
+  /// Energy density and first Piola-Kirchhoff stress of each of tets() at these displacements: the means of
+  /// those of their domains, so that forces are -V P g_i. Allocates. O(n_domains).
+  [[nodiscard]] std::vector<HyperelasticResponse> responses(const parallel::Threads& threads,
+                                                            std::span<const simd::Padded3> displacements,
+                                                            std::span<const double> bulk_fractions) const;
+
+ private:
+  static constexpr std::size_t edges_of_tet = 6;
+  static constexpr std::size_t domains_of_tet = 10;  ///< its edges, then its points
+  struct Member {
+    std::uint32_t tet = 0;
+    std::uint32_t place = 0;  ///< of the domain among the ten of the tet
+  };
+  void add_domain(std::span<const Member> members);
+  void list_entries(std::size_t point_count);
+  void set_law(std::span<const Member> members);
+  [[nodiscard]] Block hyperelastic_block(std::size_t domain, std::size_t a, std::size_t b) const;
+  static Block volume_block(const simd::Quad& a, const simd::Quad& b) {
+    return {a.x * b.x, a.x * b.y, a.x * b.z, a.y * b.x, a.y * b.y,
+            a.y * b.z, a.z * b.x, a.z * b.y, a.z * b.z};
+  }
+  static Block shape_block(const simd::Quad& a, const simd::Quad& b) {
+    const float trace = a.x * b.x + a.y * b.y + a.z * b.z;
+    Block block = volume_block(b, a);
+    for (std::size_t k = 0; k < 9; k += 4) block[k] += trace;
+    return block;
+  }
+  [[nodiscard]] bool is_node(std::size_t domain) const { return domain >= node_begin_; }
+  [[nodiscard]] double modulus(std::size_t domain) const;
+  [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
+  [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
+                                              std::span<const simd::Padded3> displacements) const;
+  [[nodiscard]] HyperelasticResponse respond_at(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                                                double fraction) const;
+  [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction) const;
+  void set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation, double fraction);
+  [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
+
+  std::vector<SmoothedTet> tets_;
+  std::vector<std::uint32_t> domain_of_tet_;  ///< domains_of_tet each
+  std::size_t node_begin_ = 0;                ///< domains of edges come first
+  std::vector<std::uint32_t> tet_of_domain_;  ///< one of them
+  std::vector<std::uint32_t> begin_{0};       ///< (n_domains + 1)
+  std::vector<Index> points_;
+  std::vector<Vec3> rest_gradients_;  ///< as points_: b_i
+  std::vector<double> volume_;
+  std::vector<std::uint32_t> member_begin_{0};  ///< (n_domains + 1)
+  std::vector<Member> members_;
+  std::vector<HyperelasticLaw> laws_;     ///< of hyperelastic tissue, else of no meaning; lambda in full
+  std::vector<std::size_t> entry_begin_;  ///< (n_points + 1)
+  std::vector<Entry> entries_;
+  std::vector<Index> smoothed_points_;  ///< with an entry
+  // As of the last update().
+  std::vector<Matrix3> stresses_;   ///< V P, N m
+  std::vector<double> densities_;   ///< of energy, J/m^3
+  std::vector<double> scales_;      ///< factor V
+  std::vector<Matrix3> rotations_;  ///< of corotational tissue
+  simd::AlignedVector<simd::Quad>
+      turned_;  ///< as points_: sqrt(factor V modulus) R b_i, of corotational tissue
+  std::vector<HyperelasticTangent> tangents_;  ///< of hyperelastic tissue
+  mutable std::vector<Matrix3> changes_;       ///< scratch
+};
+
+}  // namespace palpate::fem
