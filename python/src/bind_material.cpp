@@ -66,8 +66,9 @@ void bind_value(nb::class_<Material>& material, const char* name, Value Material
 }
 
 using FibresState = std::tuple<Three, double, double, double, std::vector<double>, std::vector<double>>;
+using ViscosityState = std::tuple<std::vector<double>, std::vector<double>>;
 using MaterialState = std::tuple<double, double, double, double, double, std::optional<double>, double,
-                                 std::optional<double>, std::string, double, FibresState>;
+                                 std::optional<double>, std::string, double, FibresState, ViscosityState>;
 
 FibresState state_of(const Fibres& f) {
   return {three_of(f.direction), f.stiffness,        f.exponent,
@@ -80,6 +81,10 @@ Fibres fibres_of(const FibresState& s) {
           std::get<2>(s),
           std::get<3>(s),
           {std::get<4>(s), std::get<5>(s)}};
+}
+
+Viscosity viscosity_of(const ViscosityState& s) {
+  return {std::get<0>(s), std::get<1>(s)};
 }
 
 std::string name_of(MaterialModel model) {
@@ -127,6 +132,30 @@ void bind_fibre_class(nb::module_& m) {
       .def("__setstate__", [](Fibres& f, const FibresState& s) { new (&f) Fibres(fibres_of(s)); });
 }
 
+void bind_viscosity_class(nb::module_& m) {
+  nb::class_<Viscosity>(m, "Viscosity", doc::Viscosity)
+      .def(
+          "__init__",
+          [](Viscosity* self, std::vector<double> fractions, std::vector<double> times) {
+            Viscosity made{std::move(fractions), std::move(times)};
+            check_material({.viscosity = made});
+            new (self) Viscosity(std::move(made));
+          },
+          nb::kw_only(), nb::arg("fractions"), nb::arg("times"))
+      .def_ro("fractions", &Viscosity::fractions, doc::Viscosity_fractions)
+      .def_ro("times", &Viscosity::times, doc::Viscosity_times)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"fractions", "times"});
+           })
+      .def("__getstate__",
+           [](const Viscosity& v) {
+             return ViscosityState{v.fractions, v.times};
+           })
+      .def("__setstate__",
+           [](Viscosity& v, const ViscosityState& s) { new (&v) Viscosity(viscosity_of(s)); });
+}
+
 void bind_material_values(nb::class_<Material>& material) {
   bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
   bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
@@ -148,6 +177,16 @@ void bind_material_values(nb::class_<Material>& material) {
           },
           nb::arg("fibres").none(), doc::Material_fibres)
       .def_prop_rw(
+          "viscosity",
+          [](const Material& m) { return m.viscosity.any() ? std::optional(m.viscosity) : std::nullopt; },
+          [](Material& m, std::optional<Viscosity> viscosity) {
+            Material changed = m;
+            changed.viscosity = std::move(viscosity).value_or(Viscosity{});
+            check_material(changed);
+            m = std::move(changed);
+          },
+          nb::arg("viscosity").none(), doc::Material_viscosity)
+      .def_prop_rw(
           "model", [](const Material& m) { return ModelName{name_of(m.model)}; },
           [](Material& m, const ModelName& name) {
             Material changed = m;
@@ -160,14 +199,15 @@ void bind_material_values(nb::class_<Material>& material) {
            [](nb::handle self) {
              return call_text(self, {"young_modulus", "poisson_ratio", "density", "mass_damping",
                                      "stiffness_damping", "plastic_yield", "plastic_creep", "plastic_maximum",
-                                     "model", "mooney_fraction", "fibres"});
+                                     "model", "mooney_fraction", "fibres", "viscosity"});
            })
       .def("__getstate__",
            [](const Material& m) {
-             return MaterialState{m.young_modulus,   m.poisson_ratio,     m.density,
-                                  m.mass_damping,    m.stiffness_damping, m.plastic_yield,
-                                  m.plastic_creep,   m.plastic_maximum,   name_of(m.model),
-                                  m.mooney_fraction, state_of(m.fibres)};
+             return MaterialState{
+                 m.young_modulus,   m.poisson_ratio,     m.density,
+                 m.mass_damping,    m.stiffness_damping, m.plastic_yield,
+                 m.plastic_creep,   m.plastic_maximum,   name_of(m.model),
+                 m.mooney_fraction, state_of(m.fibres),  {m.viscosity.fractions, m.viscosity.times}};
            })
       .def("__setstate__", [](Material& m, const MaterialState& s) {
         new (&m) Material{.young_modulus = std::get<0>(s),
@@ -180,7 +220,8 @@ void bind_material_values(nb::class_<Material>& material) {
                           .plastic_maximum = std::get<7>(s),
                           .model = model_of(std::get<8>(s)),
                           .mooney_fraction = std::get<9>(s),
-                          .fibres = fibres_of(std::get<10>(s))};
+                          .fibres = fibres_of(std::get<10>(s)),
+                          .viscosity = viscosity_of(std::get<11>(s))};
       });
 }
 
@@ -188,6 +229,7 @@ void bind_material_values(nb::class_<Material>& material) {
 
 void bind_material(nb::module_& m) {
   bind_fibre_class(m);
+  bind_viscosity_class(m);
   const Material standard;
   nb::class_<Material> material(m, "Material", doc::Material);
   bind_material_values(material);
@@ -196,7 +238,7 @@ void bind_material(nb::module_& m) {
       [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
          double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
          std::optional<double> plastic_maximum, const ModelName& model, double mooney_fraction,
-         std::optional<Fibres> fibres) {
+         std::optional<Fibres> fibres, std::optional<Viscosity> viscosity) {
         const Material made{young_modulus,
                             poisson_ratio,
                             density,
@@ -207,7 +249,8 @@ void bind_material(nb::module_& m) {
                             plastic_maximum,
                             model_of(model.text),
                             mooney_fraction,
-                            std::move(fibres).value_or(Fibres{})};
+                            std::move(fibres).value_or(Fibres{}),
+                            std::move(viscosity).value_or(Viscosity{})};
         check_material(made);
         new (self) Material(made);
       },
@@ -217,7 +260,8 @@ void bind_material(nb::module_& m) {
       nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
       nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none(),
       nb::arg("model") = ModelName{name_of(standard.model)},
-      nb::arg("mooney_fraction") = standard.mooney_fraction, nb::arg("fibres") = nb::none());
+      nb::arg("mooney_fraction") = standard.mooney_fraction, nb::arg("fibres") = nb::none(),
+      nb::arg("viscosity") = nb::none());
 }
 
 }  // namespace palpate::python

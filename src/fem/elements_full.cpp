@@ -83,19 +83,21 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
+  tension_.push_back(0.0);
 }
 
 bool Elements::set_activations(std::span<const double> activations) {
   bool changed = false;
   for (std::size_t k = 0; k < material_.size(); ++k) {
     const double tension = active_stress_[k] == 0.0 ? 0.0 : at(activations, material_[k]) * active_stress_[k];
-    changed = changed || laws_[simd::law_tension][k] != tension;
-    laws_[simd::law_tension][k] = tension;
+    changed = changed || tension_[k] != tension;
+    tension_[k] = tension;
   }
+  if (changed) set_tensions();
   return changed;
 }
 
-/// As it is at present.
+/// As the pass has it: what viscosity makes stiffer in a step is not the active tension.
 HyperelasticLaw Elements::law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
     return laws_[column][element - static_cast<std::size_t>(full_begin_)];

@@ -1,6 +1,8 @@
 // The keys of laws of elasticity and fibres: read, written, and refused in one line.
+#include <array>
 #include <gtest/gtest.h>
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -56,6 +58,34 @@ TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
             std::string::npos);
   EXPECT_NE(refused(R"({"model": "mooney-rivlin", "mooney_fraction": 1.5})").find("mooney_fraction"),
             std::string::npos);
+}
+
+TEST(SceneMaterial, ReadsAndWritesViscosity) {
+  const Scene scene = read(R"({"viscosity": {"fractions": [0.25, 0.5], "times": [0.01, 3]}})");
+  const Scene again = read_scene_text(write_scene(scene), "again.json");
+  for (const Scene* s : {&scene, &again}) {
+    const Viscosity& viscosity = s->bodies[0].material->viscosity;
+    EXPECT_EQ(viscosity.fractions, (std::vector<double>{0.25, 0.5}));
+    EXPECT_EQ(viscosity.times, (std::vector<double>{0.01, 3.0}));
+  }
+  EXPECT_FALSE(read("{}").bodies[0].material->viscosity.any());
+  EXPECT_EQ(write_scene(read("{}")).find("viscosity"), std::string::npos);
+}
+
+TEST(SceneMaterial, RefusesASeriesThatIsNone) {
+  const std::array<std::pair<std::string, std::string>, 6> cases{{
+      {R"({"fractions": [0.5, 0.5], "times": [1, 2]})",
+       "viscosity.fractions: found a sum of 1, expected a sum < 1"},
+      {R"({"fractions": [-0.5], "times": [1]})",
+       "viscosity.fractions[0]: found -0.5, expected a number in [0, 1]"},
+      {R"({"fractions": [0.5], "times": [0]})", "viscosity.times[0]: found 0, expected a number > 0"},
+      {R"({"fractions": [0.5], "times": [1, 2]})", "viscosity.times: found 2, expected as many as fractions"},
+      {R"({"fractions": [], "times": []})", "viscosity.times: found 0"},
+      {R"({"fractions": [0.5]})", "viscosity.times: found nothing"},
+  }};
+  for (const auto& [text, message] : cases)
+    EXPECT_NE(refused(R"({"viscosity": )" + text + "}").find(message), std::string::npos)
+        << refused(R"({"viscosity": )" + text + "}");
 }
 
 }  // namespace
