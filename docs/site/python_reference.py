@@ -9,7 +9,7 @@ import griffe
 
 GROUPS = [  # title and names of its section; the others are found by what they are
     ("Detection", ["detect", "World"]),
-    ("Simulation", ["Simulation", "SimulationBodies", "SimulationBody", "Grab", "Model", "Material", "Fibres", "Motion",
+    ("Simulation", ["Simulation", "SimulationBodies", "SimulationBody", "Grab", "Model", "Material", "Fibres", "Viscosity", "Motion",
                     "Keyframe", "Ramp"]),
 ]
 SPOKEN = ("__len__", "__getitem__", "__iter__", "__contains__")  # methods that calls do not name

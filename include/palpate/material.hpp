@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <initializer_list>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -46,8 +48,24 @@ struct Fibres {
   double exponent = 0.0;          ///< >= 0; 0: stiffness E^2 / 2
   double active_stress = 0.0;     ///< Pa, >= 0
   Ramp activation{};              ///< factors of active_stress, 0 to 1; none: always active
+  /// In scenes: the array of the mesh file that has a direction for each tet, in place of `direction`. In C++
+  /// Model::fibre_of_tet says that, and this is left alone.
+  std::string field{};
   [[nodiscard]] bool any() const { return stiffness != 0.0 || active_stress != 0.0; }
 };
+
+/// Stress that relaxes: a Prony series (generalised Maxwell model, quasi-linear viscoelasticity) of any law
+/// of elasticity. The relaxation modulus of a material with Young's modulus E, which is the long-term one, is
+///   E (1 - sum_i g_i (1 - exp(-t / tau_i))) / (1 - sum_i g_i):
+/// E / (1 - sum_i g_i) at once, E in the end. Poisson's ratio stays. Activation of fibres is not delayed.
+struct Viscosity {
+  std::vector<double> fractions{};  ///< g_i of the instantaneous modulus, >= 0, of sum < 1
+  std::vector<double> times{};      ///< tau_i, s, > 0, one for each
+  [[nodiscard]] bool any() const { return !fractions.empty(); }  ///< whether there is a term
+};
+
+/// A kind of tissue of which there are published values; tissues.hpp.
+enum class Tissue : std::uint8_t;
 
 /// Elastic material of a soft body, with Rayleigh damping C = mass_damping M + stiffness_damping K
 /// and plasticity after Mueller & Gross 2004: while the elastic strain (Frobenius norm) is above
@@ -66,8 +84,11 @@ struct Material {
   /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
   /// C01 / (C10 + C01).
   double mooney_fraction = 0.5;
-  ElementKind elements = ElementKind::linear;  ///< smoothed needs poisson_ratio >= 0 and no plastic_yield
+  ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield, no viscosity
   Fibres fibres{};                             ///< with neither stiffness nor active stress: isotropic
+  Viscosity viscosity{};                       ///< without terms: elastic
+  /// The preset that the values came from, if any; nothing depends on it.
+  std::optional<Tissue> tissue{};
 };
 
 /// What the tets of all bodies are made of.

@@ -23,6 +23,7 @@ from ._core import (
     StepMetrics,
     SurfaceTractions,
     TissueState,
+    Viscosity,
     Wrench,
     version as __version__,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "StepMetrics",
     "SurfaceTractions",
     "TissueState",
+    "Viscosity",
     "World",
     "Wrench",
     "__version__",

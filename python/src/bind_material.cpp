@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -5,7 +6,9 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -21,27 +24,37 @@
 namespace palpate::python {
 namespace {
 
-/// The name of a material model, of which type checkers know which there are; a test compares them with the
+/// The name of one of a kind, of which type checkers know which there are; a test compares them with the
 /// schema.
-struct ModelName {
+template <class Kind>
+struct NameOf {
   std::string text;
 };
+using ModelName = NameOf<MaterialModel>;
+using ElementName = NameOf<ElementKind>;
+
+template <class Kind>
+constexpr auto literal = nb::detail::const_name("str");
+template <>
+constexpr auto literal<MaterialModel> =
+    nb::detail::const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']");
+template <>
+constexpr auto literal<ElementKind> = nb::detail::const_name("typing.Literal['linear', 'smoothed']");
 
 }  // namespace
 }  // namespace palpate::python
 
 namespace nanobind::detail {
-template <>
-struct type_caster<palpate::python::ModelName> {
-  NB_TYPE_CASTER(palpate::python::ModelName,
-                 const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']"))
+template <class Kind>
+struct type_caster<palpate::python::NameOf<Kind>> {
+  NB_TYPE_CASTER(palpate::python::NameOf<Kind>, palpate::python::literal<Kind>)
   bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
     make_caster<std::string> text;
     if (!text.from_python(source, flags, cleanup)) return false;
     value.text = std::move(text.value);
     return true;
   }
-  static handle from_cpp(const palpate::python::ModelName& name, rv_policy policy,
+  static handle from_cpp(const palpate::python::NameOf<Kind>& name, rv_policy policy,
                          cleanup_list* cleanup) noexcept {
     return make_caster<std::string>::from_cpp(name.text, policy, cleanup);
   }
@@ -66,8 +79,10 @@ void bind_value(nb::class_<Material>& material, const char* name, Value Material
 }
 
 using FibresState = std::tuple<Three, double, double, double, std::vector<double>, std::vector<double>>;
-using MaterialState = std::tuple<double, double, double, double, double, std::optional<double>, double,
-                                 std::optional<double>, std::string, double, FibresState>;
+using ViscosityState = std::tuple<std::vector<double>, std::vector<double>>;
+using MaterialState =
+    std::tuple<double, double, double, double, double, std::optional<double>, double, std::optional<double>,
+               std::string, double, std::string, FibresState, ViscosityState>;
 
 FibresState state_of(const Fibres& f) {
   return {three_of(f.direction), f.stiffness,        f.exponent,
@@ -82,15 +97,42 @@ Fibres fibres_of(const FibresState& s) {
           {std::get<4>(s), std::get<5>(s)}};
 }
 
-std::string name_of(MaterialModel model) {
-  return std::string(material_model_names[static_cast<std::size_t>(model)]);
+Viscosity viscosity_of(const ViscosityState& s) {
+  return {std::get<0>(s), std::get<1>(s)};
 }
 
-MaterialModel model_of(const std::string& name) {
-  for (std::size_t i = 0; i < material_model_names.size(); ++i) {
-    if (material_model_names[i] == name) return static_cast<MaterialModel>(i);
-  }
-  throw Error("Material", "model", "'" + name + "'", expected_name(name, material_model_names));
+template <class Kind>
+constexpr std::span<const std::string_view> names_of;
+template <>
+constexpr std::span<const std::string_view> names_of<MaterialModel> = material_model_names;
+template <>
+constexpr std::span<const std::string_view> names_of<ElementKind> = element_kind_names;
+
+template <class Kind>
+NameOf<Kind> name_of(Kind kind) {
+  return {std::string(names_of<Kind>[static_cast<std::size_t>(kind)])};
+}
+
+/// \param key  of Material, for the message
+template <class Kind>
+Kind kind_of(const NameOf<Kind>& name, const char* key) {
+  const auto found = std::ranges::find(names_of<Kind>, name.text);
+  if (found != names_of<Kind>.end()) return static_cast<Kind>(found - names_of<Kind>.begin());
+  throw Error("Material", key, "'" + name.text + "'", expected_name(name.text, names_of<Kind>));
+}
+
+/// A kind of a material, by name.
+template <class Kind>
+void bind_kind(nb::class_<Material>& material, const char* key, Kind Material::*kind, const char* doc) {
+  material.def_prop_rw(
+      key, [kind](const Material& m) { return name_of(m.*kind); },
+      [key, kind](Material& m, const NameOf<Kind>& name) {
+        Material changed = m;
+        changed.*kind = kind_of(name, key);
+        check_material(changed);
+        m = changed;
+      },
+      doc);
 }
 
 void bind_fibre_class(nb::module_& m) {
@@ -127,6 +169,30 @@ void bind_fibre_class(nb::module_& m) {
       .def("__setstate__", [](Fibres& f, const FibresState& s) { new (&f) Fibres(fibres_of(s)); });
 }
 
+void bind_viscosity_class(nb::module_& m) {
+  nb::class_<Viscosity>(m, "Viscosity", doc::Viscosity)
+      .def(
+          "__init__",
+          [](Viscosity* self, std::vector<double> fractions, std::vector<double> times) {
+            Viscosity made{std::move(fractions), std::move(times)};
+            check_material({.viscosity = made});
+            new (self) Viscosity(std::move(made));
+          },
+          nb::kw_only(), nb::arg("fractions"), nb::arg("times"))
+      .def_ro("fractions", &Viscosity::fractions, doc::Viscosity_fractions)
+      .def_ro("times", &Viscosity::times, doc::Viscosity_times)
+      .def("__repr__",
+           [](nb::handle self) {
+             return call_text(self, {"fractions", "times"});
+           })
+      .def("__getstate__",
+           [](const Viscosity& v) {
+             return ViscosityState{v.fractions, v.times};
+           })
+      .def("__setstate__",
+           [](Viscosity& v, const ViscosityState& s) { new (&v) Viscosity(viscosity_of(s)); });
+}
+
 void bind_material_values(nb::class_<Material>& material) {
   bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
   bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
@@ -136,6 +202,8 @@ void bind_material_values(nb::class_<Material>& material) {
   bind_value(material, "plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield);
   bind_value(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
   bind_value(material, "plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+  bind_kind(material, "model", &Material::model, doc::Material_model);
+  bind_kind(material, "elements", &Material::elements, doc::Material_elements);
   bind_value(material, "mooney_fraction", &Material::mooney_fraction, doc::Material_mooney_fraction);
   material
       .def_prop_rw(
@@ -148,26 +216,36 @@ void bind_material_values(nb::class_<Material>& material) {
           },
           nb::arg("fibres").none(), doc::Material_fibres)
       .def_prop_rw(
-          "model", [](const Material& m) { return ModelName{name_of(m.model)}; },
-          [](Material& m, const ModelName& name) {
+          "viscosity",
+          [](const Material& m) { return m.viscosity.any() ? std::optional(m.viscosity) : std::nullopt; },
+          [](Material& m, std::optional<Viscosity> viscosity) {
             Material changed = m;
-            changed.model = model_of(name.text);
+            changed.viscosity = std::move(viscosity).value_or(Viscosity{});
             check_material(changed);
-            m = changed;
+            m = std::move(changed);
           },
-          doc::Material_model)
+          nb::arg("viscosity").none(), doc::Material_viscosity)
       .def("__repr__",
            [](nb::handle self) {
              return call_text(self, {"young_modulus", "poisson_ratio", "density", "mass_damping",
                                      "stiffness_damping", "plastic_yield", "plastic_creep", "plastic_maximum",
-                                     "model", "mooney_fraction", "fibres"});
+                                     "model", "mooney_fraction", "elements", "fibres", "viscosity"});
            })
       .def("__getstate__",
            [](const Material& m) {
-             return MaterialState{m.young_modulus,   m.poisson_ratio,     m.density,
-                                  m.mass_damping,    m.stiffness_damping, m.plastic_yield,
-                                  m.plastic_creep,   m.plastic_maximum,   name_of(m.model),
-                                  m.mooney_fraction, state_of(m.fibres)};
+             return MaterialState{m.young_modulus,
+                                  m.poisson_ratio,
+                                  m.density,
+                                  m.mass_damping,
+                                  m.stiffness_damping,
+                                  m.plastic_yield,
+                                  m.plastic_creep,
+                                  m.plastic_maximum,
+                                  name_of(m.model).text,
+                                  m.mooney_fraction,
+                                  name_of(m.elements).text,
+                                  state_of(m.fibres),
+                                  {m.viscosity.fractions, m.viscosity.times}};
            })
       .def("__setstate__", [](Material& m, const MaterialState& s) {
         new (&m) Material{.young_modulus = std::get<0>(s),
@@ -178,9 +256,11 @@ void bind_material_values(nb::class_<Material>& material) {
                           .plastic_yield = std::get<5>(s),
                           .plastic_creep = std::get<6>(s),
                           .plastic_maximum = std::get<7>(s),
-                          .model = model_of(std::get<8>(s)),
+                          .model = kind_of(ModelName{std::get<8>(s)}, "model"),
                           .mooney_fraction = std::get<9>(s),
-                          .fibres = fibres_of(std::get<10>(s))};
+                          .elements = kind_of(ElementName{std::get<10>(s)}, "elements"),
+                          .fibres = fibres_of(std::get<11>(s)),
+                          .viscosity = viscosity_of(std::get<12>(s))};
       });
 }
 
@@ -188,6 +268,7 @@ void bind_material_values(nb::class_<Material>& material) {
 
 void bind_material(nb::module_& m) {
   bind_fibre_class(m);
+  bind_viscosity_class(m);
   const Material standard;
   nb::class_<Material> material(m, "Material", doc::Material);
   bind_material_values(material);
@@ -196,7 +277,7 @@ void bind_material(nb::module_& m) {
       [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
          double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
          std::optional<double> plastic_maximum, const ModelName& model, double mooney_fraction,
-         std::optional<Fibres> fibres) {
+         const ElementName& elements, std::optional<Fibres> fibres, std::optional<Viscosity> viscosity) {
         const Material made{young_modulus,
                             poisson_ratio,
                             density,
@@ -205,9 +286,11 @@ void bind_material(nb::module_& m) {
                             plastic_yield,
                             plastic_creep,
                             plastic_maximum,
-                            model_of(model.text),
+                            kind_of(model, "model"),
                             mooney_fraction,
-                            std::move(fibres).value_or(Fibres{})};
+                            kind_of(elements, "elements"),
+                            std::move(fibres).value_or(Fibres{}),
+                            std::move(viscosity).value_or(Viscosity{})};
         check_material(made);
         new (self) Material(made);
       },
@@ -216,8 +299,9 @@ void bind_material(nb::module_& m) {
       nb::arg("mass_damping") = standard.mass_damping,
       nb::arg("stiffness_damping") = standard.stiffness_damping, nb::arg("plastic_yield") = nb::none(),
       nb::arg("plastic_creep") = standard.plastic_creep, nb::arg("plastic_maximum") = nb::none(),
-      nb::arg("model") = ModelName{name_of(standard.model)},
-      nb::arg("mooney_fraction") = standard.mooney_fraction, nb::arg("fibres") = nb::none());
+      nb::arg("model") = name_of(standard.model), nb::arg("mooney_fraction") = standard.mooney_fraction,
+      nb::arg("elements") = name_of(standard.elements), nb::arg("fibres") = nb::none(),
+      nb::arg("viscosity") = nb::none());
 }
 
 }  // namespace palpate::python

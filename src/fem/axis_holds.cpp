@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "fem/viscosity.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -52,7 +53,7 @@ AxisHolds::AxisHolds(const Bodies& bodies, const Materials& materials, std::span
       const Material& m = materials.of(tet, at(bodies.body_of_point(), hold.point));
       const double nu = m.poisson_ratio;
       // lambda + 2 mu
-      const double modulus = m.young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+      const double modulus = instantaneous_modulus(m) * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
       const double share = modulus * tet_volume_rest(bodies, tet) * squared_gradient(corners, own);
       hold.stiffness += share;
       hold.damping += m.stiffness_damping * share;

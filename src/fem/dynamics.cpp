@@ -161,9 +161,11 @@ void Dynamics::set_time_step(double time_step) {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     diagonal_[i] = masses_[i] * (1.0 + time_step * point_mass_damping_[i]);
   }
+  elements_.set_time_step(time_step);
   for (std::size_t e = 0; e < factors_.size(); ++e) {
-    factors_[e] = time_step * (element_stiffness_damping_[e] + time_step);
-    elastic_fractions_[e] = time_step / (element_stiffness_damping_[e] + time_step);
+    const double elastic = time_step * elements_.viscosity().stiffness(e);
+    factors_[e] = time_step * (element_stiffness_damping_[e] + elastic);
+    elastic_fractions_[e] = elastic / (element_stiffness_damping_[e] + elastic);
     damping_fractions_[e] = 1.0 - elastic_fractions_[e];
   }
   elements_.set_factors(factors_);
@@ -336,6 +338,10 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   set_time_step(time_step);
+  if (elements_.viscosity().any()) {
+    elements_.find_history(threads_);
+    updated_ = false;
+  }
   multigrid_.begin_step();
   refined_ = false;
   turns_.begin(threads_, positions_, velocities_, time_step);
@@ -423,6 +429,7 @@ void Dynamics::end_step() {
   std::swap(positions_, end_positions_);
   updated_ = at_end_ && elements_.nonlinear_begin() == 0 && plastic_strains_next_.empty();
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
+  elements_.relax(threads_, positions_);
   advance_inversion_clocks();
   elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
@@ -467,27 +474,29 @@ void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
   set_moving(changes, "velocity_changes", velocity_changes_);
 }
 
-void Dynamics::check_strains(std::span<const SymmetricMatrix3> strains) const {
-  check_length("plastic_strains", strains.size(), elements_.plastic_strains().size(),
-               "element that can yield");
-  for (const SymmetricMatrix3& strain : strains) {
-    if (!std::isfinite(norm(strain)))
-      throw Error(source_name, "plastic_strains", "a value that is not finite", "finite values");
+void Dynamics::check_tensors(const char* name, std::span<const SymmetricMatrix3> values, std::size_t expected,
+                             const char* per) {
+  check_length(name, values.size(), expected, per);
+  for (const SymmetricMatrix3& value : values) {
+    if (!std::isfinite(norm(value)))
+      throw Error(source_name, name, "a value that is not finite", "finite values");
   }
 }
 
 void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
-  check_strains(strains);
+  check_tensors("plastic_strains", strains, elements_.plastic_strains().size(), "element that can yield");
   updated_ = false;
   elements_.set_plastic_strains(strains);
 }
 
 DynamicsState Dynamics::state() const {
   const auto strains = elements_.plastic_strains();
+  const auto stresses = elements_.viscosity().stresses();
   return {.positions = positions_,
           .velocities = velocities_,
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
+          .viscous_stresses = {stresses.begin(), stresses.end()},
           .inversion_clocks = inversion_clocks_,
           .jacobi_iterations = jacobi_iterations_,
           .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
@@ -499,7 +508,10 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.positions, "positions");
   check_points(state.velocities, "velocities");
   check_points(state.velocity_changes, "velocity_changes");
-  check_strains(state.plastic_strains);
+  check_tensors("plastic_strains", state.plastic_strains, elements_.plastic_strains().size(),
+                "element that can yield");
+  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscosity().stresses().size(),
+                "element and term");
   if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
   set_inversion_clocks(state.inversion_clocks);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
@@ -507,6 +519,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
+  elements_.set_viscous_stresses(state.viscous_stresses);
   jacobi_iterations_ = state.jacobi_iterations;
   jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
   multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
@@ -521,8 +534,10 @@ double Dynamics::kinetic_energy() {
 
 double Dynamics::elastic_energy() {
   update_elements();
-  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
-                       [&](std::size_t e) { return elements_.energy(static_cast<Index>(e)); });
+  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, [&](std::size_t e) {
+    const auto element = static_cast<Index>(e);
+    return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
+  });
 }
 
 std::int64_t Dynamics::inverted_elements() {

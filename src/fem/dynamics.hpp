@@ -28,6 +28,7 @@ struct DynamicsState {
   std::vector<Vec3> velocities;        ///< (n_points x 3), m/s; of points that are not free too
   std::vector<Vec3> velocity_changes;  ///< (n_points x 3), m/s: the guess of the next step
   std::vector<SymmetricMatrix3> plastic_strains;
+  std::vector<SymmetricMatrix3> viscous_stresses;  ///< ViscousElements::stresses()
   std::vector<double> inversion_clocks;
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
   int jacobi_iterations_of_contacts = 0;  ///< the same of solves by ContactSolver
@@ -81,6 +82,8 @@ class Dynamics {
   /// turns with them (BodyTurns): f_elastic and K' are those of the turned positions x', from which the share
   /// of K' counts, v in the other terms is the turned velocity, and the turn adds to both of x and v at the
   /// end.
+  /// Where tissue is viscous (ViscousElements), f_elastic is its force at the end of the step without a move,
+  /// and the elastic K' is its stiffness over the step.
   /// Full bodies (Elements) are linearised anew at the end of the step until their forces there are those of
   /// the linear system, to `tolerance` of the solution: Newton's method for implicit Euler (follow_tissue()).
   ///
@@ -236,7 +239,8 @@ class Dynamics {
   [[nodiscard]] Vec3 stiff_velocity(Index point, double elastic) const;
   void set_bulk_fraction(std::size_t element);
   void check_points(std::span<const Vec3> values, const char* name);
-  void check_strains(std::span<const SymmetricMatrix3> strains) const;
+  static void check_tensors(const char* name, std::span<const SymmetricMatrix3> values, std::size_t expected,
+                            const char* per);
   void set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target);
   [[nodiscard]] bool all_finite(std::span<const Vec3> values);
   [[nodiscard]] bool all_finite(std::span<const simd::Padded3> values);
@@ -289,7 +293,7 @@ class Dynamics {
   bool refined_ = false;                        ///< follow_tissue() has moved them in this step
   bool at_end_ = false;                         ///< elements of full bodies are as end_positions_ are
   std::vector<std::uint8_t> full_points_;       ///< (n_points) 1: of a full body
-  std::vector<double> elastic_fractions_;       ///< (n_elements) h / (h + b): of the stiffness factor
+  std::vector<double> elastic_fractions_;       ///< (n_elements) h a / (h a + b): of the stiffness factor
   std::vector<double> damping_fractions_;       ///< (n_elements) the rest
   std::vector<simd::Padded3> way_;              ///< (n_points) scratch
   std::vector<Vec3> linear_forces_;             ///< (n_points) elastic, of the linear system at its solution

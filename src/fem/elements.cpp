@@ -37,6 +37,7 @@ std::size_t whole_groups(std::size_t elements) {
 Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles)
     : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   add_bodies(bodies, materials, obstacles);
+  add_viscosity(materials);
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
   bulk_fraction_.assign(corners_.size(), 1.0);
@@ -291,6 +292,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                            } else if (is_full(e) && !is_hyperelastic(e)) {
                              put_corotational_blocks(e);
                            }
+                           if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
                          }
                          take_forces(chunk, forces, corner_forces);
                        });
@@ -311,8 +313,10 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
   parallel::for_chunks(one, tets_.size(), element_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          CornerSums::Values forces;
-                         for (std::size_t e = begin; e < end; ++e)
+                         for (std::size_t e = begin; e < end; ++e) {
                            update_element(e, positions, &forces[16 * (e - begin)]);
+                           if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
+                         }
                          take_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(one, point_forces_);

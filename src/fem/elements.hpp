@@ -13,6 +13,7 @@
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
 #include "fem/smoothing_domains.hpp"
+#include "fem/viscosity.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/element_pass.hpp"
@@ -27,14 +28,16 @@ using Columns = std::array<simd::AlignedVector<double>, N>;
 
 /// How an element is deformed, and what its stress follows from; see Elements.
 struct ElementDeformation {
-  Matrix3 gradient;                 ///< F
-  Matrix3 rotation;                 ///< R
-  Matrix3 stretch;                  ///< R e: F - R without the plastic part
-  SymmetricMatrix3 plastic_strain;  ///< p
-  Vec3 twist;                       ///< w
-  double mu = 0.0;                  ///< Pa
-  double lambda = 0.0;              ///< Pa, as the element has it at present
-  bool hyperelastic = false;        ///< its stress is that of `law`, which needs the gradient alone
+  Matrix3 gradient;                   ///< F
+  Matrix3 rotation;                   ///< R
+  Matrix3 stretch;                    ///< R e: F - R without the plastic part
+  SymmetricMatrix3 plastic_strain;    ///< p
+  Vec3 twist;                         ///< w
+  SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the turned frame (viscosity.hpp), Pa
+  double viscous_energy = 0.0;        ///< theirs, J/m^3
+  double mu = 0.0;                    ///< Pa
+  double lambda = 0.0;                ///< Pa, as the element has it at present
+  bool hyperelastic = false;          ///< its stress is that of `law`, which needs the gradient alone
   HyperelasticLaw law;
 };
 
@@ -65,6 +68,11 @@ struct ElementDeformation {
 /// positive semi-definite dP/dF of HyperelasticTangent.
 ///
 /// *Smoothed tets* have no stiffness and no forces of their own: SmoothingDomains have them.
+///
+/// *Viscosity* (viscosity.hpp): where the material has some, forces are those of the energy
+///   a E + V H : (R^T F - I),  P = a P_E + R (H + [w]_x),
+/// with the stiffness a and the history H of the step, w that of H (plastic_twist), and K' times a by way of
+/// set_factors(); H has no share in K'.
 ///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
@@ -144,9 +152,10 @@ class Elements {
   /// Activations of the fibres of each material, 0 to 1 (Materials::all); as of the next update(). Returns
   /// whether that changes anything.
   bool set_activations(std::span<const double> activations);
-  /// Elastic energy of an element as of the last update(), J.
+  /// Energy that an element has its forces of, as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
-  /// Elastic energy of an element that is not smoothed at these positions, J; needs no update().
+  /// Elastic energy of an element that is not smoothed at these positions, J, with what viscosity stores;
+  /// needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// How an element is deformed at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
@@ -163,6 +172,15 @@ class Elements {
   /// stress never is. O(n_elements).
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
+
+  /// Viscosity of the elements: as of the next set_time_step() or find_history() and update().
+  [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
+  void set_time_step(double time_step);
+  void find_history(const parallel::Threads& threads) { viscosity_.find_history(threads); }
+  /// Ends a time step at these positions. O(viscous elements).
+  void relax(const parallel::Threads& threads, std::span<const Vec3> positions);
+  /// From an array of the length of viscosity().stresses().
+  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
 
  private:
   /// What is the same for tets of a group that a kernel takes at once.
@@ -197,6 +215,9 @@ class Elements {
                    std::span<simd::Padded3> corner_forces);
   void set_gradient(std::size_t element, int corner, const Vec3& a);
   void add_plasticity(const Material& material);
+  void add_viscosity(const Materials& materials);
+  void add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces);
+  void set_tensions();
   void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
     return !plasticity_.empty() && plasticity_[element].yield.has_value();
@@ -240,6 +261,7 @@ class Elements {
   bool fibres_ = false;                               ///< any of them has some
   std::vector<Index> material_;                       ///< into Materials::all
   std::vector<double> active_stress_;                 ///< Pa, at full activation
+  std::vector<double> tension_;                       ///< Pa; laws_ have it by the stiffness of viscosity
   simd::AlignedVector<double> blocks_;                ///< simd::block_stride each
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;
@@ -248,6 +270,7 @@ class Elements {
   mutable simd::AlignedVector<simd::Padded3> products_;  ///< (n_points)
   std::vector<Plasticity> plasticity_;                   ///< (n_elements), or empty where no material yields
   std::vector<SymmetricMatrix3> plastic_strains_;        ///< as plasticity_
+  ViscousElements viscosity_;
 };
 
 }  // namespace palpate::fem

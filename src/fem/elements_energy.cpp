@@ -2,6 +2,7 @@
 
 #include "fem/elements.hpp"
 #include "fem/rotation.hpp"
+#include "fem/stress.hpp"
 
 // Energies and deformations of elements, and their plastic strains.
 namespace palpate::fem {
@@ -18,13 +19,7 @@ double Elements::energy_density(std::size_t element, const Matrix3& rotation, co
 }
 
 double Elements::energy(Index element, std::span<const Vec3> positions) const {
-  const auto e = static_cast<std::size_t>(element);
-  if (is_hyperelastic(e))
-    return volume_[e] * respond(law_of(e), displacement_gradient(e, positions)).energy_density;
-  const Matrix3 f = deformation_gradient(e, positions);
-  const Matrix3 rotation = nearest_rotation(f);
-  const Matrix3 stretch = elastic_stretch(e, f, rotation);
-  return volume_[e] * energy_density(e, rotation, stretch);
+  return at(volume_, element) * energy_density_of(deformation(element, positions));
 }
 
 ElementDeformation Elements::deformation(Index element, std::span<const Vec3> positions) const {
@@ -36,7 +31,14 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
   d.mu = mu_[e];
   d.lambda = bulk_fraction_[e] * lambda_[e];
   d.hyperelastic = is_hyperelastic(e);
-  if (d.hyperelastic) d.law = law_of(e);
+  if (d.hyperelastic) {
+    d.law = law_of(e);
+    d.law.tension = tension_[e - static_cast<std::size_t>(full_begin_)];
+  }
+  if (viscosity_.has(e)) {
+    d.viscous_stress = viscosity_.stress(e);
+    d.viscous_energy = viscosity_.energy_density(e, mu_[e], lambda_[e]);
+  }
   if (!yields(e)) return d;
   d.plastic_strain = plastic_strains_[e];
   d.twist = twist_of(d.gradient, d.rotation, d.plastic_strain);

@@ -96,6 +96,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   smoothed_.push_back(is_smoothed_tet(materials, tet, body) ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
+  tension_.push_back(0.0);
 }
 
 void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
@@ -128,14 +129,17 @@ bool Elements::set_activations(std::span<const double> activations) {
   bool changed = false;
   for (std::size_t k = 0; k < material_.size(); ++k) {
     const double tension = active_stress_[k] == 0.0 ? 0.0 : at(activations, material_[k]) * active_stress_[k];
-    changed = changed || laws_[simd::law_tension][k] != tension;
-    laws_[simd::law_tension][k] = tension;
+    changed = changed || tension_[k] != tension;
+    tension_[k] = tension;
   }
-  if (changed) smoothing_.set_tensions(laws_[simd::law_tension], full_begin_);
-  return changed;
+  if (!changed) return false;
+  set_tensions();
+  smoothing_.set_tensions(tension_, full_begin_);
+  return true;
 }
 
-/// As it is at present, but for its bulk fraction.
+/// As the pass has it, but for its bulk fraction: what viscosity makes stiffer in a step is not the active
+/// tension.
 HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
     return laws_[column][element - static_cast<std::size_t>(full_begin_)];

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "fem/matrix.hpp"
+#include "fem/viscosity.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -53,6 +54,7 @@ std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materia
 
 std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials) {
   std::vector<Material> means(materials.all.begin(), materials.all.begin() + bodies.body_count());
+  for (Material& mean : means) mean.young_modulus = instantaneous_modulus(mean);
   if (materials.of_tet.empty()) return means;
   for (Index body = 0; body < bodies.body_count(); ++body) {
     const double own = at(means, body).young_modulus;
@@ -61,7 +63,7 @@ std::vector<Material> mean_materials(const Bodies& bodies, const Materials& mate
     const Range tets = at(bodies.bodies(), body).tets;
     for (Index tet = tets.begin; tet < tets.end; ++tet) {
       const double share = tet_volume_rest(bodies, tet);
-      change += share * (materials.of(tet, body).young_modulus - own);
+      change += share * (instantaneous_modulus(materials.of(tet, body)) - own);
       volume += share;
     }
     if (change != 0.0) at(means, body).young_modulus += change / volume;

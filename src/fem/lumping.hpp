@@ -21,7 +21,8 @@ namespace palpate::fem {
 [[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
                                                 std::span<const double> masses);
 
-/// Of each body its own material, with the mean of Young's modulus over its tets by volume. O(n_tets).
+/// Of each body its own material, with the mean of the instantaneous Young's modulus over its tets by volume:
+/// as stiff as contacts meet it. O(n_tets).
 [[nodiscard]] std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials);
 
 }  // namespace palpate::fem

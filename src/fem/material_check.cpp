@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include <palpate/error.hpp>
@@ -46,6 +47,25 @@ void check_fibres(const Fibres& fibres, std::string_view owner) {
   }
 }
 
+void check_viscosity(const Viscosity& viscosity, std::string_view owner) {
+  const auto& [fractions, times] = viscosity;
+  if (times.size() != fractions.size()) {
+    refuse(owner, "viscosity.times", std::to_string(times.size()) + " times",
+           "as many as fractions, " + std::to_string(fractions.size()));
+  }
+  for (const double g : fractions) {
+    if (!(g >= 0.0 && g < 1.0))
+      refuse(owner, "viscosity.fractions", number_text(g), "numbers >= 0 whose sum is < 1");
+  }
+  const double sum = std::accumulate(fractions.begin(), fractions.end(), 0.0);
+  if (!(sum < 1.0))
+    refuse(owner, "viscosity.fractions", "a sum of " + number_text(sum), "a sum < 1: the rest never relaxes");
+  for (const double time : times) {
+    if (!(time > 0.0) || !std::isfinite(time))
+      refuse(owner, "viscosity.times", number_text(time), "numbers > 0 (s)");
+  }
+}
+
 void check_model(const Material& material, std::string_view owner) {
   const bool linear = material.model == MaterialModel::corotational;
   const auto index = static_cast<std::size_t>(material.model);
@@ -60,6 +80,8 @@ void check_model(const Material& material, std::string_view owner) {
     if (!(material.poisson_ratio >= 0.0))
       refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
              "a number >= 0 with smoothed elements");
+    if (!material.viscosity.fractions.empty())
+      refuse(owner, "viscosity", "it with smoothed elements", "linear elements");
     if (material.plastic_yield)
       refuse(owner, "plastic_yield", "it with smoothed elements", "linear elements");
   }
@@ -96,6 +118,7 @@ void check_material(const Material& material, std::string_view owner) {
   const double maximum = material.plastic_maximum.value_or(0.0);
   require(maximum >= 0.0, maximum, "plastic_maximum", "a number >= 0");
   check_model(material, owner);
+  check_viscosity(material.viscosity, owner);
 }
 
 }  // namespace palpate::fem

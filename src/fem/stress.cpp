@@ -49,10 +49,52 @@ HyperelasticResponse corotational(const ElementDeformation& e) {
   return {e.mu * inner(e.stretch, e.stretch) + 0.5 * e.lambda * trace * trace, derivative_of_energy(e)};
 }
 
+/// Without viscosity.
+HyperelasticResponse elastic_response(const ElementDeformation& e) {
+  return e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e);
+}
+
 }  // namespace
 
+SymmetricMatrix3 biot_stress(const ElementDeformation& element) {
+  ElementDeformation passive = element;
+  passive.law.tension = 0.0;
+  const Matrix3 p = elastic_response(passive).stress;
+  const auto columns = [](const Matrix3& a, int i) { return Vec3{a(0, i), a(1, i), a(2, i)}; };
+  const auto entry = [&](int i, int j) { return dot(columns(element.rotation, i), columns(p, j)); };
+  return {entry(0, 0),
+          entry(1, 1),
+          entry(2, 2),
+          0.5 * (entry(0, 1) + entry(1, 0)),
+          0.5 * (entry(0, 2) + entry(2, 0)),
+          0.5 * (entry(1, 2) + entry(2, 1))};
+}
+
+Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient, const Matrix3& rotation) {
+  const Vec3 w = twist_of(gradient, rotation, biot);
+  Matrix3 p;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 r = row(rotation, i);
+    const Vec3 sum = biot * r + cross(r, w);
+    p(i, 0) = sum.x;
+    p(i, 1) = sum.y;
+    p(i, 2) = sum.z;
+  }
+  return p;
+}
+
+double energy_density_of(const ElementDeformation& e) {
+  return elastic_response(e).energy_density + e.viscous_energy;
+}
+
 ElementStress stress_of(const ElementDeformation& e) {
-  return stress_of(e, e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e));
+  HyperelasticResponse response = elastic_response(e);
+  response.energy_density += e.viscous_energy;
+  if (e.viscous_stress != SymmetricMatrix3{}) {
+    const Matrix3 viscous = first_piola_stress(e.viscous_stress, e.gradient, e.rotation);
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
+  }
+  return stress_of(e, response);
 }
 
 ElementStress stress_of(const ElementDeformation& e, const HyperelasticResponse& response) {

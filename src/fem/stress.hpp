@@ -20,13 +20,24 @@ struct ElementStress {
 /// The Cauchy stress P F^T / J of the energy that the forces of an element are the derivative of
 /// (elements.hpp):
 ///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
-/// or that of its hyperelastic law (hyperelastic.hpp).
+/// or that of its hyperelastic law (hyperelastic.hpp), and with viscosity that of its Maxwell elements
+/// (first_piola_stress).
 /// P F^T is symmetric: the energy does not change with a rotation of the whole.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
 /// The same of an energy density and a first Piola-Kirchhoff stress that are given: of a smoothed tet, where
 /// P F^T is symmetric to the order of the method, and its symmetric part is taken.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
                                       const HyperelasticResponse& response);
+
+/// The elastic stress in the turned frame of the element, the symmetric part of R^T P (Biot's), without
+/// viscosity and active fibres, Pa.
+[[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);
+/// P of a stress T that is fixed in the turned frame, R (T + [w]_x): the derivative of T : R^T F, with w of
+/// plastic_twist() for T. It has no torque.
+[[nodiscard]] Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient,
+                                         const Matrix3& rotation);
+/// Elastic energy per volume at rest, with that of Maxwell elements, J/m^3.
+[[nodiscard]] double energy_density_of(const ElementDeformation& element);
 
 [[nodiscard]] double von_mises(const SymmetricMatrix3& stress);
 

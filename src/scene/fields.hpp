@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <string_view>
 
+#include "number_text.hpp"
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
 #include "scene/output_fields.hpp"
@@ -66,6 +68,16 @@ void describe(Visitor& v, Fibres& fibres) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, Viscosity& viscosity) {
+  v.required("fractions", viscosity.fractions, within(0, 1));
+  v.required("times", viscosity.times, above(0));
+  v.rule(!viscosity.fractions.empty() && viscosity.times.size() == viscosity.fractions.size(), "times",
+         std::to_string(viscosity.times.size()), "as many as fractions, one or more");
+  const double sum = std::accumulate(viscosity.fractions.begin(), viscosity.fractions.end(), 0.0);
+  v.rule(sum < 1.0, "fractions", "a sum of " + number_text(sum), "a sum < 1: the rest never relaxes");
+}
+
+template <class Visitor>
 void describe(Visitor& v, Material& material) {
   v.field("young_modulus", material.young_modulus, above(0).in(dimension::pressure));
   v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
@@ -82,7 +94,17 @@ void describe(Visitor& v, Material& material) {
   if (material.fibres.any()) fibres = material.fibres;
   v.optional("fibres", fibres);
   material.fibres = fibres.value_or(Fibres{});
+  std::optional<Viscosity> viscosity;
+  if (material.viscosity.any()) viscosity = material.viscosity;
+  v.optional("viscosity", viscosity);
+  material.viscosity = viscosity.value_or(Viscosity{});
   const bool linear = material.model == MaterialModel::corotational;
+  const bool smoothed = material.elements == ElementKind::smoothed;
+  v.rule(!smoothed || material.poisson_ratio >= 0.0, "poisson_ratio", "a number < 0",
+         "a number >= 0 with smoothed elements");
+  v.rule(!smoothed || !material.plastic_yield, "plastic_yield", "it with smoothed elements",
+         "linear elements");
+  v.rule(!smoothed || !material.viscosity.any(), "viscosity", "it with smoothed elements", "linear elements");
   v.rule(!linear || !fibres, "fibres", "them with the model corotational",
          "another 'model': corotational tissue has none");
   v.rule(linear || !material.plastic_yield, "plastic_yield", "it with another model than corotational",

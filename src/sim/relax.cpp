@@ -66,9 +66,12 @@ double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
   return std::sqrt(largest);
 }
 
-/// Tissue that does not yield.
+/// Tissue that does neither yield nor relax.
 std::vector<Material> elastic(std::vector<Material> materials) {
-  for (Material& material : materials) material.plastic_yield.reset();
+  for (Material& material : materials) {
+    material.plastic_yield.reset();
+    material.viscosity = {};
+  }
   return materials;
 }
 

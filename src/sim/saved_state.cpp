@@ -22,9 +22,14 @@ void describe(Archive& archive, Fibres& f) {
 }
 
 template <class Archive>
+void describe(Archive& archive, Viscosity& v) {
+  archive(v.fractions, v.times);
+}
+
+template <class Archive>
 void describe(Archive& archive, Material& m) {
   archive(m.young_modulus, m.poisson_ratio, m.density, m.mass_damping, m.stiffness_damping, m.plastic_yield,
-          m.plastic_creep, m.plastic_maximum, m.model, m.mooney_fraction, m.elements, m.fibres);
+          m.plastic_creep, m.plastic_maximum, m.model, m.mooney_fraction, m.elements, m.fibres, m.viscosity);
 }
 
 template <class Archive>

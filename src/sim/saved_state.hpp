@@ -20,7 +20,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 7};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 8};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
 /// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
@@ -107,8 +107,9 @@ void describe(Archive& archive, fem::SymmetricMatrix3& m) {
 
 template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
-  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.inversion_clocks,
-          s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference, s.multigrid_worn);
+  archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.viscous_stresses,
+          s.inversion_clocks, s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference,
+          s.multigrid_worn);
 }
 
 /// Column by column, as the table has them.

@@ -48,6 +48,13 @@ struct Box {
   Elements elements;
 };
 
+Vec3 momentum(const Dynamics& dynamics) {
+  Vec3 sum;
+  for (std::size_t i = 0; i < dynamics.positions().size(); ++i)
+    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
+  return sum;
+}
+
 /// K at rest from the definition: a B matrix of six strains per edge and per point, the mean of those of the
 /// tets there, with 2 mu eps : eps of edges and lambda tr^2 of points.
 Eigen::MatrixXd stiffness_by_definition(const Bodies& bodies, const Material& m) {
@@ -210,6 +217,90 @@ TEST(Smoothing, UniformStrainHasUniformStressAndNoForcesInside) {
       EXPECT_NEAR(state.von_mises[t], uniform.von_mises[t], bound * uniform.von_mises[t]);
       EXPECT_NEAR(state.energy_density[t], uniform.energy_density[t], bound * uniform.energy_density[t]);
     }
+  }
+}
+
+/// A body that hangs at rest: what holds it is its weight, also in the step before rest.
+TEST(Smoothing, WhatHoldsAHangingBodyIsItsWeight) {
+  for (const Material& m : {smoothed(0.45), smoothed(0.45, MaterialModel::stable_neo_hookean)}) {
+    const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, size, 0.2));
+    Dynamics dynamics =
+        Scene{m, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 1}.dynamics(bodies);
+    dynamics.find_held_elements();
+    const Vec3 gravity{9.81, 0.0, 0.0};
+    std::vector<Vec3> forces(bodies.points_rest().size());
+    for (const int steps : {1, 400}) {
+      Vec3 before;
+      for (int n = 0; n < steps; ++n) {
+        before = momentum(dynamics);
+        dynamics.begin_step(0.01, gravity, {});
+        dynamics.solve(std::span<const Coupling>(), {.tolerance = 1e-10, .max_iterations = 2000});
+        for (int k = 0; k < 8 && dynamics.follow_tissue(1e-10); ++k)
+          dynamics.solve(std::span<const Coupling>(), {.tolerance = 1e-10, .max_iterations = 2000});
+        dynamics.holding_forces(gravity, {}, forces);
+        dynamics.end_step();
+      }
+      double mass = 0.0;
+      for (const double each : dynamics.point_masses()) mass += each;
+      const Vec3 change = 100.0 * (momentum(dynamics) - before);
+      EXPECT_LT(length(total(forces) + mass * gravity - change), 1e-6 * mass * 9.81) << steps;
+    }
+  }
+}
+
+TEST(Smoothing, AFreeSpinKeepsItsMomentumAndGainsNoEnergy) {
+  for (const Material& m : {smoothed(0.45), smoothed(0.4, MaterialModel::stable_neo_hookean)}) {
+    const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, size, 0.2));
+    Dynamics dynamics = Scene{m, {}, 1}.dynamics(bodies);
+    std::vector<Vec3> velocities = random_vectors(bodies.points_rest().size(), 0.3, 12);
+    for (std::size_t i = 0; i < velocities.size(); ++i)
+      velocities[i] += cross(Vec3{0.0, 3.0, 1.0}, bodies.points_rest()[i]);
+    dynamics.set_velocities(velocities);
+    const Vec3 start = momentum(dynamics);
+    double energy = dynamics.kinetic_energy() + dynamics.elastic_energy();
+    for (int n = 0; n < 60; ++n) {
+      dynamics.step(0.005, {}, {}, {}, 1e-8, 2000);
+      const double now = dynamics.kinetic_energy() + dynamics.elastic_energy();
+      EXPECT_LT(now, energy * (1.0 + 1e-6));
+      energy = now;
+    }
+    EXPECT_LT(length(momentum(dynamics) - start), 1e-6 * length(start));
+  }
+}
+
+TEST(Smoothing, HasTheSameBitsForAllThreads) {
+  for (const Material& m : materials()) {
+    const Bodies bodies = single_body(irregular_box_mesh({6, 5, 5}, size, 0.2));
+    std::vector<Vec3> first;
+    for (const int threads : {1, 2, 3}) {
+      Dynamics dynamics =
+          Scene{m, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), threads}.dynamics(bodies);
+      for (int n = 0; n < 4; ++n) dynamics.step(0.01, {0.0, 0.0, -9.81}, {}, {}, 1e-4, 300);
+      if (threads == 1) first.assign(dynamics.positions().begin(), dynamics.positions().end());
+      EXPECT_TRUE(std::ranges::equal(first, dynamics.positions())) << threads;
+    }
+  }
+}
+
+/// Noise of half a cell, mirrored, and a plane: at nu 0.4 all of them come back.
+TEST(Smoothing, InvertedTissueComesBack) {
+  const Bodies bodies = single_body(box_mesh({4, 3, 3}, size));
+  Material m = smoothed(0.4);
+  m.stiffness_damping = 0.002;
+  const std::vector<std::vector<Vec3>> starts{noisy(bodies, 0.06, 3),
+                                              mapped(bodies,
+                                                     [](const Vec3& p) {
+                                                       return Vec3{p.x, p.y, -p.z};
+                                                     }),
+                                              mapped(bodies, [](const Vec3& p) {
+                                                return Vec3{p.x, p.y, 0.0};
+                                              })};
+  for (const auto& start : starts) {
+    Dynamics dynamics = Scene{m, {}, 1}.dynamics(bodies);
+    dynamics.set_positions(start);
+    EXPECT_GT(dynamics.inverted_elements(), 0);
+    for (int n = 0; n < 300; ++n) dynamics.step(0.01, {}, {}, {}, 1e-4, 300);
+    EXPECT_EQ(dynamics.inverted_elements(), 0);
   }
 }
 

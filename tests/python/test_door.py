@@ -31,7 +31,8 @@ def objects():
             simulation.bodies[1], simulation.contacts, simulation.crossings, simulation.edge_contacts, simulation.metrics, simulation.metrics.detection,
             world.times, relaxed, simulation.acting_contacts, simulation.contact_wrench(0), *pressed_pairs()[:1], simulation.tractions(),
             simulation.tissue(), palpate.Ramp([0.0, 1.0], [0.0, 1.0]), world.bodies, world.bodies[0],
-            palpate.Fibres(direction=(0, 1, 0), stiffness=1000.0, exponent=1.0)]
+            palpate.Fibres(direction=(0, 1, 0), stiffness=1000.0, exponent=1.0),
+            palpate.Viscosity(fractions=[0.5], times=[1.0])]
 
 
 def pressed_pairs():
@@ -59,7 +60,7 @@ def test_every_object_says_what_it_is(objects):
 
 
 def test_objects_are_pickled_and_copied_or_refuse_it_in_one_line(objects):
-    values = (palpate.Fibres, palpate.Material, palpate.Keyframe, palpate.Motion)
+    values = (palpate.Fibres, palpate.Viscosity, palpate.Material, palpate.Keyframe, palpate.Motion)
     for one in objects:
         if isinstance(one, values):
             for again in (pickle.loads(pickle.dumps(one)), copy.deepcopy(one), copy.copy(one)):
@@ -95,15 +96,16 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
     assert list(typing.get_args(_names.Field)) == schema["properties"]["output"]["properties"]["fields"]["items"]["enum"]
     for method, parameter in [(palpate.Simulation.field, "name"), (palpate.Simulation.to_pyvista, "fields")]:
         assert "Field" in method.__annotations__[parameter]
-    models = schema["$defs"]["material"]["properties"]["model"]["enum"]
-    assert list(typing.get_args(_names.MaterialModel)) == models
-    # The types of the compiled module: what makes a material, what reads its model and what sets it.
+    # The types of the compiled module: what makes a material, what reads its kinds and what sets them.
     types = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
-    literal = re.escape(str(models)[1:-1])
     material, = re.findall(r"(?ms)^class Material:\n(.*?)^class ", types)
-    assert len(re.findall(rf"model: (?:typing\.)?Literal\[{literal}\] = 'corotational'", material)) == 1
-    assert re.search(rf"def model\(self\) -> (?:typing\.)?Literal\[{literal}\]:", material)
-    assert re.search(rf"def model\(self, arg: (?:typing\.)?Literal\[{literal}\], /\) -> None", material)
+    for key, names, default in [("model", _names.MaterialModel, "corotational"), ("elements", _names.ElementKind, "linear")]:
+        known = schema["$defs"]["material"]["properties"][key]["enum"]
+        assert list(typing.get_args(names)) == known
+        literal = re.escape(str(known)[1:-1])
+        assert len(re.findall(rf"{key}: (?:typing\.)?Literal\[{literal}\] = '{default}'", material)) == 1
+        assert re.search(rf"def {key}\(self\) -> (?:typing\.)?Literal\[{literal}\]:", material)
+        assert re.search(rf"def {key}\(self, arg: (?:typing\.)?Literal\[{literal}\], /\) -> None", material)
 
 
 def notebook(code):

@@ -36,6 +36,40 @@ def test_bad_values_are_refused_in_one_line_with_the_bound():
         palpate.Fibres(direction=(0.0, 0.0, 0.0), stiffness=1.0)
 
 
+def test_viscosity_says_what_it_is_and_is_refused_where_it_is_none():
+    viscosity = palpate.Viscosity(fractions=[0.3, 0.2], times=[0.1, 2.0])
+    material = palpate.Material(viscosity=viscosity)
+    for other in (pickle.loads(pickle.dumps(material)), copy.copy(material)):
+        assert other.viscosity.fractions == [0.3, 0.2] and other.viscosity.times == [0.1, 2.0]
+    assert "viscosity=palpate.Viscosity(fractions=[0.3, 0.2]" in repr(material)
+    material.viscosity = None
+    assert material.viscosity is None and palpate.Material().viscosity is None
+    with pytest.raises(palpate.Error, match="a sum of 1.2, expected a sum < 1"):
+        palpate.Viscosity(fractions=[0.6, 0.6], times=[1.0, 2.0])
+    with pytest.raises(palpate.Error, match="times.*number > 0"):
+        palpate.Viscosity(fractions=[0.6], times=[-1.0])
+
+
+def test_a_held_stretch_relaxes_as_the_series_says():
+    g, tau, h = np.array([0.3, 0.4]), np.array([0.05, 0.4]), 0.02
+    points, tets = palpate.box((4, 3, 3), (1.0, 0.75, 0.375))
+    viscosity = palpate.Viscosity(fractions=g.tolist(), times=tau.tolist())
+    material = palpate.Material(young_modulus=2e4, poisson_ratio=0.0, density=1.0, viscosity=viscosity)  # hardly any inertia
+    far = points[:, 0] > 0.5 - 1e-9
+    model = palpate.Model()
+    body = model.add_body(points, tets, material=material, fixed=points[:, 0] < -0.5 + 1e-9)
+    model.prescribe(body, far, palpate.Motion([palpate.Keyframe(0.0), palpate.Keyframe(h, translate=(0.1, 0.0, 0.0))]))
+    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=h, solver={"tolerance": 1e-8}, reactions=True)
+    forces = []
+    for _ in range(30):
+        simulation.step()
+        forces.append(simulation.reactions[far, 0].sum())
+    n = np.arange(10, 30) + 1
+    rest = 1 - g.sum()
+    expected = 1 + sum(gi / rest * ti / h * (np.exp(-(n - 1) * h / ti) - np.exp(-n * h / ti)) for gi, ti in zip(g, tau))
+    assert np.allclose(np.array(forces)[n - 1], 2e4 * 0.75 * 0.375 * 0.1 * expected, rtol=1e-5)
+
+
 def block(material, **options):
     points, tets = palpate.box((4, 3, 3), (1.0, 0.75, 0.375))
     model = palpate.Model()

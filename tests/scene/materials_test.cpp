@@ -1,6 +1,8 @@
 // The keys of laws of elasticity and fibres: read, written, and refused in one line.
+#include <array>
 #include <gtest/gtest.h>
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -26,14 +28,15 @@ std::string refused(const std::string& material) {
 }
 
 TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
-  const Scene scene =
-      read(R"({"model": "mooney-rivlin", "mooney_fraction": 0.25, "fibres": {"direction": [0, 1, 2],
+  const Scene scene = read(
+      R"({"model": "mooney-rivlin", "mooney_fraction": 0.25, "elements": "smoothed", "fibres": {"direction": [0, 1, 2],
     "stiffness": 3, "exponent": 0.5, "active_stress": 7, "activation": {"times": [0, 1], "factors": [0, 0.75]}}})");
   const Scene again = read_scene_text(write_scene(scene), "again.json");
   for (const Scene* s : {&scene, &again}) {
     const Material& m = s->bodies[0].material.value();
     EXPECT_EQ(m.model, MaterialModel::mooney_rivlin);
     EXPECT_EQ(m.mooney_fraction, 0.25);
+    EXPECT_EQ(m.elements, ElementKind::smoothed);
     EXPECT_EQ(m.fibres.direction.z, 2.0);
     EXPECT_EQ(m.fibres.stiffness, 3.0);
     EXPECT_EQ(m.fibres.exponent, 0.5);
@@ -45,6 +48,12 @@ TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
 
 TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
   EXPECT_NE(refused(R"({"model": "stable-neo-hokean"})").find("'stable-neo-hookean'"), std::string::npos);
+  EXPECT_NE(refused(R"({"elements": "smothed"})").find("'smoothed'"), std::string::npos);
+  EXPECT_NE(refused(R"({"elements": "smoothed", "poisson_ratio": -0.1})").find("smoothed elements"),
+            std::string::npos);
+  EXPECT_NE(refused(R"({"elements": "smoothed", "plastic_yield": 0.1, "plastic_creep": 1})")
+                .find("plastic_yield: found it with smoothed elements"),
+            std::string::npos);
   EXPECT_NE(refused(R"({"fibres": {"stiffness": 1}})")
                 .find("material.fibres: found them with the model corotational"),
             std::string::npos);
@@ -56,6 +65,34 @@ TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
             std::string::npos);
   EXPECT_NE(refused(R"({"model": "mooney-rivlin", "mooney_fraction": 1.5})").find("mooney_fraction"),
             std::string::npos);
+}
+
+TEST(SceneMaterial, ReadsAndWritesViscosity) {
+  const Scene scene = read(R"({"viscosity": {"fractions": [0.25, 0.5], "times": [0.01, 3]}})");
+  const Scene again = read_scene_text(write_scene(scene), "again.json");
+  for (const Scene* s : {&scene, &again}) {
+    const Viscosity& viscosity = s->bodies[0].material->viscosity;
+    EXPECT_EQ(viscosity.fractions, (std::vector<double>{0.25, 0.5}));
+    EXPECT_EQ(viscosity.times, (std::vector<double>{0.01, 3.0}));
+  }
+  EXPECT_FALSE(read("{}").bodies[0].material->viscosity.any());
+  EXPECT_EQ(write_scene(read("{}")).find("viscosity"), std::string::npos);
+}
+
+TEST(SceneMaterial, RefusesASeriesThatIsNone) {
+  const std::array<std::pair<std::string, std::string>, 6> cases{{
+      {R"({"fractions": [0.5, 0.5], "times": [1, 2]})",
+       "viscosity.fractions: found a sum of 1, expected a sum < 1"},
+      {R"({"fractions": [-0.5], "times": [1]})",
+       "viscosity.fractions[0]: found -0.5, expected a number in [0, 1]"},
+      {R"({"fractions": [0.5], "times": [0]})", "viscosity.times[0]: found 0, expected a number > 0"},
+      {R"({"fractions": [0.5], "times": [1, 2]})", "viscosity.times: found 2, expected as many as fractions"},
+      {R"({"fractions": [], "times": []})", "viscosity.times: found 0"},
+      {R"({"fractions": [0.5]})", "viscosity.times: found nothing"},
+  }};
+  for (const auto& [text, message] : cases)
+    EXPECT_NE(refused(R"({"viscosity": )" + text + "}").find(message), std::string::npos)
+        << refused(R"({"viscosity": )" + text + "}");
 }
 
 }  // namespace

@@ -82,6 +82,27 @@ INSTANTIATE_TEST_SUITE_P(Examples, Checkpoint,
                          ::testing::Values("everything", "belt", "plastic", "fold", "grab", "tower"),
                          [](const auto& value) { return std::string(value.param); });
 
+TEST(CheckpointOf, StressThatRelaxesIsInIt) {
+  Scene scene = example("plastic");
+  for (SceneBody& body : scene.bodies) {
+    if (body.material) body.material->viscosity = {.fractions = {0.4, 0.2}, .times = {0.02, 0.5}};
+  }
+  Simulation whole = simulate(scene);
+  steps(whole, 30);
+  Simulation resumed = simulate(scene, 3);
+  resumed.restore(whole.save());
+  EXPECT_EQ(resumed.save(), whole.save());
+  steps(whole, 20);
+  steps(resumed, 20);
+  EXPECT_EQ(resumed.state_hash(), whole.state_hash());
+  EXPECT_EQ(resumed.save(), whole.save());
+  // Tissue without it is of another kind, and goes another way.
+  Simulation elastic = simulate(example("plastic"));
+  expect_refused(elastic, whole.save(), "materials");
+  steps(elastic, 50);
+  EXPECT_NE(elastic.state_hash(), whole.state_hash());
+}
+
 TEST(CheckpointOf, LoadsGrabsAndTheirForcesAreInIt) {
   const Scene scene = example("grab");
   const auto begin = [&](Simulation& simulation) {

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <palpate/material.hpp>
+
+namespace palpate {
+
+/// Kinds of tissue with published values. They are starting points: people, ages, states and ways to measure
+/// differ by a factor of two and more (docs/materials.md has the sources and the spread).
+enum class Tissue : std::uint8_t {
+  liver,
+  kidney,
+  spleen,
+  brain,
+  fat,
+  muscle,
+  skin,
+  sclera,
+  tendon,
+  cartilage,
+  trabecular_bone,
+  cortical_bone
+};
+inline constexpr std::array<std::string_view, 12> tissue_names{
+    "liver",  "kidney", "spleen",    "brain",           "fat",          "muscle", "skin",
+    "sclera", "tendon", "cartilage", "trabecular-bone", "cortical-bone"};
+
+/// Where the values of a tissue are from.
+struct TissueInfo {
+  double young_modulus = 0.0;   ///< Pa
+  double poisson_ratio = 0.0;   ///< in (-1, 0.5)
+  double density = 0.0;         ///< kg/m^3
+  std::string_view measured{};  ///< what was measured, with its spread
+  std::string_view source{};    ///< author, journal, year
+};
+[[nodiscard]] const TissueInfo& tissue_info(Tissue tissue);
+
+/// The material of a tissue in SI units: the values above, with the model corotational for tendon and bone
+/// and stable_neo_hookean for others; all else is as by default. Material::tissue tells which it is.
+[[nodiscard]] Material tissue_material(Tissue tissue);
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <palpate/material.hpp>
+
+#include "fem/matrix.hpp"
+#include "parallel/parallel.hpp"
+
+namespace palpate::fem {
+
+/// Young's modulus of what has no time to relax, E / (1 - sum_i g_i), Pa.
+[[nodiscard]] double instantaneous_modulus(const Material& material);
+
+/// Stresses of the Maxwell elements of tets whose material has a Viscosity, over time.
+///
+/// With T(t) the elastic stress of a tet in its own turned frame (Biot's, the symmetric part of R^T P), its
+/// stress is T + sum_i q_i, where q_i is the convolution of dT/dt with gamma_i exp(-t / tau_i), gamma_i =
+/// g_i / (1 - sum_j g_j). T is taken as linear in a step of length h, in which the convolution is exact
+/// (Taylor, Pister & Goudreau, Int. J. Numer. Meth. Eng. 2 (1970); Simo & Hughes, "Computational
+/// Inelasticity", 1998, section 10.3, with the midpoint rule in its place):
+///   q_i' = e_i q_i + gamma_i m_i (T' - T),  e_i = exp(-h / tau_i),  m_i = (1 - e_i) tau_i / h.
+/// So the stress at the end of a step is stiffness() T' + history(), with the history known at its start.
+/// Unconditionally dissipative in implicit Euler where T is linear in the strain: the work of q_i' in a step
+/// is no less than what |q_i|^2 / (2 gamma_i) gains, as e_i^2 <= m_i (2 - m_i).
+class ViscousElements {
+ public:
+  ViscousElements() = default;
+  /// \param material_of_element  into `materials`
+  ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element);
+
+  [[nodiscard]] bool any() const { return !elements_.empty(); }
+  [[nodiscard]] bool has(std::size_t element) const { return any() && place_[element] >= 0; }
+  /// Elements that have some, growing.
+  [[nodiscard]] std::span<const Index> elements() const { return elements_; }
+
+  void set_time_step(double time_step);
+  /// Factor of the elastic stress at the end of a step, as of set_time_step(); 1 for an element without.
+  [[nodiscard]] double stiffness(std::size_t element) const {
+    return has(element) ? series_[series_of(element)].stiffness : 1.0;
+  }
+  /// The history of the stresses as they are, for steps of this length. O(elements x terms).
+  void find_history(const parallel::Threads& threads);
+  [[nodiscard]] const SymmetricMatrix3& history(std::size_t element) const {
+    return history_[place(element)];
+  }
+  /// sum_i q_i at present.
+  [[nodiscard]] SymmetricMatrix3 stress(std::size_t element) const;
+  /// sum_i q_i : C^-1 : q_i / (2 gamma_i) with Hooke's law C, J/m^3: what Maxwell elements store where the
+  /// law is linear.
+  [[nodiscard]] double energy_density(std::size_t element, double mu, double lambda) const;
+  /// Ends a step of one element. \param elastic  T at its end
+  void advance(std::size_t element, const SymmetricMatrix3& elastic);
+
+  /// T and q_i of each element, one after the other: the state.
+  [[nodiscard]] std::span<const SymmetricMatrix3> stresses() const { return stresses_; }
+  /// From an array of that length.
+  void set_stresses(std::span<const SymmetricMatrix3> stresses);
+
+ private:
+  struct Term {
+    double modulus = 0.0;    ///< gamma_i
+    double time = 1.0;       ///< tau_i
+    double decay = 1.0;      ///< e_i
+    double stiffness = 0.0;  ///< gamma_i m_i
+  };
+  struct Series {
+    std::vector<Term> terms;
+    double stiffness = 1.0;
+  };
+  [[nodiscard]] std::size_t place(std::size_t element) const {
+    return static_cast<std::size_t>(place_[element]);
+  }
+  [[nodiscard]] std::size_t series_of(std::size_t element) const { return series_of_[place(element)]; }
+  [[nodiscard]] const SymmetricMatrix3* stresses_of(std::size_t place) const {
+    return stresses_.data() + first_[place];
+  }
+
+  std::vector<Series> series_;          ///< (n_materials), those without viscosity empty
+  std::vector<Index> elements_;         ///< with viscosity
+  std::vector<Index> place_;            ///< (n_elements) among them, -1 for others; or empty
+  std::vector<std::size_t> series_of_;  ///< of them, as what follows
+  std::vector<std::size_t> first_;      ///< into stresses_
+  std::vector<SymmetricMatrix3> history_;
+  std::vector<SymmetricMatrix3> stresses_;
+};
+
+}  // namespace palpate::fem
