@@ -304,6 +304,38 @@ TEST(Smoothing, InvertedTissueComesBack) {
   }
 }
 
+/// Force per unit of E of a cube of side 1 that is squeezed by 1 % between rough plates, over that of a bar
+/// that is free at its sides.
+double squeezed_stiffness(int cells, double nu, ElementKind kind) {
+  const Bodies bodies = single_body(palpate::test::box_mesh({cells, cells, cells}, {}, {1.0, 1.0, 1.0}));
+  Material m = smoothed(nu);
+  m.elements = kind;
+  Dynamics dynamics =
+      Scene{m, select(bodies, [](const Vec3& p) { return p.z == 0.0 || p.z == 1.0; }), 2}.dynamics(bodies);
+  constexpr double squeeze = 1e-4;
+  dynamics.set_positions(mapped(bodies, [&](const Vec3& p) {
+    return Vec3{p.x, p.y, p.z == 1.0 ? 1.0 - squeeze : p.z};
+  }));
+  settle(dynamics, std::vector<Vec3>(bodies.points_rest().size()), 2, 1e-9);
+  const double stiffness = 2.0 * dynamics.elastic_energy() / (squeeze * squeeze * m.young_modulus);
+  std::printf("nu %.3f, %d cells, %s: %.4f\n", nu, cells,
+              element_kind_names[static_cast<std::size_t>(kind)].data(), stiffness);
+  return stiffness;
+}
+
+/// Against values of a code in NumPy that shares nothing with ours, of the same meshes, and what those of 4,
+/// 6 and 8 cells tend to.
+TEST(Smoothing, ASqueezedBlockDoesNotLock) {
+  EXPECT_NEAR(squeezed_stiffness(4, 0.49, ElementKind::smoothed), 1.3785, 1e-3);
+  EXPECT_NEAR(squeezed_stiffness(4, 0.499, ElementKind::smoothed), 1.4655, 1e-3);
+  const double limit = 1.234;
+  const double limit_at_499 = 1.255;
+  EXPECT_NEAR(squeezed_stiffness(8, 0.49, ElementKind::smoothed), limit, 0.04 * limit);
+  EXPECT_NEAR(squeezed_stiffness(8, 0.499, ElementKind::smoothed), limit_at_499, 0.05 * limit_at_499);
+  EXPECT_GT(squeezed_stiffness(8, 0.49, ElementKind::linear), 1.3 * limit);
+  EXPECT_GT(squeezed_stiffness(8, 0.499, ElementKind::linear), 2.5 * limit_at_499);
+}
+
 constexpr double beam_length = 1.0;
 constexpr double beam_side = 0.1;
 
