@@ -17,6 +17,7 @@
 #include "messages.hpp"
 #include "scene/suggest.hpp"
 #include "size_warnings.hpp"
+#include "tissue_presets.hpp"
 
 namespace palpate::app {
 namespace {
@@ -150,6 +151,7 @@ SceneInput load_scene_input(Scene scene) {
       input.files.push_back(from_file ? std::optional(std::move(*next++)) : std::nullopt);
     }
     warn_of_sizes(input.scene, input.model);
+    warn_of_presets(input.scene);
     return input;
   });
 }

@@ -7,10 +7,12 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include <palpate/error.hpp>
 #include <palpate/material.hpp>
+#include <palpate/tissues.hpp>
 
 #include "bind.hpp"
 #include "call_text.hpp"
@@ -21,9 +23,16 @@
 namespace palpate::python {
 namespace {
 
-/// The name of a material model, of which type checkers know which there are; a test compares them with the
-/// schema.
+/// Names of which type checkers know which there are; tests compare them with the schema.
 struct ModelName {
+  static constexpr auto literal =
+      nb::detail::const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']");
+  std::string text;
+};
+struct TissueName {
+  static constexpr auto literal = nb::detail::const_name(
+      "typing.Literal['liver', 'kidney', 'spleen', 'brain', 'fat', 'muscle', 'skin', 'sclera', 'tendon', "
+      "'cartilage', 'trabecular-bone', 'cortical-bone']");
   std::string text;
 };
 
@@ -31,18 +40,17 @@ struct ModelName {
 }  // namespace palpate::python
 
 namespace nanobind::detail {
-template <>
-struct type_caster<palpate::python::ModelName> {
-  NB_TYPE_CASTER(palpate::python::ModelName,
-                 const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']"))
+template <class Word>
+struct type_caster<Word, enable_if_t<std::is_same_v<Word, palpate::python::ModelName> ||
+                                     std::is_same_v<Word, palpate::python::TissueName>>> {
+  NB_TYPE_CASTER(Word, Word::literal)
   bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
     make_caster<std::string> text;
     if (!text.from_python(source, flags, cleanup)) return false;
     value.text = std::move(text.value);
     return true;
   }
-  static handle from_cpp(const palpate::python::ModelName& name, rv_policy policy,
-                         cleanup_list* cleanup) noexcept {
+  static handle from_cpp(const Word& name, rv_policy policy, cleanup_list* cleanup) noexcept {
     return make_caster<std::string>::from_cpp(name.text, policy, cleanup);
   }
 };
@@ -96,6 +104,14 @@ MaterialModel model_of(const std::string& name) {
     if (material_model_names[i] == name) return static_cast<MaterialModel>(i);
   }
   throw Error("Material", "model", "'" + name + "'", expected_name(name, material_model_names));
+}
+
+/// In SI units.
+Material material_of_tissue(const std::string& name) {
+  for (std::size_t i = 0; i < tissue_names.size(); ++i) {
+    if (tissue_names[i] == name) return tissue_material(static_cast<Tissue>(i));
+  }
+  throw Error("Material", "tissue", "'" + name + "'", expected_name(name, tissue_names));
 }
 
 void bind_fibre_class(nb::module_& m) {
@@ -233,6 +249,9 @@ void bind_material(nb::module_& m) {
   const Material standard;
   nb::class_<Material> material(m, "Material", doc::Material);
   bind_material_values(material);
+  material.def_static(
+      "tissue", [](const TissueName& name) { return material_of_tissue(name.text); }, nb::arg("name"),
+      doc::tissue_material);
   material.def(
       "__init__",
       [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,

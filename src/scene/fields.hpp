@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <palpate/tissues.hpp>
+
 #include "number_text.hpp"
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
@@ -79,6 +81,9 @@ void describe(Visitor& v, Viscosity& viscosity) {
 
 template <class Visitor>
 void describe(Visitor& v, Material& material) {
+  const std::optional<Tissue> before = material.tissue;
+  v.preset("tissue", material.tissue, tissue_names);
+  if (material.tissue && material.tissue != before) material = tissue_material(*material.tissue);
   v.field("young_modulus", material.young_modulus, above(0).in(dimension::pressure));
   v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
   v.field("density", material.density, above(0).in(dimension::density));

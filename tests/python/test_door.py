@@ -98,10 +98,13 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
         assert "Field" in method.__annotations__[parameter]
     models = schema["$defs"]["material"]["properties"]["model"]["enum"]
     assert list(typing.get_args(_names.MaterialModel)) == models
+    tissues = schema["$defs"]["material"]["properties"]["tissue"]["enum"]
+    assert list(typing.get_args(_names.Tissue)) == tissues
     # The types of the compiled module: what makes a material, what reads its model and what sets it.
     types = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
     literal = re.escape(str(models)[1:-1])
     material, = re.findall(r"(?ms)^class Material:\n(.*?)^class ", types)
+    assert re.search(r"def tissue\(name: (typing\.)?Literal\[" + re.escape(str(tissues)[1:-1]), material)
     assert len(re.findall(rf"model: (?:typing\.)?Literal\[{literal}\] = 'corotational'", material)) == 1
     assert re.search(rf"def model\(self\) -> (?:typing\.)?Literal\[{literal}\]:", material)
     assert re.search(rf"def model\(self, arg: (?:typing\.)?Literal\[{literal}\], /\) -> None", material)

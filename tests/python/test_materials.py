@@ -36,6 +36,15 @@ def test_bad_values_are_refused_in_one_line_with_the_bound():
         palpate.Fibres(direction=(0.0, 0.0, 0.0), stiffness=1.0)
 
 
+def test_tissues_are_presets_that_can_be_changed():
+    liver = palpate.Material.tissue("liver")
+    assert liver.model == "stable-neo-hookean" and liver.density == 1060.0 and 5e3 < liver.young_modulus < 7e3
+    liver.young_modulus = 1e4
+    assert pickle.loads(pickle.dumps(liver)).young_modulus == 1e4
+    with pytest.raises(palpate.Error, match="expected 'liver'"):
+        palpate.Material.tissue("livre")
+
+
 def test_viscosity_says_what_it_is_and_is_refused_where_it_is_none():
     viscosity = palpate.Viscosity(fractions=[0.3, 0.2], times=[0.1, 2.0])
     material = palpate.Material(viscosity=viscosity)
