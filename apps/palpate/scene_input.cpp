@@ -11,6 +11,7 @@
 #include <unistd.h>
 #include <variant>
 
+#include <palpate/io/cell_vectors.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
 #include "exit_codes.hpp"
@@ -140,11 +141,14 @@ SceneInput load_scene_input(Scene scene) {
     SceneInput input;
     input.scene = std::move(scene);
     std::vector<MeshRecord> records;
-    input.model = load_model(input.scene, [&](const std::filesystem::path& file) {
-      MeshInput mesh = read_checked(file);
-      records.push_back(std::move(mesh.record));
-      return std::move(mesh.mesh);
-    });
+    input.model = load_model(
+        input.scene,
+        [&](const std::filesystem::path& file) {
+          MeshInput mesh = read_checked(file);
+          records.push_back(std::move(mesh.record));
+          return std::move(mesh.mesh);
+        },
+        io::read_cell_vectors);
     auto next = records.begin();
     for (const SceneBody& body : input.scene.bodies) {
       const bool from_file = std::holds_alternative<MeshFile>(body.source);

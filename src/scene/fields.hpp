@@ -60,6 +60,10 @@ void describe(Visitor& v, Fibres& fibres) {
   v.field("direction", fibres.direction);
   const Vec3& d = fibres.direction;
   v.rule(d.x != 0.0 || d.y != 0.0 || d.z != 0.0, "direction", "a zero vector", "a direction");
+  std::optional<std::string> field;
+  if (!fibres.field.empty()) field = fibres.field;
+  v.optional("field", field);
+  fibres.field = field.value_or("");
   v.field("stiffness", fibres.stiffness, at_least(0).in(dimension::pressure));
   v.field("exponent", fibres.exponent, at_least(0));
   v.field("active_stress", fibres.active_stress, at_least(0).in(dimension::pressure));
