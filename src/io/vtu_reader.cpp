@@ -95,9 +95,10 @@ class VtuReader {
     append(piece, number);
     if (piece.cells.count == 0) return;
     const auto array = std::ranges::find(piece.cell_data, name, &VtuArray::name);
-    if (array == piece.cell_data.end())
+    if (array == piece.cell_data.end()) {
       throw Error(source_, fmt::format("piece {}", number), "no cell data of the name '" + name + "'",
                   "some");
+    }
     if (array->components != 3) {
       throw Error(source_, "cell data " + name, fmt::format("{} components", array->components),
                   "3: a vector for each cell");
