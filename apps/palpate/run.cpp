@@ -29,6 +29,7 @@
 #include "scene/json_text.hpp"
 #include "stopwatch.hpp"
 #include "subcommands.hpp"
+#include "tissue_presets.hpp"
 
 namespace palpate::app {
 namespace {
@@ -345,7 +346,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
 Subcommand add_run(CLI::App& command) {
   CLI::App* app =
       command.add_subcommand("run", "simulate a scene and write frames, metrics, a report and a picture");
-  app->footer(examples);
+  app->footer(std::string(examples) + tissue_lines());
   auto options = std::make_shared<RunOptions>();
   add_flags(*app, *options);
   return {app, [options] { return run(*options); }};

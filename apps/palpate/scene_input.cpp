@@ -11,12 +11,14 @@
 #include <unistd.h>
 #include <variant>
 
+#include <palpate/io/cell_vectors.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
 #include "exit_codes.hpp"
 #include "messages.hpp"
 #include "scene/suggest.hpp"
 #include "size_warnings.hpp"
+#include "tissue_presets.hpp"
 
 namespace palpate::app {
 namespace {
@@ -139,17 +141,21 @@ SceneInput load_scene_input(Scene scene) {
     SceneInput input;
     input.scene = std::move(scene);
     std::vector<MeshRecord> records;
-    input.model = load_model(input.scene, [&](const std::filesystem::path& file) {
-      MeshInput mesh = read_checked(file);
-      records.push_back(std::move(mesh.record));
-      return std::move(mesh.mesh);
-    });
+    input.model = load_model(
+        input.scene,
+        [&](const std::filesystem::path& file) {
+          MeshInput mesh = read_checked(file);
+          records.push_back(std::move(mesh.record));
+          return std::move(mesh.mesh);
+        },
+        io::read_cell_vectors);
     auto next = records.begin();
     for (const SceneBody& body : input.scene.bodies) {
       const bool from_file = std::holds_alternative<MeshFile>(body.source);
       input.files.push_back(from_file ? std::optional(std::move(*next++)) : std::nullopt);
     }
     warn_of_sizes(input.scene, input.model);
+    warn_of_presets(input.scene);
     return input;
   });
 }

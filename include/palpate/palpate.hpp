@@ -11,5 +11,6 @@
 #include <palpate/settings.hpp>
 #include <palpate/simulation.hpp>
 #include <palpate/tissue.hpp>
+#include <palpate/tissues.hpp>
 #include <palpate/types.hpp>
 #include <palpate/version.hpp>

@@ -14,6 +14,7 @@
 
 #include <palpate/error.hpp>
 #include <palpate/material.hpp>
+#include <palpate/tissues.hpp>
 
 #include "bind.hpp"
 #include "call_text.hpp"
@@ -32,6 +33,7 @@ struct NameOf {
 };
 using ModelName = NameOf<MaterialModel>;
 using ElementName = NameOf<ElementKind>;
+using TissueName = NameOf<Tissue>;
 
 template <class Kind>
 constexpr auto literal = nb::detail::const_name("str");
@@ -40,6 +42,10 @@ constexpr auto literal<MaterialModel> =
     nb::detail::const_name("typing.Literal['corotational', 'stable-neo-hookean', 'mooney-rivlin']");
 template <>
 constexpr auto literal<ElementKind> = nb::detail::const_name("typing.Literal['linear', 'smoothed']");
+template <>
+constexpr auto literal<Tissue> = nb::detail::const_name(
+    "typing.Literal['liver', 'kidney', 'spleen', 'brain', 'fat', 'muscle', 'skin', 'sclera', 'tendon', "
+    "'cartilage', 'trabecular-bone', 'cortical-bone']");
 
 }  // namespace
 }  // namespace palpate::python
@@ -107,6 +113,8 @@ template <>
 constexpr std::span<const std::string_view> names_of<MaterialModel> = material_model_names;
 template <>
 constexpr std::span<const std::string_view> names_of<ElementKind> = element_kind_names;
+template <>
+constexpr std::span<const std::string_view> names_of<Tissue> = tissue_names;
 
 template <class Kind>
 NameOf<Kind> name_of(Kind kind) {
@@ -272,6 +280,9 @@ void bind_material(nb::module_& m) {
   const Material standard;
   nb::class_<Material> material(m, "Material", doc::Material);
   bind_material_values(material);
+  material.def_static(
+      "tissue", [](const TissueName& name) { return tissue_material(kind_of(name, "tissue")); },
+      nb::arg("name"), doc::tissue_material);
   material.def(
       "__init__",
       [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,

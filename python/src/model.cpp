@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/io/cell_vectors.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
 #include "geometry/vector.hpp"
@@ -21,8 +22,9 @@ TetMesh read_checked_mesh(const std::string& path) {
 }
 
 Model::Model(const Scene& scene)
-    : data_(load_model(scene,
-                       [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); })),
+    : data_(load_model(
+          scene, [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); },
+          io::read_cell_vectors)),
       self_collision_(scene.settings.detection.self_collision),
       turned_(data_.bodies.tets().size()) {}
 

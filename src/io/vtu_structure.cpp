@@ -42,7 +42,9 @@ class StructureReader {
     } else if (is_at({"VTKFile", grid_.type, "Piece", "Points", "DataArray"})) {
       open_array(result_.pieces.back().coordinates, "Points");
     } else if (is_at({"VTKFile", grid_.type, "Piece", "PointData", "DataArray"})) {
-      open_point_data(result_.pieces.back().point_data);
+      open_data(result_.pieces.back().point_data);
+    } else if (is_at({"VTKFile", grid_.type, "Piece", "CellData", "DataArray"})) {
+      open_data(result_.pieces.back().cell_data);
     } else if (is_at({"VTKFile", grid_.type, "Piece", grid_.cells, "DataArray"})) {
       open_array_of(result_.pieces.back().cells);
     } else if (!grid_.strips.empty() && is_at({"VTKFile", grid_.type, "Piece", grid_.strips, "DataArray"})) {
@@ -132,7 +134,7 @@ class StructureReader {
   }
 
   /// What a mesh does not need is no reason to refuse it: what cannot be read is left out.
-  void open_point_data(std::vector<VtuArray>& arrays) {
+  void open_data(std::vector<VtuArray>& arrays) {
     const std::string_view format = attribute("format", "ascii");
     const bool known = format == "ascii" || format == "binary" || format == "appended";
     if (!known || scalar_type(attribute("type")) == nullptr ||

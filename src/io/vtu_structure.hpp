@@ -48,6 +48,7 @@ struct VtuPiece {
   VtuCells cells;
   VtuCells strips;
   std::vector<VtuArray> point_data;  ///< those whose type of numbers is known
+  std::vector<VtuArray> cell_data;   ///< the same
 };
 
 /// The outline of a .vtu file, before any number of an array is read.

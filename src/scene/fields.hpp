@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <palpate/tissues.hpp>
+
 #include "number_text.hpp"
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
@@ -58,6 +60,10 @@ void describe(Visitor& v, Fibres& fibres) {
   v.field("direction", fibres.direction);
   const Vec3& d = fibres.direction;
   v.rule(d.x != 0.0 || d.y != 0.0 || d.z != 0.0, "direction", "a zero vector", "a direction");
+  std::optional<std::string> field;
+  if (!fibres.field.empty()) field = fibres.field;
+  v.optional("field", field);
+  fibres.field = field.value_or("");
   v.field("stiffness", fibres.stiffness, at_least(0).in(dimension::pressure));
   v.field("exponent", fibres.exponent, at_least(0));
   v.field("active_stress", fibres.active_stress, at_least(0).in(dimension::pressure));
@@ -79,6 +85,9 @@ void describe(Visitor& v, Viscosity& viscosity) {
 
 template <class Visitor>
 void describe(Visitor& v, Material& material) {
+  const std::optional<Tissue> before = material.tissue;
+  v.preset("tissue", material.tissue, tissue_names);
+  if (material.tissue && material.tissue != before) material = tissue_material(*material.tissue);
   v.field("young_modulus", material.young_modulus, above(0).in(dimension::pressure));
   v.field("poisson_ratio", material.poisson_ratio, strictly_within(-1, 0.5));
   v.field("density", material.density, above(0).in(dimension::density));

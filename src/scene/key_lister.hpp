@@ -46,6 +46,10 @@ class KeyLister {
     add(key, names[static_cast<std::size_t>(value)]);
   }
   template <class Enum>
+  void preset(std::string_view key, const std::optional<Enum>&, std::span<const std::string_view>) {
+    add(key, nullptr);
+  }
+  template <class Enum>
   void words_or_number(std::string_view key, const std::variant<Enum, double>& value,
                        std::span<const std::string_view> names, const Limits&) {
     choice(key, std::get<Enum>(value), names);

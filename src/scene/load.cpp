@@ -12,6 +12,7 @@
 #include "geometry/vector.hpp"
 #include "scene/body_mesh.hpp"
 #include "scene/body_points.hpp"
+#include "scene/fibre_fields.hpp"
 #include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
 
@@ -76,7 +77,7 @@ void add_body(const Scene& scene, std::size_t b, TetMesh mesh, Model& model) {
   }
 }
 
-Model load_model(const Scene& scene, const MeshReader& read_mesh) {
+Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorReader& read_vectors) {
   Model model;
   std::vector<Index> motions(scene.bodies.size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -92,6 +93,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh) {
     model.motions.push_back(motion_of(*body.motion));
   }
   add_all_regions(scene, model);
+  add_fibre_fields(scene, read_vectors, model);
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) fill_points(scene, b, motions, model);

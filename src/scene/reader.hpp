@@ -55,6 +55,11 @@ class Reader {
     if (json != nullptr)
       value = static_cast<Enum>(decode_choice(context_, key_path(path_, key), *json, names));
   }
+  /// One of a table of names whose values other keys then have by default.
+  template <class Enum>
+  void preset(std::string_view key, std::optional<Enum>& value, std::span<const std::string_view> names) {
+    if (find(key) != nullptr) choice(key, value.emplace(), names);
+  }
   /// A name, or a number.
   template <class Enum>
   void words_or_number(std::string_view key, std::variant<Enum, double>& value,

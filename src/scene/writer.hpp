@@ -45,6 +45,9 @@ class Writer {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);
   }
+  /// What comes of it is written.
+  template <class Enum>
+  static void preset(std::string_view, const std::optional<Enum>&, std::span<const std::string_view>) {}
   template <class Enum>
   void words_or_number(std::string_view key, const std::variant<Enum, double>& value,
                        std::span<const std::string_view> names, const Limits&) {

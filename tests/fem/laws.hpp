@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <Eigen/SVD>
 #include <cmath>
 
 #include <palpate/material.hpp>
@@ -61,6 +62,16 @@ inline Matrix stress(const Material& m, const Matrix& f, Real tension) {
     }
   }
   return p;
+}
+
+/// First Piola-Kirchhoff stress of any law; the corotational one after Mueller & Gross 2004, with the
+/// rotation of the polar decomposition by Eigen.
+inline Matrix stress(const Material& m, const Matrix& f) {
+  if (m.model != MaterialModel::corotational) return stress(m, f, 0);
+  const Lame lame(m);
+  const Eigen::JacobiSVD<Matrix> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Matrix r = svd.matrixU() * svd.matrixV().transpose();
+  return 2 * lame.mu * (f - r) + lame.lambda * (svd.singularValues().sum() - 3) * r;
 }
 
 }  // namespace palpate::fem::test

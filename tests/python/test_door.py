@@ -96,9 +96,12 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
     assert list(typing.get_args(_names.Field)) == schema["properties"]["output"]["properties"]["fields"]["items"]["enum"]
     for method, parameter in [(palpate.Simulation.field, "name"), (palpate.Simulation.to_pyvista, "fields")]:
         assert "Field" in method.__annotations__[parameter]
+    tissues = schema["$defs"]["material"]["properties"]["tissue"]["enum"]
+    assert list(typing.get_args(_names.Tissue)) == tissues
     # The types of the compiled module: what makes a material, what reads its kinds and what sets them.
     types = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
     material, = re.findall(r"(?ms)^class Material:\n(.*?)^class ", types)
+    assert re.search(r"def tissue\(name: (typing\.)?Literal\[" + re.escape(str(tissues)[1:-1]), material)
     for key, names, default in [("model", _names.MaterialModel, "corotational"), ("elements", _names.ElementKind, "linear")]:
         known = schema["$defs"]["material"]["properties"][key]["enum"]
         assert list(typing.get_args(names)) == known

@@ -36,6 +36,41 @@ def test_bad_values_are_refused_in_one_line_with_the_bound():
         palpate.Fibres(direction=(0.0, 0.0, 0.0), stiffness=1.0)
 
 
+def test_tissues_are_presets_that_can_be_changed():
+    liver = palpate.Material.tissue("liver")
+    assert liver.model == "stable-neo-hookean" and liver.density == 1060.0 and 5e3 < liver.young_modulus < 7e3
+    liver.young_modulus = 1e4
+    assert pickle.loads(pickle.dumps(liver)).young_modulus == 1e4
+    with pytest.raises(palpate.Error, match="expected 'liver'"):
+        palpate.Material.tissue("livre")
+
+
+def test_a_field_of_the_mesh_file_is_what_set_fibres_does(tmp_path):
+    """Fibres that differ from tet to tet, and a hexahedron that is cut into tets; the same bits."""
+    import meshio
+
+    points, tets = palpate.box((3, 2, 2), (0.3, 0.2, 0.2))
+    more = np.array([[x, y, z] for z in (0.0, 0.1) for x, y in ((0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1))]) + [1.0, 0.0, 0.0]
+    cells = [("hexahedron", np.arange(8)[None] + len(points)), ("tetra", tets)]
+    field = np.random.default_rng(5).normal(size=(1 + len(tets), 3))
+    meshio.write(tmp_path / "a.vtu", meshio.Mesh(np.vstack([points, more]), cells, cell_data={"way": [field[:1], field[1:]]}))
+    material = {"model": "stable-neo-hookean", "fibres": {"stiffness": 1e4, "exponent": 1, "active_stress": 2e4, "field": "way"}}
+    scene = {"time_step": 0.01, "bodies": [{"mesh": str(tmp_path / "a.vtu"), "material": material}]}
+    by_field = palpate.Simulation(scene)
+    del material["fibres"]["field"]
+    model = palpate.Model.from_scene(scene)
+    count = model.bodies[0].tets.stop
+    assert count > len(tets) + 4
+    model.set_fibres(0, np.vstack([np.repeat(field[:1], count - len(tets), axis=0), field[1:]]))
+    by_hand, plain = palpate.Simulation(model, time_step=0.01), palpate.Simulation(scene)
+    for simulation in (by_field, by_hand, plain):
+        simulation.run(10)
+    assert (by_field.positions == by_hand.positions).all() and (by_field.positions != plain.positions).any()
+    material["fibres"]["field"] = "away"
+    with pytest.raises(palpate.Error, match="fibres.field.*no cell data of the name 'away'"):
+        palpate.Simulation(scene)
+
+
 def test_viscosity_says_what_it_is_and_is_refused_where_it_is_none():
     viscosity = palpate.Viscosity(fractions=[0.3, 0.2], times=[0.1, 2.0])
     material = palpate.Material(viscosity=viscosity)

@@ -87,6 +87,47 @@ TEST(LoadBodies, ReadsMeshesRelativeToTheScene) {
   EXPECT_EQ(loaded.bodies.points_rest()[1], (Vec3{2, 0, 0}));
 }
 
+/// Of two tets, one of a region without a field; turned and scaled with the body.
+TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
+  const MeshReader reader = [](const std::filesystem::path&) {
+    return TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}, {{0, 1, 2, 3}, {1, 2, 3, 4}}};
+  };
+  std::vector<std::string> asked;
+  std::size_t count = 2;
+  const VectorReader vectors = [&](const std::filesystem::path& path, const std::string& name) {
+    asked.push_back(path.string() + ":" + name);
+    return std::vector<Vec3>(count, Vec3{1, 2, 0});
+  };
+  const auto text = [](const std::string& more) {
+    return R"({"bodies": [{"ball": {"radius": 1, "resolution": 1}, "material": {}, "translate": [9, 9, 9]}, {
+      "mesh": "a.vtu", "scale": [1, 2, 1], "rotate": {"axis": [0, 0, 1], "angle": 90},
+      "translate": [5, 5, 5], "material": {"model": "mooney-rivlin", "fibres": {"stiffness": 1, "field": "way"}})" +
+           more + "}]}";
+  };
+  const Scene scene = read_scene_text(text(""), "s.json", "/base");
+  const Model model = load_model(scene, reader, vectors);
+  const auto first = static_cast<std::size_t>(model.bodies.bodies()[1].tets.begin);
+  ASSERT_EQ(model.fibre_of_tet.size(), first + 2);
+  EXPECT_EQ(model.fibre_of_tet[0], Vec3{});
+  expect_near(model.fibre_of_tet[first], {-4, 1, 0});
+  EXPECT_EQ(asked, (std::vector<std::string>{"/base/a.vtu:way"}));
+  const std::string region =
+      R"(, "regions": [{"tets": [1], "material": {"model": "mooney-rivlin", "fibres": {"stiffness": 1}}}])";
+  const Model parts = load_model(read_scene_text(text(region), "s.json"), reader, vectors);
+  expect_near(parts.fibre_of_tet[first], {-4, 1, 0});
+  EXPECT_EQ(parts.fibre_of_tet[first + 1], Vec3{});
+  count = 3;
+  EXPECT_EQ(message_of([&] { load_model(scene, reader, vectors); }),
+            "s.json: bodies[1].material.fibres.field: found 3 vectors, expected 2, one a tet");
+  EXPECT_EQ(message_of([&] {
+              load_model(scene_of(box + R"(, "regions": [{"tets": [0], "material":
+                {"model": "mooney-rivlin", "fibres": {"stiffness": 1, "field": "way"}}}])"),
+                         reader, vectors);
+            }),
+            "s.json: bodies[0].regions[0].material.fibres.field: found it in a body without a mesh file, "
+            "expected one with 'mesh'");
+}
+
 TEST(LoadBodies, SelectsInWorldCoordinatesWithTheBoundary) {
   EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"box": {"lower": [-1, -1, 1], "upper": [1, 1, 1]}}])"), 9);
   EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"sphere": {"center": [0, 0, 0], "radius": 1}}])"), 7);

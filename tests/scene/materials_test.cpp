@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/tissues.hpp>
 
 #include "scene/scene.hpp"
 
@@ -93,6 +94,50 @@ TEST(SceneMaterial, RefusesASeriesThatIsNone) {
   for (const auto& [text, message] : cases)
     EXPECT_NE(refused(R"({"viscosity": )" + text + "}").find(message), std::string::npos)
         << refused(R"({"viscosity": )" + text + "}");
+}
+
+/// In a scene in mm, g and ms: pressures in MPa, densities in g/mm^3.
+TEST(SceneMaterial, PresetsAreDefaultsOfTheirKeysInTheUnitsOfTheScene) {
+  const auto of = [](const std::string& material) {
+    return read_scene_text(
+               R"({"units": {"length": "mm", "mass": "g", "time": "ms"}, "gravity": [0, 0, 0],
+                   "bodies": [{"ball": {"radius": 10, "resolution": 1}, "material": )" +
+                   material + "}]}",
+               "s.json")
+        .bodies[0]
+        .material.value();
+  };
+  const Material bone = of(R"({"tissue": "cortical-bone"})");
+  EXPECT_DOUBLE_EQ(bone.young_modulus, 17e3);
+  EXPECT_DOUBLE_EQ(bone.density, 1.92e-3);
+  EXPECT_EQ(bone.poisson_ratio, 0.3);
+  EXPECT_EQ(bone.model, MaterialModel::corotational);
+  EXPECT_EQ(bone.tissue, Tissue::cortical_bone);
+  const Material fat = of(R"({"density": 1e-3, "tissue": "fat", "model": "mooney-rivlin"})");
+  EXPECT_DOUBLE_EQ(fat.young_modulus, 3.25e-3);
+  EXPECT_EQ(fat.density, 1e-3);
+  EXPECT_EQ(fat.model, MaterialModel::mooney_rivlin);
+}
+
+TEST(SceneMaterial, PresetsAreWrittenAsTheirValues) {
+  // The given modulus is the default of materials without a preset: it must not get lost.
+  const Scene scene = read(R"({"tissue": "liver", "young_modulus": 100000})");
+  const Material again = read_scene_text(write_scene(scene), "again.json").bodies[0].material.value();
+  EXPECT_EQ(again.young_modulus, 100000.0);
+  EXPECT_EQ(again.density, 1060.0);
+  EXPECT_EQ(again.model, MaterialModel::stable_neo_hookean);
+  EXPECT_FALSE(again.tissue.has_value());
+  EXPECT_NE(refused(R"({"tissue": "livre"})").find("'liver'"), std::string::npos);
+}
+
+TEST(SceneMaterial, EveryPresetIsTakenAndHasASource) {
+  for (std::size_t i = 0; i < tissue_names.size(); ++i) {
+    const auto tissue = static_cast<Tissue>(i);
+    EXPECT_NO_THROW(read(R"({"tissue": ")" + std::string(tissue_names[i]) + R"("})"));
+    EXPECT_GT(tissue_info(tissue).density, 900.0);
+    EXPECT_NE(tissue_info(tissue).source.find('('), std::string_view::npos);
+    EXPECT_FALSE(tissue_info(tissue).measured.empty());
+  }
 }
 
 }  // namespace

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "scene/scene.hpp"
+
+namespace palpate::app {
+
+/// Warns, in one line, where materials of the scene are presets (material.tissue).
+void warn_of_presets(const Scene& scene);
+
+/// What help pages say of presets: their names with Young's moduli.
+std::string tissue_lines();
+
+}  // namespace palpate::app
