@@ -116,13 +116,13 @@ struct BodyLoads {
 
 /// What holds, moves and loads bodies from the next step on: Simulation::change(). In this order.
 struct ModelChange {
+  std::vector<Index> untie{};           ///< numbers of ties; those behind them have lower numbers then
   std::vector<Index> insert{};          ///< bodies that are there again, where they are or their motion is
   std::vector<Index> remove{};          ///< bodies that are not there any more; their ties are gone
   std::vector<Index> release_bodies{};  ///< nothing holds their points any more; what was rigid deforms
   std::vector<Index> release_points{};  ///< neither fixed nor moved any more, nor held along an axis
   std::vector<Index> fix{};             ///< points that stay where they are
   std::vector<PointMove> moves{};       ///< each is a motion more; points leave the one they were on
-  std::vector<Index> untie{};           ///< numbers of ties; those behind them have lower numbers then
   std::vector<Tie> ties{};              ///< behind those that are there, at rest where their points are now
   std::vector<BodyLoads> loads{};
 };

@@ -181,6 +181,8 @@ class Simulation {
   [[nodiscard]] TissueState tissue_at_points() const;
   /// The same from what tissue() has just told, for those who want both.
   [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets) const;
+  /// Mass of each point, kg: (n_points).
+  [[nodiscard]] std::span<const double> point_masses() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
   /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its

@@ -166,13 +166,13 @@ DetectionSettings without_absent(DetectionSettings settings, std::span<const std
 void apply_change(const ModelChange& change, const Bodies& bodies, std::span<const Vec3> positions,
                   HeldModel& held) {
   Changer changer(bodies, positions, held);
+  changer.untie(change.untie);
   for (const Index body : change.insert) changer.insert(body);
   for (const Index body : change.remove) changer.remove(body);
   for (const Index body : change.release_bodies) changer.release_body(body);
   for (const Index point : change.release_points) changer.release_point(point);
   for (const Index point : change.fix) changer.fix(point);
   for (const PointMove& move : change.moves) changer.move(move);
-  changer.untie(change.untie);
   changer.tie(change.ties);
 }
 

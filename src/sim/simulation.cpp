@@ -424,6 +424,9 @@ bool Simulation::at_rest() const {
   return static_cast<double>(state_->slow_steps) * state_->settings.time_step >=
          state_->settings.rest.time * (1.0 - rounding);
 }
+std::span<const double> Simulation::point_masses() const {
+  return state_->dynamics.point_masses();
+}
 std::span<const double> Simulation::masses() const {
   return state_->masses;
 }
