@@ -19,14 +19,18 @@
 #include "exit_codes.hpp"
 #include "folder_lock.hpp"
 #include "io/atomic_file.hpp"
+#include "io/file_bytes.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "outcomes_json.hpp"
 #include "parallel/parallel.hpp"
 #include "relax_model.hpp"
+#include "report_page.hpp"
 #include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
+#include "scene/suggest.hpp"
 #include "stopwatch.hpp"
 #include "subcommands.hpp"
 
@@ -43,8 +47,10 @@ constexpr const char* examples = R"(Examples:
   jq '.duration = 2' scene.json | palpate run -     a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
   palpate run --resume results/scene                go on where that run ended
+  palpate run variant.json --from-stage rest --from results/plan    a variant of the stages behind 'rest'
 
-Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png; what
+Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png,
+outcomes.json where the scene has outcomes or stages, and with --report a page report.html; what
 an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
@@ -55,7 +61,10 @@ struct RunOptions {
   std::optional<std::int64_t> steps;
   bool until_rest = false;
   std::optional<fs::path> out;
+  std::optional<std::string> from_stage;
+  std::optional<fs::path> from;
   bool replace = false;
+  bool report = false;
   std::optional<int> every;
   bool no_picture = false;
   bool strict = false;
@@ -78,6 +87,7 @@ std::string folder_name(const std::string& name) {
 
 std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
   if (options.steps) return *options.steps;
+  if (!scene.stages.empty()) return as_input([&] { return most_steps_of_stages(scene); });
   // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
   constexpr double rounding = 1e-9;
   const double steps = std::ceil(scene.duration / scene.settings.time_step * (1.0 - rounding));
@@ -89,9 +99,15 @@ std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
 }
 
 /// What an earlier run left must not be taken for a result of this one.
-void remove_old_results(const fs::path& folder, const Scene& scene) {
+void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
   std::vector<fs::path> paths = picture_paths(folder, scene);
-  paths.push_back(folder / "run.json");
+  for (const char* name : {"run.json", "outcomes.json", "report.html"}) paths.push_back(folder / name);
+  if (stages) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder / "stages", ignored))
+      if (entry.path().extension() == ".palpate" || entry.path().extension() == ".png")
+        paths.push_back(entry);
+  }
   for (const fs::path& path : paths) {
     std::error_code failed;
     fs::remove(path, failed);
@@ -105,7 +121,8 @@ struct Begin {
   SceneInput input;
   fs::path folder;
   std::optional<FoundCheckpoint> checkpoint;
-  bool replace = false;  ///< also what a killed run left
+  bool replace = false;                     ///< also what a killed run left
+  std::optional<std::string> from_stage{};  ///< the checkpoint is the end of this stage of another run
 };
 
 Begin begin_anew(const RunOptions& options) {
@@ -118,6 +135,9 @@ Begin begin_anew(const RunOptions& options) {
   Scene& scene = begin.input.scene;
   options.detection.apply(scene.settings.detection);
   scene.output.every = options.every.value_or(scene.output.every);
+  scene.output.report = scene.output.report || options.report;
+  if (options.until_rest && !scene.stages.empty())
+    throw BadInput("--until-rest", "", "a scene with stages", "nothing: each says when it ends");
   begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
   begin.plan = {.scene_file = options.scene.file.string(),
                 .scene = write_scene(scene),
@@ -128,6 +148,68 @@ Begin begin_anew(const RunOptions& options) {
                 .no_picture = options.no_picture,
                 .strict = options.strict,
                 .checkpoint_every = options.checkpoint_every.value_or(0)};
+  return begin;
+}
+
+/// Whether run.json is there and says that its run got to its end.
+bool has_ended(const fs::path& folder) {
+  std::ifstream file(folder / "run.json");
+  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
+  return report.is_object() && report.value("interrupted", nlohmann::json()) == false &&
+         report.value("error", nlohmann::json()).is_null();
+}
+
+/// Checkpoints of a run that was killed, interrupted or failed: nobody may have meant to lose them.
+void check_replaceable(const Begin& begin) {
+  const fs::path& folder = begin.folder;
+  if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
+  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
+                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
+}
+
+/// Up to the end of a stage a variant must be the run that it begins in: the same stages, in the same order.
+void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const std::string& stage) {
+  std::vector<std::string_view> names;
+  for (const Stage& known : scene.stages) names.emplace_back(known.name);
+  const auto place = std::ranges::find(names, stage);
+  if (place == names.end())
+    throw BadInput("--from-stage", "", "'" + stage + "'", expected_name(stage, names));
+  const auto stages_of = [](const std::string& text) { return nlohmann::json::parse(text)["stages"]; };
+  const nlohmann::json now = stages_of(write_scene(scene));
+  const nlohmann::json then = stages_of(found.checkpoint.plan.scene);
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(place - names.begin()); ++i) {
+    if (i < then.size() && now[i] == then[i]) continue;
+    throw BadInput(scene.source, fmt::format("stages[{}]", i), "another stage than in the run to begin from",
+                   fmt::format("the same stages up to '{}'", stage));
+  }
+}
+
+/// Rows of another run up to where this one begins.
+void copy_rows(const Begin& begin, const fs::path& from) {
+  if (fs::weakly_canonical(from) == fs::weakly_canonical(begin.folder)) return;
+  fs::create_directories(begin.folder);
+  const Checkpoint& checkpoint = begin.checkpoint->checkpoint;
+  for (const auto& [name, bytes] : {std::pair("metrics.csv", checkpoint.metrics_bytes),
+                                    std::pair("forces.csv", checkpoint.forces_bytes)}) {
+    const std::string rows = io::read_file(from / name, "rows of the run that is begun from");
+    io::write_atomically(begin.folder / name, rows.substr(0, bytes));
+  }
+}
+
+/// A run of a scene from the end of a stage of another run.
+Begin begin_from_stage(const RunOptions& options) {
+  Begin begin = begin_anew(options);
+  const fs::path from = options.from.value_or(begin.folder);
+  begin.from_stage = options.from_stage;
+  begin.checkpoint = find_stage(from, *options.from_stage);
+  check_same_stages(begin.input.scene, *begin.checkpoint, *options.from_stage);
+  check_replaceable(begin);
+  as_input([&] {
+    copy_rows(begin, from);
+    return 0;
+  });
+  if (fs::weakly_canonical(from) != fs::weakly_canonical(begin.folder))
+    begin.checkpoint->checkpoint.frames = {};
   return begin;
 }
 
@@ -154,36 +236,30 @@ Begin begin_again(const RunOptions& options) {
 }
 
 /// Puts the simulation where the checkpoint has it, if there is one.
-void take_up(const Begin& begin, Simulation& simulation) {
+void take_up(const Begin& begin, Simulation& simulation, StageRun& stages) {
   if (!begin.checkpoint) return;
   try {
     simulation.restore(begin.checkpoint->checkpoint.simulation);
+    stages.resume(simulation, begin.checkpoint->checkpoint.stages);
   } catch (const Error& error) {  // name the file, and not only what is in it
     throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
 }
 
-/// Whether run.json is there and says that its run got to its end.
-bool has_ended(const fs::path& folder) {
-  std::ifstream file(folder / "run.json");
-  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
-  return report.is_object() && report.value("interrupted", nlohmann::json()) == false &&
-         report.value("error", nlohmann::json()).is_null();
+/// Rows have columns for outcomes: a variant with others begins its own.
+bool has_same_columns(const Begin& begin) {
+  const auto outcomes_of = [](const std::string& text) {
+    const auto scene = nlohmann::json::parse(text);
+    return scene.value("outcomes", nlohmann::json::array());
+  };
+  return outcomes_of(begin.checkpoint->checkpoint.plan.scene) == outcomes_of(begin.plan.scene);
 }
 
-/// Checkpoints of a run that was killed, interrupted or failed: nobody may have meant to lose them.
-void check_replaceable(const Begin& begin) {
-  const fs::path& folder = begin.folder;
-  if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
-  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
-                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
-}
-
-MetricsFile open_metrics(const Begin& begin) {
+MetricsFile open_metrics(const Begin& begin, const OutcomeProbe& outcomes) {
   const fs::path path = begin.folder / "metrics.csv";
-  if (begin.checkpoint) return {path, begin.checkpoint->checkpoint.metrics_bytes};
-  check_replaceable(begin);
-  return {path, begin.input.scene.units};
+  if (begin.checkpoint && has_same_columns(begin)) return {path, begin.checkpoint->checkpoint.metrics_bytes};
+  if (!begin.checkpoint) check_replaceable(begin);
+  return {path, begin.input.scene.units, outcomes};
 }
 
 ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
@@ -195,15 +271,16 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
 /// Where the results of a run are written. Rows come first: a run that cannot go on with them changes
 /// nothing.
 struct Outputs {
-  Outputs(const Begin& begin, const ForceProbe& probe)
+  Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
-        metrics(open_metrics(begin)),
+        metrics(open_metrics(begin, outcomes)),
         forces(open_forces(begin, probe)),
         frames(begin.folder, begin.input.scene.output, begin.input.scene.units,
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
-        checkpoints(begin.folder, begin.plan,
-                    begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
-    remove_old_results(begin.folder, begin.input.scene);
+        checkpoints(
+            begin.folder, begin.plan,
+            begin.checkpoint && !begin.from_stage ? std::optional(begin.checkpoint->path) : std::nullopt) {
+    remove_old_results(begin.folder, begin.input.scene, !begin.checkpoint);
   }
   FolderLock lock;
   MetricsFile metrics;
@@ -212,15 +289,12 @@ struct Outputs {
   CheckpointWriter checkpoints;
 };
 
-RunOutcome step_through(const Begin& begin, Simulation& simulation, const ForceProbe& probe, Outputs& outputs,
-                        bool quiet) {
+RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
   // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
   // there.
   const InterruptFlag interrupt;
-  Progress progress(simulation.metrics().step, begin.plan.most_steps, quiet);
   try {
-    return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt,
-                    {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress},
+    return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
@@ -230,9 +304,44 @@ RunOutcome step_through(const Begin& begin, Simulation& simulation, const ForceP
   }
 }
 
+void say_where_it_begins(const Begin& begin, std::int64_t step) {
+  if (begin.from_stage) {
+    say_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
+                         *begin.from_stage));
+  } else {
+    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
+  }
+}
+
+void say_missing_frames(const FrameWriter& frames) {
+  const auto& missing = frames.missing();
+  if (missing.empty()) return;
+  say_note(fmt::format(
+      "{}: {} frame{} from before not there any more (the first is number {}), left out of it",
+      frames.collection().string(), missing.size(), missing.size() == 1 ? " is" : "s are", missing.front()));
+}
+
+/// What nobody is to overlook.
+void say_warnings(const RunReport& report) {
+  if (const std::string warning = not_converged_text(report.outcome); !warning.empty())
+    say_note(fmt::format("{}: {}", report.folder.string(), warning));
+  for (const std::string& stage : report.not_reached)
+    say_note(fmt::format("{}: {}", report.folder.string(), stage));
+}
+
+std::string write_results(const RunReport& report) {
+  std::string json = format_json(report_json(report)) + "\n";
+  io::write_atomically(report.folder / "run.json", json);
+  if (!report.scene.outcomes.empty() || !report.scene.stages.empty())
+    io::write_atomically(report.folder / "outcomes.json", format_json(outcomes_json(report)) + "\n");
+  return json;
+}
+
 int run(const RunOptions& options) {
   Stopwatch watch;
-  Begin begin = options.resume ? begin_again(options) : begin_anew(options);
+  Begin begin = options.resume       ? begin_again(options)
+                : options.from_stage ? begin_from_stage(options)
+                                     : begin_anew(options);
   const Scene& scene = begin.input.scene;
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
   const std::optional<RelaxReport> relaxed =
@@ -241,21 +350,25 @@ int run(const RunOptions& options) {
   Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
   simulation.record_reactions(true);
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
-  take_up(begin, simulation);
+  const OutcomeProbe outcomes = as_input([&] { return OutcomeProbe(scene, simulation.bodies()); });
+  StageRun stages = as_input([&] { return StageRun(scene, simulation); });
+  take_up(begin, simulation, stages);
   const std::optional<std::int64_t> first =
       begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
-  if (first && !options.quiet)
-    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), *first));
+  if (first && !options.quiet) say_where_it_begins(begin, *first);
 
   const fs::path& folder = begin.folder;
-  Outputs outputs(begin, probe);
-  if (const auto& missing = outputs.frames.missing(); !missing.empty()) {
-    say_note(
-        fmt::format("{}: {} frame{} from before not there any more (the first is number {}), left out of it",
-                    outputs.frames.collection().string(), missing.size(),
-                    missing.size() == 1 ? " is" : "s are", missing.front()));
-  }
-  RunOutcome outcome = step_through(begin, simulation, probe, outputs, options.quiet);
+  Outputs outputs(begin, probe, outcomes);
+  say_missing_frames(outputs.frames);
+  StagePictures stage_pictures(folder, scene, simulation, start, options.threads);
+  const bool pictured = scene.output.report && !begin.plan.no_picture;
+  Progress progress(simulation.metrics().step, begin.plan.most_steps, options.quiet);
+  RunOutcome outcome =
+      step_through(begin, simulation,
+                   {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress,
+                    stages, outcomes, [&](const StageRecord& stage, const RunOutcome& so_far) {
+                      if (pictured) stage_pictures.take(stage.name, so_far);
+                    }});
   const double wall_seconds = watch.lap();
   const auto report_with = [&](const std::vector<fs::path>& pictures) {
     return RunReport{.scene_file = begin.plan.scene_file,
@@ -264,9 +377,12 @@ int run(const RunOptions& options) {
                      .files = begin.input.files,
                      .obstacles = obstacles,
                      .probe = probe,
+                     .outcomes = outcomes,
                      .relaxed = relaxed,
                      .outcome = outcome,
                      .resumed_from = first,
+                     .from_stage = begin.from_stage,
+                     .not_reached = stages.not_reached(),
                      .folder = folder,
                      .frames = outputs.frames.count(),
                      .maxima = outputs.frames.maxima(),
@@ -275,14 +391,8 @@ int run(const RunOptions& options) {
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
   };
-  const auto write_report = [&](const RunReport& report) {
-    std::string json = format_json(report_json(report)) + "\n";
-    io::write_atomically(folder / "run.json", json);
-    return json;
-  };
-  write_report(report_with({}));
-  if (const std::string warning = not_converged_text(outcome); !warning.empty() && !options.quiet)
-    say_note(fmt::format("{}: {}", folder.string(), warning));
+  write_results(report_with({}));
+  if (!options.quiet) say_warnings(report_with({}));
   const bool tells = !options.json && !options.quiet;
   if (tells) print_out(report_text(report_with({})));
   std::vector<fs::path> pictures;
@@ -295,9 +405,11 @@ int run(const RunOptions& options) {
     }
   }
   const RunReport report = report_with(pictures);
-  const std::string json = write_report(report);
+  const std::string json = write_results(report);
+  if (scene.output.report) io::write_atomically(folder / "report.html", report_page(report));
   if (options.json) print_out(json);
   if (tells) print_out(pictures_text(pictures));
+  if (tells && scene.output.report) print_out(fmt::format("page          {}/report.html\n", folder.string()));
   return exit_code(report, begin.plan.strict);
 }
 
@@ -320,8 +432,18 @@ void add_flags(CLI::App& app, RunOptions& options) {
             });
   app.add_flag("--replace", options.replace,
                "start anew where a run that did not get to its end left checkpoints, and lose them");
+  CLI::Option* const from_stage =
+      add_value(app, "--from-stage", "NAME",
+                "begin at the end of this stage, that a run of it has kept (docs/stages.md)",
+                [&options](const std::string&, const std::string& text) { options.from_stage = text; });
+  add_value(app, "--from", "DIR",
+            "the results that have the end of the stage; default: the folder of the results",
+            [&options](const std::string&, const std::string& text) { options.from = text; })
+      ->needs(from_stage);
+  app.add_flag("--report", options.report, "write report.html: a page that tells of the run");
   app.add_flag("--strict", options.strict,
-               "exit with 1 where a step did not converge; results are written all the same");
+               "exit with 1 where a step did not converge or a stage ended by its time; results are written "
+               "all the same");
   app.add_flag("--no-picture", options.no_picture, "take no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {
@@ -335,8 +457,9 @@ void add_flags(CLI::App& app, RunOptions& options) {
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // What a run has begun with it keeps.
-  for (const char* other : {"SCENE", "--set", "--out", "--replace", "--every", "--structure", "--order",
-                            "--sort", "--cell-size", "--cells-per-primitive"})
+  for (const char* other :
+       {"SCENE", "--set", "--out", "--replace", "--every", "--from-stage", "--from", "--report",
+        "--structure", "--order", "--sort", "--cell-size", "--cells-per-primitive"})
     resume->excludes(app.get_option(other));
 }
 

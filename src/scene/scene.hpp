@@ -107,6 +107,7 @@ struct OutputSettings {
   std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
   Picture picture;
   std::vector<View> views;
+  bool report = false;  ///< a page that tells of the run, with pictures of the ends of stages
 };
 
 /// Whether a body is rigid.

@@ -29,6 +29,12 @@ std::int64_t steps_in(const Scene& scene, std::size_t stage) {
 
 }  // namespace
 
+std::int64_t most_steps_of_stages(const Scene& scene) {
+  std::int64_t sum = 0;
+  for (std::size_t stage = 0; stage < scene.stages.size(); ++stage) sum += steps_in(scene, stage);
+  return sum;
+}
+
 StageRun::StageRun(const Scene& scene, const Simulation& simulation)
     : source_(scene.source),
       time_unit_(scene.units.time),
@@ -45,12 +51,6 @@ StageRun::StageRun(const Scene& scene, const Simulation& simulation)
 
 const Stage& StageRun::stage() const {
   return stages_[std::min(progress_.endings.size(), stages_.size() - 1)];
-}
-
-std::int64_t StageRun::most_steps() const {
-  std::int64_t sum = 0;
-  for (const std::int64_t steps : most_steps_) sum += steps;
-  return sum;
 }
 
 std::int64_t StageRun::first_step() const {

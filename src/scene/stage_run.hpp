@@ -24,6 +24,9 @@ struct StageProgress {
   bool begun = false;                ///< the next one
 };
 
+/// Steps that all stages of a scene take at most. Throws Error where they are more than can be counted.
+[[nodiscard]] std::int64_t most_steps_of_stages(const Scene& scene);
+
 /// Leads a simulation through the stages of a scene: begin(), then steps, and after each step ends(). A scene
 /// without stages is done at once.
 class StageRun {
@@ -36,9 +39,6 @@ class StageRun {
   [[nodiscard]] bool done() const { return progress_.endings.size() == stages_.size(); }
   /// The stage that is running, or that begins next; of a run that is done the last.
   [[nodiscard]] const Stage& stage() const;
-  /// Steps that all stages take at most.
-  [[nodiscard]] std::int64_t most_steps() const;
-
   /// Begins the next stage: changes the simulation. Nothing where it has begun, or all are over. Throws Error
   /// where the simulation refuses a change.
   void begin(Simulation& simulation);
