@@ -183,13 +183,23 @@ double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3>
   const auto of_a = triangles_of(bodies, a, positions);
   const auto of_b = triangles_of(bodies, b, positions);
   std::vector<Box> boxes;
-  for (const auto& triangle : of_b) boxes.push_back(box_of_triangle(triangle));
+  Box all_b;
+  for (const auto& triangle : of_b) {
+    boxes.push_back(box_of_triangle(triangle));
+    all_b.extend(boxes.back());
+  }
   const BoxTree tree(std::move(boxes));
+  // The nearest first: what they find leaves little of the others.
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t t = 0; t < of_a.size(); ++t)
+    order.emplace_back(squared_distance(box_of_triangle(of_a[t]), all_b), t);
+  std::ranges::sort(order);
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& triangle : of_a) {
+  for (const auto& [nearest, t] : order) {
+    if (nearest > least * least) break;
     tree.for_each_within(
-        box_of_triangle(triangle), [&] { return least; },
-        [&](std::size_t t) { least = std::min(least, distance_of_triangles(triangle, of_b[t])); });
+        box_of_triangle(of_a[t]), [&] { return least; },
+        [&](std::size_t other) { least = std::min(least, distance_of_triangles(of_a[t], of_b[other])); });
   }
   return least;
 }
