@@ -12,6 +12,7 @@
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
 #include "io/file_bytes.hpp"
+#include "scene/stage_archive.hpp"
 #include "sim/saved_state.hpp"
 
 namespace palpate {
@@ -19,16 +20,6 @@ namespace palpate {
 template <class Archive>
 void describe(Archive& archive, OutcomeValue& value) {
   archive(value.value, value.vector);
-}
-
-template <class Archive>
-void describe(Archive& archive, StageEnding& ending) {
-  archive(ending.step, ending.reached);
-}
-
-template <class Archive>
-void describe(Archive& archive, StageProgress& progress) {
-  archive(progress.endings, progress.begun);
 }
 
 }  // namespace palpate
