@@ -104,12 +104,12 @@ struct Model {
 /// now. Times of the keyframes are those of the simulation.
 struct PointMove {
   std::vector<Index> points{};  ///< of all points
-  Motion motion{};
+  Motion motion{};              ///< theirs from now on
 };
 
 /// Loads in place of all that were set on a body: those of the model, set_forces() and set_pressure().
 struct BodyLoads {
-  Index body = -1;
+  Index body = -1;                      ///< whose loads they are
   std::vector<PointLoad> points{};      ///< of points of this body
   std::vector<SurfaceLoad> surfaces{};  ///< of triangles of this body
 };
@@ -124,7 +124,7 @@ struct ModelChange {
   std::vector<Index> fix{};             ///< points that stay where they are
   std::vector<PointMove> moves{};       ///< each is a motion more; points leave the one they were on
   std::vector<Tie> ties{};              ///< behind those that are there, at rest where their points are now
-  std::vector<BodyLoads> loads{};
+  std::vector<BodyLoads> loads{};       ///< of bodies, each once
 };
 
 }  // namespace palpate

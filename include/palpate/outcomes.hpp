@@ -11,7 +11,7 @@ namespace palpate {
 
 /// What is on the side of the normal.
 struct HalfSpace {
-  Vec3 point{};
+  Vec3 point{};                ///< on the plane, m
   Vec3 normal{0.0, 0.0, 1.0};  ///< outward from the plane into it, of any length but zero
 };
 
@@ -27,7 +27,7 @@ struct HalfSpace {
 
 /// A place in a body, which goes with a tet.
 struct Landmark {
-  Index tet = -1;
+  Index tet = -1;                   ///< that holds it
   std::array<double, 4> weights{};  ///< in the order of the corners
 };
 /// The place of a body at rest. Throws Error where no tet of the body holds it (closed tets, to 1e-9 of their
