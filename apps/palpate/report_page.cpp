@@ -6,8 +6,8 @@
 
 #include <palpate/version.hpp>
 
-#include "geometry/vector.hpp"
 #include "displacement.hpp"
+#include "geometry/vector.hpp"
 #include "html_page.hpp"
 #include "io/machine.hpp"
 #include "numbers.hpp"

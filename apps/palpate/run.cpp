@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -19,18 +17,16 @@
 #include "exit_codes.hpp"
 #include "folder_lock.hpp"
 #include "io/atomic_file.hpp"
-#include "io/file_bytes.hpp"
 #include "messages.hpp"
-#include "numbers.hpp"
 #include "option_values.hpp"
 #include "outcomes_json.hpp"
 #include "parallel/parallel.hpp"
 #include "relax_model.hpp"
 #include "report_page.hpp"
+#include "run_begin.hpp"
 #include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
-#include "scene/suggest.hpp"
 #include "stopwatch.hpp"
 #include "subcommands.hpp"
 
@@ -54,50 +50,6 @@ outcomes.json where the scene has outcomes or stages, and with --report a page r
 an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
-struct RunOptions {
-  SceneChoice scene;
-  std::optional<fs::path> resume;
-  std::optional<std::int64_t> checkpoint_every;
-  std::optional<std::int64_t> steps;
-  bool until_rest = false;
-  std::optional<fs::path> out;
-  std::optional<std::string> from_stage;
-  std::optional<fs::path> from;
-  bool replace = false;
-  bool report = false;
-  std::optional<int> every;
-  bool no_picture = false;
-  bool strict = false;
-  bool json = false;
-  bool quiet = false;
-  int threads = 0;
-  DetectionOptions detection;
-};
-
-/// A scene's name as the name of a folder: letters, digits, '.', '_' and '-' stay.
-std::string folder_name(const std::string& name) {
-  std::string folder;
-  for (const char c : name) {
-    const bool plain = ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') ||
-                       c == '_' || c == '-' || (c == '.' && !folder.empty());
-    folder += plain ? c : '-';
-  }
-  return folder;
-}
-
-std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
-  if (options.steps) return *options.steps;
-  if (!scene.stages.empty()) return as_input([&] { return most_steps_of_stages(scene); });
-  // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
-  constexpr double rounding = 1e-9;
-  const double steps = std::ceil(scene.duration / scene.settings.time_step * (1.0 - rounding));
-  constexpr double largest = 1e15;
-  if (steps > largest) {
-    throw BadInput(scene.source, "duration", short_text(steps) + " steps of time_step", "at most 1e15");
-  }
-  return static_cast<std::int64_t>(steps);
-}
-
 /// What an earlier run left must not be taken for a result of this one.
 void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
   std::vector<fs::path> paths = picture_paths(folder, scene);
@@ -115,126 +67,6 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
   }
 }
 
-/// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
-struct Begin {
-  RunPlan plan;
-  SceneInput input;
-  fs::path folder;
-  std::optional<FoundCheckpoint> checkpoint;
-  bool replace = false;                     ///< also what a killed run left
-  std::optional<std::string> from_stage{};  ///< the checkpoint is the end of this stage of another run
-};
-
-Begin begin_anew(const RunOptions& options) {
-  if (options.scene.file.empty()) throw BadInput("run: SCENE is required (see --help)");
-  Begin begin{.plan = {},
-              .input = read_scene_input(options.scene),
-              .folder = {},
-              .checkpoint = {},
-              .replace = options.replace};
-  Scene& scene = begin.input.scene;
-  options.detection.apply(scene.settings.detection);
-  scene.output.every = options.every.value_or(scene.output.every);
-  scene.output.report = scene.output.report || options.report;
-  if (options.until_rest && !scene.stages.empty())
-    throw BadInput("--until-rest", "", "a scene with stages", "nothing: each says when it ends");
-  begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
-  begin.plan = {.scene_file = options.scene.file.string(),
-                .scene = write_scene(scene),
-                .source = scene.source,
-                .scene_folder = fs::absolute(scene.folder.empty() ? "." : scene.folder).string(),
-                .most_steps = most_steps(options, scene),
-                .until_rest = options.until_rest,
-                .no_picture = options.no_picture,
-                .strict = options.strict,
-                .checkpoint_every = options.checkpoint_every.value_or(0)};
-  return begin;
-}
-
-/// Whether run.json is there and says that its run got to its end.
-bool has_ended(const fs::path& folder) {
-  std::ifstream file(folder / "run.json");
-  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
-  return report.is_object() && report.value("interrupted", nlohmann::json()) == false &&
-         report.value("error", nlohmann::json()).is_null();
-}
-
-/// Checkpoints of a run that was killed, interrupted or failed: nobody may have meant to lose them.
-void check_replaceable(const Begin& begin) {
-  const fs::path& folder = begin.folder;
-  if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
-  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
-                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
-}
-
-/// Up to the end of a stage a variant must be the run that it begins in: the same stages, in the same order.
-void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const std::string& stage) {
-  std::vector<std::string_view> names;
-  for (const Stage& known : scene.stages) names.emplace_back(known.name);
-  const auto place = std::ranges::find(names, stage);
-  if (place == names.end())
-    throw BadInput("--from-stage", "", "'" + stage + "'", expected_name(stage, names));
-  const auto stages_of = [](const std::string& text) { return nlohmann::json::parse(text)["stages"]; };
-  const nlohmann::json now = stages_of(write_scene(scene));
-  const nlohmann::json then = stages_of(found.checkpoint.plan.scene);
-  for (std::size_t i = 0; i <= static_cast<std::size_t>(place - names.begin()); ++i) {
-    if (i < then.size() && now[i] == then[i]) continue;
-    throw BadInput(scene.source, fmt::format("stages[{}]", i), "another stage than in the run to begin from",
-                   fmt::format("the same stages up to '{}'", stage));
-  }
-}
-
-/// Rows of another run up to where this one begins.
-void copy_rows(const Begin& begin, const fs::path& from) {
-  if (fs::weakly_canonical(from) == fs::weakly_canonical(begin.folder)) return;
-  fs::create_directories(begin.folder);
-  const Checkpoint& checkpoint = begin.checkpoint->checkpoint;
-  for (const auto& [name, bytes] : {std::pair("metrics.csv", checkpoint.metrics_bytes),
-                                    std::pair("forces.csv", checkpoint.forces_bytes)}) {
-    const std::string rows = io::read_file(from / name, "rows of the run that is begun from");
-    io::write_atomically(begin.folder / name, rows.substr(0, bytes));
-  }
-}
-
-/// A run of a scene from the end of a stage of another run.
-Begin begin_from_stage(const RunOptions& options) {
-  Begin begin = begin_anew(options);
-  const fs::path from = options.from.value_or(begin.folder);
-  begin.from_stage = options.from_stage;
-  begin.checkpoint = find_stage(from, *options.from_stage);
-  check_same_stages(begin.input.scene, *begin.checkpoint, *options.from_stage);
-  check_replaceable(begin);
-  as_input([&] {
-    copy_rows(begin, from);
-    return 0;
-  });
-  if (fs::weakly_canonical(from) != fs::weakly_canonical(begin.folder))
-    begin.checkpoint->checkpoint.frames = {};
-  return begin;
-}
-
-Begin begin_again(const RunOptions& options) {
-  FoundCheckpoint found = find_checkpoint(*options.resume);
-  for (const std::string& damage : found.damaged)
-    say_note(fmt::format("{}; going on from {}", damage, found.path.filename().string()));
-  RunPlan plan = found.checkpoint.plan;
-  plan.most_steps = options.steps.value_or(plan.most_steps);
-  const std::int64_t done = found.checkpoint.outcome.steps;
-  if (plan.most_steps < done) {
-    throw BadInput("--steps", "", fmt::format("{}", plan.most_steps),
-                   fmt::format("{} or more: {} is of that step", done, found.path.string()));
-  }
-  plan.until_rest = plan.until_rest || options.until_rest;
-  plan.no_picture = plan.no_picture || options.no_picture;
-  plan.strict = plan.strict || options.strict;
-  plan.checkpoint_every = options.checkpoint_every.value_or(plan.checkpoint_every);
-  Scene scene = as_input([&] { return read_scene_text(plan.scene, plan.source, plan.scene_folder); });
-  return {.plan = std::move(plan),
-          .input = load_scene_input(std::move(scene)),
-          .folder = *options.resume,
-          .checkpoint = std::move(found)};
-}
-
 /// Puts the simulation where the checkpoint has it, if there is one.
 void take_up(const Begin& begin, Simulation& simulation, StageRun& stages) {
   if (!begin.checkpoint) return;
@@ -244,15 +76,6 @@ void take_up(const Begin& begin, Simulation& simulation, StageRun& stages) {
   } catch (const Error& error) {  // name the file, and not only what is in it
     throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
-}
-
-/// Rows have columns for outcomes: a variant with others begins its own.
-bool has_same_columns(const Begin& begin) {
-  const auto outcomes_of = [](const std::string& text) {
-    const auto scene = nlohmann::json::parse(text);
-    return scene.value("outcomes", nlohmann::json::array());
-  };
-  return outcomes_of(begin.checkpoint->checkpoint.plan.scene) == outcomes_of(begin.plan.scene);
 }
 
 MetricsFile open_metrics(const Begin& begin, const OutcomeProbe& outcomes) {
@@ -339,9 +162,7 @@ std::string write_results(const RunReport& report) {
 
 int run(const RunOptions& options) {
   Stopwatch watch;
-  Begin begin = options.resume       ? begin_again(options)
-                : options.from_stage ? begin_from_stage(options)
-                                     : begin_anew(options);
+  Begin begin = begin_run(options);
   const Scene& scene = begin.input.scene;
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
   const std::optional<RelaxReport> relaxed =

@@ -78,9 +78,10 @@ class StageReader {
     for (const SceneBody& other : scene_.bodies) {
       const bool attached = std::ranges::any_of(
           other.attached, [&](const Attachment& a) { return a.to == of_scene(body).name; });
-      if (attached && at(rigid_, body) != 0)
+      if (attached && at(rigid_, body) != 0) {
         fail(where, "'" + of_scene(body).name + "', which '" + other.name + "' is attached to",
              "a body that holds no other");
+      }
     }
   }
 

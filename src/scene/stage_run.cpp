@@ -21,9 +21,10 @@ std::int64_t steps_in(const Scene& scene, std::size_t stage) {
   constexpr double most = 1e15;
   const double steps =
       std::ceil(scene.stages[stage].until.limit() / scene.settings.time_step * (1.0 - rounding));
-  if (!(steps < most))
+  if (!(steps < most)) {
     throw Error(scene.source, element_path("stages", stage) + ".until",
                 number_text(steps) + " steps of time_step", "at most 1e15");
+  }
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(steps));
 }
 

@@ -31,9 +31,10 @@ class Changer {
 
   void insert(Index body) {
     check_index("insert", body, holds_.absent.size());
-    if (at(holds_.absent, body) == 0)
+    if (at(holds_.absent, body) == 0) {
       throw Error(source_name, "insert", title(bodies_, body) + ", which is there",
                   "a body that is not there");
+    }
     at(holds_.absent, body) = 0;
   }
   void remove(Index body) {
@@ -155,9 +156,10 @@ DetectionSettings without_absent(DetectionSettings settings, std::span<const std
   for (std::size_t a = 0; a < absent.size(); ++a) {
     if (absent[a] == 0) continue;
     for (std::size_t b = 0; b < absent.size(); ++b) {
-      if (b < a ? absent[b] == 0 : b > a)
+      if (b < a ? absent[b] == 0 : b > a) {
         settings.ignored_pairs.push_back(
             {static_cast<Index>(std::min(a, b)), static_cast<Index>(std::max(a, b))});
+      }
     }
   }
   return settings;

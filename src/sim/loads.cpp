@@ -120,9 +120,10 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
       throw Error("model change", "loads", "a load without points of '" + body.name + "'", "points of it");
   }
   for (const SurfaceLoad& load : change.surfaces) {
-    if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles"))
+    if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles")) {
       throw Error("model change", "loads", "a load without triangles of '" + body.name + "'",
                   "triangles of it");
+    }
   }
   std::erase_if(loads.points,
                 [&](const PointLoad& load) { return all_in(body.points, load.points, "points"); });
