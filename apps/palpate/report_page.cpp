@@ -40,9 +40,9 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
   if (report.relaxed && !report.relaxed->relaxed)
     warnings.emplace_back("overlaps at the start were not removed to the allowed depth");
   for (const std::string& warning : warnings) page.warning(warning);
-  if (warnings.empty())
-    page.paragraph(
-        "No warnings: all steps converged, no tet was inverted, nothing went through a body unseen.");
+  if (!warnings.empty()) return;
+  page.paragraph(
+      "No warnings: all steps converged, no tet was inverted, nothing went through a body unseen.");
 }
 
 /// A row for each outcome: at the end, and at the end of each stage.

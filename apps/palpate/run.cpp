@@ -56,9 +56,10 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
   for (const char* name : {"run.json", "outcomes.json", "report.html"}) paths.push_back(folder / name);
   if (stages) {
     std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder / "stages", ignored))
-      if (entry.path().extension() == ".palpate" || entry.path().extension() == ".png")
-        paths.push_back(entry);
+    for (const auto& entry : fs::directory_iterator(folder / "stages", ignored)) {
+      const std::string kind = entry.path().extension().string();
+      if (kind == ".palpate" || kind == ".png") paths.push_back(entry);
+    }
   }
   for (const fs::path& path : paths) {
     std::error_code failed;
