@@ -33,7 +33,7 @@ class Outcome:
     kind: str
     value: float
     unit: str
-    vector: _arrays.Floats | None = None
+    vector: _arrays.Floats | None
 
 
 class Grab:
