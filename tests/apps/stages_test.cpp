@@ -121,9 +121,8 @@ TEST_F(StagedRun, RefusesWhatItCannotBeginFrom) {
 TEST_F(StagedRun, WritesAPageOfItsOwn) {
   done({"run", "scene.json", "--out", "p", "--report", "--set", "output.picture.size=[160, 120]"});
   const std::string page = read("p/report.html");
-  for (const char* part :
-       {"<!DOCTYPE html>", "No warnings", "<td>shift</td>", "<td>9.80", "end of rest",
-        "data:image/png;base64,iVBORw0KGgo", "state hash", "<td>table</td>", "commit"})
+  for (const char* part : {"<!DOCTYPE html>", "No warnings", "<td>shift</td>", "<td>9.80", "end of rest",
+                           "data:image/png;base64,iVBORw0KGgo", "state hash", "<td>table</td>", "commit"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_EQ(page.find("http"), std::string::npos) << "nothing outside of it";
   EXPECT_TRUE(exists("p/stages/move.png"));
