@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -11,7 +12,17 @@
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
 #include "io/file_bytes.hpp"
+#include "scene/stage_archive.hpp"
 #include "sim/saved_state.hpp"
+
+namespace palpate {
+
+template <class Archive>
+void describe(Archive& archive, OutcomeValue& value) {
+  archive(value.value, value.vector);
+}
+
+}  // namespace palpate
 
 namespace palpate::app {
 
@@ -40,12 +51,18 @@ void describe(Archive& archive, LargestForce& largest) {
 }
 
 template <class Archive>
+void describe(Archive& archive, StageRecord& r) {
+  archive(r.name, r.first_step, r.last_step, r.time, r.reached, r.steps_not_converged, r.inverted_tets,
+          r.outcomes, r.state_hash);
+}
+
+template <class Archive>
 void describe(Archive& archive, RunOutcome& o) {
   archive(o.steps, o.contacts, o.border_edges, o.crossings, o.edge_contacts, o.candidates, o.movers,
           o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
           o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
           o.late_steps, o.least_completeness, o.steps_without_foresight, o.solver_iterations,
-          o.steps_not_converged, o.steps_too_far, o.thinnest, o.largest_forces);
+          o.steps_not_converged, o.steps_too_far, o.thinnest, o.largest_forces, o.stages, o.outcomes);
 }
 
 template <class Archive>
@@ -60,7 +77,7 @@ void describe(Archive& archive, FramesSoFar& frames) {
 
 template <class Archive>
 void describe(Archive& archive, Checkpoint& c) {
-  archive(c.plan, c.outcome, c.metrics_bytes, c.forces_bytes, c.frames, c.simulation);
+  archive(c.plan, c.outcome, c.metrics_bytes, c.forces_bytes, c.frames, c.simulation, c.stages);
 }
 
 namespace {
@@ -68,6 +85,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view folder_name = "checkpoints";
+constexpr std::string_view stage_folder_name = "stages";
 constexpr std::string_view extension = ".palpate";
 
 std::string file_name(std::int64_t step) {
@@ -91,13 +109,18 @@ std::vector<fs::path> checkpoints_in(const fs::path& folder) {
   return files;
 }
 
-Checkpoint read_checkpoint(const fs::path& path) {
+Checkpoint read_archive(const fs::path& path) {
   const std::string bytes = io::read_file(path, "a checkpoint");
   ArchiveReader reader(unsealed(checkpoint_seal, std::as_bytes(std::span(bytes)), path.string()),
                        path.string());
   Checkpoint checkpoint;
   reader(checkpoint);
   reader.finish();
+  return checkpoint;
+}
+
+Checkpoint read_checkpoint(const fs::path& path) {
+  Checkpoint checkpoint = read_archive(path);
   if (path.filename() != file_name(checkpoint.outcome.steps)) {
     throw Error(path.string(), "", fmt::format("the state of step {}", checkpoint.outcome.steps),
                 "that of the step in its name");
@@ -109,7 +132,10 @@ Checkpoint read_checkpoint(const fs::path& path) {
 
 CheckpointWriter::CheckpointWriter(const fs::path& results, RunPlan plan,
                                    const std::optional<fs::path>& resumed_from)
-    : folder_(results / folder_name), plan_(std::move(plan)), last_(resumed_from) {
+    : folder_(results / folder_name),
+      stage_folder_(results / stage_folder_name),
+      plan_(std::move(plan)),
+      last_(resumed_from) {
   if (!resumed_from) remove_but({});
 }
 
@@ -122,35 +148,46 @@ void CheckpointWriter::remove_but(const std::vector<fs::path>& kept) const {
   }
 }
 
-void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
-                           MetricsFile& metrics, ForcesFile& forces, bool always) {
-  const std::int64_t step = outcome.steps;
-  const bool due = regular() && step % plan_.checkpoint_every == 0 && step > 0;
-  if (step == last_step_ || (!due && !always)) return;
-  metrics.sync();
-  forces.sync();
+void CheckpointWriter::write(const fs::path& path, const Simulation& simulation, const RunOutcome& outcome,
+                             const RunOutputs& outputs) const {
+  outputs.metrics.sync();
+  outputs.forces.sync();
   Checkpoint checkpoint{.plan = plan_,
                         .outcome = outcome,
-                        .metrics_bytes = metrics.bytes(),
-                        .forces_bytes = forces.bytes(),
-                        .frames = frames.so_far(),
-                        .simulation = simulation.save()};
+                        .metrics_bytes = outputs.metrics.bytes(),
+                        .forces_bytes = outputs.forces.bytes(),
+                        .frames = outputs.frames.so_far(),
+                        .simulation = simulation.save(),
+                        .stages = outputs.stages.progress()};
   ArchiveWriter writer;
   writer(checkpoint);
   const std::vector<std::byte> bytes = sealed(checkpoint_seal, writer.take());
   // Not the folder of results: where it has vanished, a new one with a checkpoint alone would tell of a run
   // that can be gone on with.
   std::error_code failed;
-  fs::create_directory(folder_, failed);
+  fs::create_directory(path.parent_path(), failed);
   if (failed) {
-    throw Error(folder_.string(), "making", "'" + failed.message() + "'",
+    throw Error(path.parent_path().string(), "making", "'" + failed.message() + "'",
                 "a folder of results that is still there");
   }
-  const fs::path path = folder_ / file_name(step);
   io::AtomicFile file(path);
   file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   file.sync();
   file.commit();
+}
+
+void CheckpointWriter::keep_stage(const std::string& name, const Simulation& simulation,
+                                  const RunOutcome& outcome, const RunOutputs& outputs) const {
+  write(stage_folder_ / (name + std::string(extension)), simulation, outcome, outputs);
+}
+
+void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outcome, const RunOutputs& outputs,
+                           bool always) {
+  const std::int64_t step = outcome.steps;
+  const bool due = regular() && step % plan_.checkpoint_every == 0 && step > 0;
+  if (step == last_step_ || (!due && !always)) return;
+  const fs::path path = folder_ / file_name(step);
+  write(path, simulation, outcome, outputs);
   // A run that goes on and has nothing left to do writes the one again that it came from.
   if (last_ != path) remove_but({path, last_.value_or(path)});
   last_ = path;
@@ -159,6 +196,26 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
 
 bool has_checkpoints(const fs::path& results) {
   return !checkpoints_in(results / folder_name).empty();
+}
+
+FoundCheckpoint find_stage(const fs::path& results, const std::string& stage) {
+  const fs::path folder = results / stage_folder_name;
+  FoundCheckpoint found{.path = folder / (stage + std::string(extension)), .checkpoint = {}, .damaged = {}};
+  std::error_code ignored;
+  if (fs::exists(found.path, ignored)) {
+    as_input([&] {
+      found.checkpoint = read_archive(found.path);
+      return 0;
+    });
+    return found;
+  }
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() == extension) names.push_back(entry.path().stem().string());
+  std::ranges::sort(names);
+  throw BadInput(folder.string(), "", fmt::format("no end of stage '{}'", stage),
+                 names.empty() ? std::string("results of a run of a stage with \"checkpoint\": true")
+                               : fmt::format("one of {}", fmt::join(names, ", ")));
 }
 
 FoundCheckpoint find_checkpoint(const fs::path& results) {

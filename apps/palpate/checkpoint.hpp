@@ -18,7 +18,7 @@
 
 namespace palpate::app {
 
-inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 4};
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 5};
 
 /// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
 struct RunPlan {
@@ -41,6 +41,7 @@ struct Checkpoint {
   std::uint64_t forces_bytes = 0;
   FramesSoFar frames;
   std::vector<std::byte> simulation;  ///< Simulation::save()
+  StageProgress stages;
 };
 
 /// The checkpoints of a run: RESULTS/checkpoints/step_NNNNNNNNN.palpate, the last two.
@@ -54,8 +55,11 @@ class CheckpointWriter {
   /// Writes a checkpoint if its step is due, or if `always`; never the same step twice. Rows and frames so
   /// far reach the disk before it. Then removes all but this one and the one before it. Throws Error naming
   /// the file that cannot be written: those that are there stay.
-  void add(const Simulation& simulation, const RunOutcome& outcome, const FrameWriter& frames,
-           MetricsFile& metrics, ForcesFile& forces, bool always = false);
+  void add(const Simulation& simulation, const RunOutcome& outcome, const RunOutputs& outputs,
+           bool always = false);
+  /// Writes RESULTS/stages/NAME.palpate: the end of a stage, from which other runs can begin.
+  void keep_stage(const std::string& name, const Simulation& simulation, const RunOutcome& outcome,
+                  const RunOutputs& outputs) const;
 
   [[nodiscard]] bool regular() const { return plan_.checkpoint_every > 0; }
   /// The step of the last one; none: there is none yet.
@@ -63,8 +67,11 @@ class CheckpointWriter {
 
  private:
   void remove_but(const std::vector<std::filesystem::path>& kept) const;
+  void write(const std::filesystem::path& path, const Simulation& simulation, const RunOutcome& outcome,
+             const RunOutputs& outputs) const;
 
   std::filesystem::path folder_;
+  std::filesystem::path stage_folder_;
   RunPlan plan_;
   std::optional<std::filesystem::path> last_;
   std::optional<std::int64_t> last_step_;
@@ -76,6 +83,10 @@ struct FoundCheckpoint {
   Checkpoint checkpoint;
   std::vector<std::string> damaged;  ///< later ones that are cut off or changed: what is wrong with each
 };
+
+/// The end of a stage that a run with these results has kept. Throws BadInput, in one line, where there is
+/// none: with the names of those that there are.
+FoundCheckpoint find_stage(const std::filesystem::path& results, const std::string& stage);
 
 /// Whether there are checkpoints in a folder of results, whole or not.
 bool has_checkpoints(const std::filesystem::path& results);

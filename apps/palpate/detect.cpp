@@ -16,6 +16,7 @@
 #include "option_values.hpp"
 #include "run_report.hpp"
 #include "scene_input.hpp"
+#include "sim/holds.hpp"
 #include "sim/rails.hpp"
 #include "subcommands.hpp"
 
@@ -114,7 +115,8 @@ int detect(const DetectOptions& options) {
   const Model& model = input.model;
   const Bodies& bodies = model.bodies;
   const Detector detector = as_input([&] {
-    Detector made(bodies, input.scene.settings.detection, model.obstacles, options.threads);
+    Detector made(bodies, without_absent(input.scene.settings.detection, model.absent), model.obstacles,
+                  options.threads);
     Rails rails(model.motions, model.motion_of_point, bodies.points_rest());
     made.detect(rails.start_positions(parallel::Threads(options.threads), bodies.points_rest()));
     return made;

@@ -9,7 +9,7 @@
 namespace palpate::app {
 namespace {
 
-std::string header(const Units& units) {
+std::string header(const Units& units, const OutcomeProbe& outcomes) {
   const auto in = [](const char* name, const std::string& unit) {
     return fmt::format(",{}", csv_field(fmt::format("{} [{}]", name, unit)));
   };
@@ -27,19 +27,27 @@ std::string header(const Units& units) {
       "solver_converged,inverted_tets";
   line += in("kinetic_energy", unit_name(units, dimension::energy)) +
           in("elastic_energy", unit_name(units, dimension::energy));
-  return line + in("largest_speed", unit_name(units, dimension::speed)) +
-         in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) +
-         in("normal_force", unit_name(units, dimension::force)) +
-         in("largest_contact_force", unit_name(units, dimension::force)) + "\n";
+  line += in("largest_speed", unit_name(units, dimension::speed)) +
+          in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) +
+          in("normal_force", unit_name(units, dimension::force)) +
+          in("largest_contact_force", unit_name(units, dimension::force));
+  for (std::size_t i = 0; i < outcomes.infos().size(); ++i) {
+    const OutcomeInfo& info = outcomes.infos()[i];
+    line += in(info.name.c_str(), outcomes.unit(i));
+    for (const char* axis : {"_x", "_y", "_z"})
+      if (info.has_vector) line += in((info.name + axis).c_str(), outcomes.unit(i));
+  }
+  return line + "\n";
 }
 
 }  // namespace
 
-MetricsFile::MetricsFile(std::filesystem::path path, const Units& units)
-    : file_(std::move(path), header(units)) {}
+MetricsFile::MetricsFile(std::filesystem::path path, const Units& units, const OutcomeProbe& outcomes)
+    : file_(std::move(path), header(units, outcomes)) {}
 MetricsFile::MetricsFile(std::filesystem::path path, std::uint64_t bytes) : file_(std::move(path), bytes) {}
 
-void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces, double step_seconds) {
+void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces,
+                      std::span<const OutcomeValue> outcomes, double step_seconds) {
   std::string line = fmt::format("{},{}", m.step, exact_text(m.time));
   const DetectionTimes& t = m.detection_seconds;
   for (const double seconds : {t.grid, t.contacts, t.border_edges, t.crossings, t.depth, m.forces_seconds,
@@ -65,6 +73,12 @@ void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces, double s
   for (const double value : {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest,
                              forces.normal, forces.largest}) {
     line.append(1, ',').append(exact_text(value));
+  }
+  for (const OutcomeValue& outcome : outcomes) {
+    line.append(1, ',').append(exact_text(outcome.value));
+    if (!outcome.vector) continue;
+    for (const double part : {outcome.vector->x, outcome.vector->y, outcome.vector->z})
+      line.append(1, ',').append(exact_text(part));
   }
   line += '\n';
   file_.add(line);

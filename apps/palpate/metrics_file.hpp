@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 
 #include <palpate/simulation.hpp>
 
 #include "body_forces.hpp"
 #include "csv_file.hpp"
+#include "scene/outcome_probe.hpp"
 #include "scene/scene.hpp"
 
 namespace palpate::app {
@@ -16,12 +18,14 @@ namespace palpate::app {
 class MetricsFile {
  public:
   /// As CsvFile has them.
-  MetricsFile(std::filesystem::path path, const Units& units);
+  MetricsFile(std::filesystem::path path, const Units& units, const OutcomeProbe& outcomes);
   MetricsFile(std::filesystem::path path, std::uint64_t bytes);
 
   /// \param forces        of the step
+  /// \param outcomes      of the step
   /// \param step_seconds  wall time of the whole step; 0 for the start
-  void add(const StepMetrics& metrics, const ForcesOfStep& forces, double step_seconds);
+  void add(const StepMetrics& metrics, const ForcesOfStep& forces, std::span<const OutcomeValue> outcomes,
+           double step_seconds);
   void flush() { file_.flush(); }
   void sync() { file_.sync(); }
   [[nodiscard]] std::uint64_t bytes() const { return file_.bytes(); }

@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,10 +18,12 @@
 #include "folder_lock.hpp"
 #include "io/atomic_file.hpp"
 #include "messages.hpp"
-#include "numbers.hpp"
 #include "option_values.hpp"
+#include "outcomes_json.hpp"
 #include "parallel/parallel.hpp"
 #include "relax_model.hpp"
+#include "report_page.hpp"
+#include "run_begin.hpp"
 #include "run_pictures.hpp"
 #include "run_report.hpp"
 #include "scene/json_text.hpp"
@@ -44,55 +44,24 @@ constexpr const char* examples = R"(Examples:
   jq '.duration = 2' scene.json | palpate run -     a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
   palpate run --resume results/scene                go on where that run ended
+  palpate run variant.json --from-stage rest --from results/plan    a variant of the stages behind 'rest'
 
-Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png; what
+Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png,
+outcomes.json where the scene has outcomes or stages, and with --report a page report.html; what
 an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
-struct RunOptions {
-  SceneChoice scene;
-  std::optional<fs::path> resume;
-  std::optional<std::int64_t> checkpoint_every;
-  std::optional<std::int64_t> steps;
-  bool until_rest = false;
-  std::optional<fs::path> out;
-  bool replace = false;
-  std::optional<int> every;
-  bool no_picture = false;
-  bool strict = false;
-  bool json = false;
-  bool quiet = false;
-  int threads = 0;
-  DetectionOptions detection;
-};
-
-/// A scene's name as the name of a folder: letters, digits, '.', '_' and '-' stay.
-std::string folder_name(const std::string& name) {
-  std::string folder;
-  for (const char c : name) {
-    const bool plain = ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') ||
-                       c == '_' || c == '-' || (c == '.' && !folder.empty());
-    folder += plain ? c : '-';
-  }
-  return folder;
-}
-
-std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
-  if (options.steps) return *options.steps;
-  // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
-  constexpr double rounding = 1e-9;
-  const double steps = std::ceil(scene.duration / scene.settings.time_step * (1.0 - rounding));
-  constexpr double largest = 1e15;
-  if (steps > largest) {
-    throw BadInput(scene.source, "duration", short_text(steps) + " steps of time_step", "at most 1e15");
-  }
-  return static_cast<std::int64_t>(steps);
-}
-
 /// What an earlier run left must not be taken for a result of this one.
-void remove_old_results(const fs::path& folder, const Scene& scene) {
+void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
   std::vector<fs::path> paths = picture_paths(folder, scene);
-  paths.push_back(folder / "run.json");
+  for (const char* name : {"run.json", "outcomes.json", "report.html"}) paths.push_back(folder / name);
+  if (stages) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder / "stages", ignored)) {
+      const std::string kind = entry.path().extension().string();
+      if (kind == ".palpate" || kind == ".png") paths.push_back(entry);
+    }
+  }
   for (const fs::path& path : paths) {
     std::error_code failed;
     fs::remove(path, failed);
@@ -100,91 +69,22 @@ void remove_old_results(const fs::path& folder, const Scene& scene) {
   }
 }
 
-/// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
-struct Begin {
-  RunPlan plan;
-  SceneInput input;
-  fs::path folder;
-  std::optional<FoundCheckpoint> checkpoint;
-  bool replace = false;  ///< also what a killed run left
-};
-
-Begin begin_anew(const RunOptions& options) {
-  if (options.scene.file.empty()) throw BadInput("run: SCENE is required (see --help)");
-  Begin begin{.plan = {},
-              .input = read_scene_input(options.scene),
-              .folder = {},
-              .checkpoint = {},
-              .replace = options.replace};
-  Scene& scene = begin.input.scene;
-  options.detection.apply(scene.settings.detection);
-  scene.output.every = options.every.value_or(scene.output.every);
-  begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
-  begin.plan = {.scene_file = options.scene.file.string(),
-                .scene = write_scene(scene),
-                .source = scene.source,
-                .scene_folder = fs::absolute(scene.folder.empty() ? "." : scene.folder).string(),
-                .most_steps = most_steps(options, scene),
-                .until_rest = options.until_rest,
-                .no_picture = options.no_picture,
-                .strict = options.strict,
-                .checkpoint_every = options.checkpoint_every.value_or(0)};
-  return begin;
-}
-
-Begin begin_again(const RunOptions& options) {
-  FoundCheckpoint found = find_checkpoint(*options.resume);
-  for (const std::string& damage : found.damaged)
-    say_note(fmt::format("{}; going on from {}", damage, found.path.filename().string()));
-  RunPlan plan = found.checkpoint.plan;
-  plan.most_steps = options.steps.value_or(plan.most_steps);
-  const std::int64_t done = found.checkpoint.outcome.steps;
-  if (plan.most_steps < done) {
-    throw BadInput("--steps", "", fmt::format("{}", plan.most_steps),
-                   fmt::format("{} or more: {} is of that step", done, found.path.string()));
-  }
-  plan.until_rest = plan.until_rest || options.until_rest;
-  plan.no_picture = plan.no_picture || options.no_picture;
-  plan.strict = plan.strict || options.strict;
-  plan.checkpoint_every = options.checkpoint_every.value_or(plan.checkpoint_every);
-  Scene scene = as_input([&] { return read_scene_text(plan.scene, plan.source, plan.scene_folder); });
-  return {.plan = std::move(plan),
-          .input = load_scene_input(std::move(scene)),
-          .folder = *options.resume,
-          .checkpoint = std::move(found)};
-}
-
 /// Puts the simulation where the checkpoint has it, if there is one.
-void take_up(const Begin& begin, Simulation& simulation) {
+void take_up(const Begin& begin, Simulation& simulation, StageRun& stages) {
   if (!begin.checkpoint) return;
   try {
     simulation.restore(begin.checkpoint->checkpoint.simulation);
+    stages.resume(simulation, begin.checkpoint->checkpoint.stages);
   } catch (const Error& error) {  // name the file, and not only what is in it
     throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
 }
 
-/// Whether run.json is there and says that its run got to its end.
-bool has_ended(const fs::path& folder) {
-  std::ifstream file(folder / "run.json");
-  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
-  return report.is_object() && report.value("interrupted", nlohmann::json()) == false &&
-         report.value("error", nlohmann::json()).is_null();
-}
-
-/// Checkpoints of a run that was killed, interrupted or failed: nobody may have meant to lose them.
-void check_replaceable(const Begin& begin) {
-  const fs::path& folder = begin.folder;
-  if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
-  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
-                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
-}
-
-MetricsFile open_metrics(const Begin& begin) {
+MetricsFile open_metrics(const Begin& begin, const OutcomeProbe& outcomes) {
   const fs::path path = begin.folder / "metrics.csv";
-  if (begin.checkpoint) return {path, begin.checkpoint->checkpoint.metrics_bytes};
-  check_replaceable(begin);
-  return {path, begin.input.scene.units};
+  if (begin.checkpoint && has_same_columns(begin)) return {path, begin.checkpoint->checkpoint.metrics_bytes};
+  if (!begin.checkpoint) check_replaceable(begin);
+  return {path, begin.input.scene.units, outcomes};
 }
 
 ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
@@ -196,15 +96,16 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
 /// Where the results of a run are written. Rows come first: a run that cannot go on with them changes
 /// nothing.
 struct Outputs {
-  Outputs(const Begin& begin, const ForceProbe& probe)
+  Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
-        metrics(open_metrics(begin)),
+        metrics(open_metrics(begin, outcomes)),
         forces(open_forces(begin, probe)),
         frames(begin.folder, begin.input.scene.output, begin.input.scene.units,
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
-        checkpoints(begin.folder, begin.plan,
-                    begin.checkpoint ? std::optional(begin.checkpoint->path) : std::nullopt) {
-    remove_old_results(begin.folder, begin.input.scene);
+        checkpoints(
+            begin.folder, begin.plan,
+            begin.checkpoint && !begin.from_stage ? std::optional(begin.checkpoint->path) : std::nullopt) {
+    remove_old_results(begin.folder, begin.input.scene, !begin.checkpoint);
   }
   FolderLock lock;
   MetricsFile metrics;
@@ -213,15 +114,12 @@ struct Outputs {
   CheckpointWriter checkpoints;
 };
 
-RunOutcome step_through(const Begin& begin, Simulation& simulation, const ForceProbe& probe, Outputs& outputs,
-                        bool quiet) {
+RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
   // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
   // there.
   const InterruptFlag interrupt;
-  Progress progress(simulation.metrics().step, begin.plan.most_steps, quiet);
   try {
-    return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt,
-                    {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress},
+    return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
@@ -231,9 +129,42 @@ RunOutcome step_through(const Begin& begin, Simulation& simulation, const ForceP
   }
 }
 
+void say_where_it_begins(const Begin& begin, std::int64_t step) {
+  if (begin.from_stage) {
+    say_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
+                         *begin.from_stage));
+  } else {
+    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
+  }
+}
+
+void say_missing_frames(const FrameWriter& frames) {
+  const auto& missing = frames.missing();
+  if (missing.empty()) return;
+  say_note(fmt::format(
+      "{}: {} frame{} from before not there any more (the first is number {}), left out of it",
+      frames.collection().string(), missing.size(), missing.size() == 1 ? " is" : "s are", missing.front()));
+}
+
+/// What nobody is to overlook.
+void say_warnings(const RunReport& report) {
+  if (const std::string warning = not_converged_text(report.outcome); !warning.empty())
+    say_note(fmt::format("{}: {}", report.folder.string(), warning));
+  for (const std::string& stage : report.not_reached)
+    say_note(fmt::format("{}: {}", report.folder.string(), stage));
+}
+
+std::string write_results(const RunReport& report) {
+  std::string json = format_json(report_json(report)) + "\n";
+  io::write_atomically(report.folder / "run.json", json);
+  if (!report.scene.outcomes.empty() || !report.scene.stages.empty())
+    io::write_atomically(report.folder / "outcomes.json", format_json(outcomes_json(report)) + "\n");
+  return json;
+}
+
 int run(const RunOptions& options) {
   Stopwatch watch;
-  Begin begin = options.resume ? begin_again(options) : begin_anew(options);
+  Begin begin = begin_run(options);
   const Scene& scene = begin.input.scene;
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
   const std::optional<RelaxReport> relaxed =
@@ -242,21 +173,25 @@ int run(const RunOptions& options) {
   Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
   simulation.record_reactions(true);
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
-  take_up(begin, simulation);
+  const OutcomeProbe outcomes = as_input([&] { return OutcomeProbe(scene, simulation.bodies()); });
+  StageRun stages = as_input([&] { return StageRun(scene, simulation); });
+  take_up(begin, simulation, stages);
   const std::optional<std::int64_t> first =
       begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
-  if (first && !options.quiet)
-    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), *first));
+  if (first && !options.quiet) say_where_it_begins(begin, *first);
 
   const fs::path& folder = begin.folder;
-  Outputs outputs(begin, probe);
-  if (const auto& missing = outputs.frames.missing(); !missing.empty()) {
-    say_note(
-        fmt::format("{}: {} frame{} from before not there any more (the first is number {}), left out of it",
-                    outputs.frames.collection().string(), missing.size(),
-                    missing.size() == 1 ? " is" : "s are", missing.front()));
-  }
-  RunOutcome outcome = step_through(begin, simulation, probe, outputs, options.quiet);
+  Outputs outputs(begin, probe, outcomes);
+  say_missing_frames(outputs.frames);
+  StagePictures stage_pictures(folder, scene, simulation, start, options.threads);
+  const bool pictured = scene.output.report && !begin.plan.no_picture;
+  Progress progress(simulation.metrics().step, begin.plan.most_steps, options.quiet);
+  RunOutcome outcome =
+      step_through(begin, simulation,
+                   {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress,
+                    stages, outcomes, [&](const StageRecord& stage, const RunOutcome& so_far) {
+                      if (pictured) stage_pictures.take(stage.name, so_far);
+                    }});
   const double wall_seconds = watch.lap();
   const auto report_with = [&](const std::vector<fs::path>& pictures) {
     return RunReport{.scene_file = begin.plan.scene_file,
@@ -265,9 +200,12 @@ int run(const RunOptions& options) {
                      .files = begin.input.files,
                      .obstacles = obstacles,
                      .probe = probe,
+                     .outcomes = outcomes,
                      .relaxed = relaxed,
                      .outcome = outcome,
                      .resumed_from = first,
+                     .from_stage = begin.from_stage,
+                     .not_reached = stages.not_reached(),
                      .folder = folder,
                      .frames = outputs.frames.count(),
                      .maxima = outputs.frames.maxima(),
@@ -276,14 +214,8 @@ int run(const RunOptions& options) {
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
   };
-  const auto write_report = [&](const RunReport& report) {
-    std::string json = format_json(report_json(report)) + "\n";
-    io::write_atomically(folder / "run.json", json);
-    return json;
-  };
-  write_report(report_with({}));
-  if (const std::string warning = not_converged_text(outcome); !warning.empty() && !options.quiet)
-    say_note(fmt::format("{}: {}", folder.string(), warning));
+  write_results(report_with({}));
+  if (!options.quiet) say_warnings(report_with({}));
   const bool tells = !options.json && !options.quiet;
   if (tells) print_out(report_text(report_with({})));
   std::vector<fs::path> pictures;
@@ -296,9 +228,11 @@ int run(const RunOptions& options) {
     }
   }
   const RunReport report = report_with(pictures);
-  const std::string json = write_report(report);
+  const std::string json = write_results(report);
+  if (scene.output.report) io::write_atomically(folder / "report.html", report_page(report));
   if (options.json) print_out(json);
   if (tells) print_out(pictures_text(pictures));
+  if (tells && scene.output.report) print_out(fmt::format("page          {}/report.html\n", folder.string()));
   return exit_code(report, begin.plan.strict);
 }
 
@@ -321,8 +255,18 @@ void add_flags(CLI::App& app, RunOptions& options) {
             });
   app.add_flag("--replace", options.replace,
                "start anew where a run that did not get to its end left checkpoints, and lose them");
+  CLI::Option* const from_stage =
+      add_value(app, "--from-stage", "NAME",
+                "begin at the end of this stage, that a run of it has kept (docs/stages.md)",
+                [&options](const std::string&, const std::string& text) { options.from_stage = text; });
+  add_value(app, "--from", "DIR",
+            "the results that have the end of the stage; default: the folder of the results",
+            [&options](const std::string&, const std::string& text) { options.from = text; })
+      ->needs(from_stage);
+  app.add_flag("--report", options.report, "write report.html: a page that tells of the run");
   app.add_flag("--strict", options.strict,
-               "exit with 1 where a step did not converge; results are written all the same");
+               "exit with 1 where a step did not converge or a stage ended by its time; results are written "
+               "all the same");
   app.add_flag("--no-picture", options.no_picture, "take no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {
@@ -336,8 +280,9 @@ void add_flags(CLI::App& app, RunOptions& options) {
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // What a run has begun with it keeps.
-  for (const char* other : {"SCENE", "--set", "--out", "--replace", "--every", "--structure", "--order",
-                            "--sort", "--cell-size", "--cells-per-primitive"})
+  for (const char* other :
+       {"SCENE", "--set", "--out", "--replace", "--every", "--from-stage", "--from", "--report",
+        "--structure", "--order", "--sort", "--cell-size", "--cells-per-primitive"})
     resume->excludes(app.get_option(other));
 }
 

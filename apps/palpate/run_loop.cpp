@@ -43,7 +43,8 @@ void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
 /// A row of metrics and one of forces, and the largest forces so far.
 void add_rows(const Simulation& simulation, double seconds, RunOutcome& outcome, const RunOutputs& outputs) {
   const ForcesOfStep forces = outputs.probe.forces(simulation);
-  outputs.metrics.add(simulation.metrics(), forces, seconds);
+  outcome.outcomes = outputs.outcomes.values(simulation);
+  outputs.metrics.add(simulation.metrics(), forces, outcome.outcomes, seconds);
   outputs.forces.add(simulation, forces);
   outcome.largest_forces.resize(forces.bodies.size());
   for (std::size_t b = 0; b < forces.bodies.size(); ++b) {
@@ -69,6 +70,37 @@ bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs
   return true;
 }
 
+/// Notes a stage that ended with this step, and keeps its end.
+void end_stage(const Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs,
+               const std::string& name, bool keep) {
+  const StageEnding& ending = outputs.stages.progress().endings.back();
+  std::int64_t not_converged = outcome.steps_not_converged;
+  for (const StageRecord& before : outcome.stages) not_converged -= before.steps_not_converged;
+  outcome.stages.push_back({.name = name,
+                            .first_step = outcome.stages.empty() ? 0 : outcome.stages.back().last_step,
+                            .last_step = ending.step,
+                            .time = simulation.metrics().time,
+                            .reached = ending.reached,
+                            .steps_not_converged = not_converged,
+                            .inverted_tets = static_cast<std::size_t>(simulation.metrics().inverted_tets),
+                            .outcomes = outcome.outcomes,
+                            .state_hash = simulation.state_hash()});
+  outputs.frames.add(simulation, true);
+  if (keep) outputs.checkpoints.keep_stage(name, simulation, outcome, outputs);
+  outputs.at_stage_end(outcome.stages.back(), outcome);
+}
+
+/// Begins the stage that is due; false where the simulation refuses it.
+bool begin_stage(Simulation& simulation, RunOutcome& outcome, StageRun& stages) {
+  try {
+    stages.begin(simulation);
+  } catch (const Error& error) {
+    outcome.failure = "stage '" + stages.stage().name + "': " + error.what();
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void Tally::add(std::size_t count) {
@@ -89,23 +121,31 @@ void CuckooRun::add(const CuckooCounts& counts) {
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
                     const InterruptFlag& interrupt, const RunOutputs& outputs,
                     const std::optional<RunOutcome>& before) {
-  const auto& [frames, metrics, forces, probe, checkpoints, progress] = outputs;
+  const auto& [frames, metrics, forces, probe, checkpoints, progress, stages, values, at_stage_end] = outputs;
   RunOutcome outcome = before.value_or(RunOutcome{});
+  const bool staged = stages.any();
+  bool goes = begin_stage(simulation, outcome, stages);
   if (!before) {
     count(outcome, simulation.metrics(), simulation.settings().detection.continuous);
     add_rows(simulation, 0.0, outcome, outputs);
     frames.add(simulation, true);
   }
-  while (outcome.steps < most_steps && !(until_rest && simulation.at_rest())) {
+  while (goes && outcome.steps < most_steps && !(until_rest && simulation.at_rest()) &&
+         !(staged && stages.done())) {
     if (interrupt.requested() || !step(simulation, outcome, outputs)) break;
     frames.add(simulation);
-    checkpoints.add(simulation, outcome, frames, metrics, forces);
+    const Stage stage = staged ? stages.stage() : Stage{};
+    if (stages.ends(simulation)) {
+      end_stage(simulation, outcome, outputs, stage.name, stage.checkpoint);
+      goes = begin_stage(simulation, outcome, stages);
+    }
+    checkpoints.add(simulation, outcome, outputs);
     progress.update(simulation.metrics());
   }
   outcome.interrupted = interrupt.requested();
   // Before the last frame, which a run that goes on does not have. At the end it lets the run be made longer.
   const bool ends_well = outcome.failure.empty() && checkpoints.regular();
-  checkpoints.add(simulation, outcome, frames, metrics, forces, outcome.interrupted || ends_well);
+  checkpoints.add(simulation, outcome, outputs, outcome.interrupted || ends_well);
   metrics.flush();
   forces.flush();
   outcome.at_rest = outcome.failure.empty() && simulation.at_rest();

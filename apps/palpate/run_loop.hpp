@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@
 #include "metrics_file.hpp"
 #include "phase_times.hpp"
 #include "progress.hpp"
+#include "scene/outcome_probe.hpp"
+#include "scene/stage_run.hpp"
 
 namespace palpate::app {
 
@@ -35,6 +38,19 @@ struct CuckooRun {
   Tally redistributions;
   Tally growths;
   void add(const CuckooCounts& counts);
+};
+
+/// A stage that is over.
+struct StageRecord {
+  std::string name;
+  std::int64_t first_step = 0;
+  std::int64_t last_step = 0;
+  double time = 0.0;    ///< at its end
+  bool reached = true;  ///< its condition was met
+  std::int64_t steps_not_converged = 0;
+  std::size_t inverted_tets = 0;       ///< at its end
+  std::vector<OutcomeValue> outcomes;  ///< at its end
+  std::string state_hash;
 };
 
 /// What a run did.
@@ -70,6 +86,8 @@ struct RunOutcome {
   std::int64_t steps_too_far = 0;
   double thinnest = 0.0;                       ///< least local thickness of bodies in these steps; 0: none
   std::vector<LargestForce> largest_forces{};  ///< (n_bodies) of contacts
+  std::vector<StageRecord> stages{};           ///< those that are over
+  std::vector<OutcomeValue> outcomes{};        ///< at the last step
 };
 
 class CheckpointWriter;
@@ -82,12 +100,16 @@ struct RunOutputs {
   const ForceProbe& probe;
   CheckpointWriter& checkpoints;
   Progress& progress;
+  StageRun& stages;
+  const OutcomeProbe& outcomes;
+  /// Called where a stage has ended, before the next one begins.
+  std::function<void(const StageRecord&, const RunOutcome&)> at_stage_end;
 };
 
-/// Steps until `most_steps`, until rest (if asked), an interrupt or a failure of the simulation. Writes a row
-/// for each step, the frames and checkpoints that are due, the first and the last state always, and a
-/// checkpoint where it is interrupted. Throws Error where they cannot be written.
-/// \param before  what a run that goes on had done; of a new one, nothing
+/// Steps until all stages are over, `most_steps`, until rest (if asked), an interrupt or a failure of the
+/// simulation. Writes a row for each step, the frames and checkpoints that are due, the first and the last
+/// state always, and a checkpoint where it is interrupted. Throws Error where they cannot be written. \param
+/// before  what a run that goes on had done; of a new one, nothing
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
                     const InterruptFlag& interrupt, const RunOutputs& outputs,
                     const std::optional<RunOutcome>& before);

@@ -49,6 +49,17 @@ std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Oth
   return list;
 }
 
+/// (n_bodies) 1 where a body is there at the start of the run, or now.
+std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
+  std::vector<std::uint8_t> list;
+  for (std::size_t b = 0; b < run.scene.bodies.size(); ++b) {
+    const bool there =
+        at_start ? !run.scene.bodies[b].absent : run.simulation.is_present(static_cast<Index>(b));
+    list.push_back(there ? 1 : 0);
+  }
+  return list;
+}
+
 /// Values at points and the scale that shows them, in the unit that people read them in.
 struct Coloured {
   std::vector<double> values;  ///< (n_points), NaN where the view does not show it
@@ -102,6 +113,8 @@ io::Image take_view(const RunImages& run, const View& view, bool at_start, int w
   const std::span<const Vec3> positions = at_start ? run.start : run.simulation.positions();
   const Coloured shown = coloured(run, view, at_start, positions);
   io::CutSettings cut{.shown = flags(run.scene, view.bodies, all), .cut = {}, .point = {}, .normal = {}};
+  const std::vector<std::uint8_t> there = present(run, at_start);
+  for (std::size_t b = 0; b < there.size(); ++b) cut.shown[b] &= there[b];
   cut.cut.resize(cut.shown.size(), 0);
   if (view.cut) {
     cut.cut = flags(run.scene, view.cut->bodies, all);
@@ -153,12 +166,17 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
   return paths;
 }
 
-void take_pictures(const RunImages& run, bool quiet) {
-  StatusLine status(quiet);
-  status.show([](std::size_t width) { return std::string("drawing the picture ...").substr(0, width); });
-  const std::vector<fs::path> paths = picture_paths(run.folder, run.scene);
+namespace {
+
+/// The whole scene. Where a body is not there, the bodies that are.
+void take_main_picture(const RunImages& run, const fs::path& path) {
   const Picture& picture = run.scene.output.picture;
-  io::render_picture(paths.front(), run.simulation.bodies(), run.simulation.positions(),
+  const std::vector<std::uint8_t> there = present(run, false);
+  if (std::ranges::count(there, 0) > 0) {
+    const View view{.name = {}, .size = picture.size, .camera = picture.camera, .contacts = true};
+    return io::write_png(path, take_view(run, view));
+  }
+  io::render_picture(path, run.simulation.bodies(), run.simulation.positions(),
                      run.simulation.detector().contacts().point, colours(run.scene),
                      {.width = picture.size[0],
                       .height = picture.size[1],
@@ -166,9 +184,38 @@ void take_pictures(const RunImages& run, bool quiet) {
                       .target = picture.camera.target,
                       .caption = caption(run)},
                      parallel::Threads(run.threads));
+}
+
+}  // namespace
+
+void take_pictures(const RunImages& run, bool quiet) {
+  StatusLine status(quiet);
+  status.show([](std::size_t width) { return std::string("drawing the picture ...").substr(0, width); });
+  const std::vector<fs::path> paths = picture_paths(run.folder, run.scene);
+  take_main_picture(run, paths.front());
   for (std::size_t i = 0; i < run.scene.output.views.size(); ++i)
     io::write_png(paths[i + 1], take_view(run, run.scene.output.views[i]));
   status.clear();
+}
+
+std::vector<fs::path> stage_picture_paths(const fs::path& folder, const Scene& scene,
+                                          const std::string& stage) {
+  std::vector<fs::path> paths{folder / "stages" / (stage + ".png")};
+  for (const View& view : scene.output.views)
+    paths.push_back(folder / "stages" / (stage + "." + view.name + ".png"));
+  return paths;
+}
+
+void StagePictures::take(const std::string& stage, const RunOutcome& outcome) const {
+  const RunImages run{folder_, scene_, simulation_, start_, outcome, threads_};
+  fs::create_directories(folder_ / "stages");
+  const std::vector<fs::path> paths = stage_picture_paths(folder_, scene_, stage);
+  take_main_picture(run, paths.front());
+  for (std::size_t i = 0; i < scene_.output.views.size(); ++i) {
+    View view = scene_.output.views[i];
+    view.when = ViewTime::end;
+    io::write_png(paths[i + 1], take_view(run, view));
+  }
 }
 
 }  // namespace palpate::app

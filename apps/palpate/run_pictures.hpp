@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "run_loop.hpp"
@@ -24,5 +26,31 @@ std::vector<std::filesystem::path> picture_paths(const std::filesystem::path& fo
 
 /// Takes all of them, and says so meanwhile if not quiet. Throws Error where one cannot be taken or written.
 void take_pictures(const RunImages& run, bool quiet);
+
+/// Pictures of the ends of stages: RESULTS/stages/NAME.png and NAME.VIEW.png for each view of an end.
+class StagePictures {
+ public:
+  /// Borrows all but the folder. \param start  (n_points) positions before the first step
+  StagePictures(std::filesystem::path folder, const Scene& scene, const Simulation& simulation,
+                std::span<const Vec3> start, int threads)
+      : folder_(std::move(folder)),
+        scene_(scene),
+        simulation_(simulation),
+        start_(start),
+        threads_(threads) {}
+  /// Throws Error where one cannot be taken or written.
+  void take(const std::string& stage, const RunOutcome& outcome) const;
+
+ private:
+  std::filesystem::path folder_;
+  const Scene& scene_;
+  const Simulation& simulation_;
+  std::span<const Vec3> start_;
+  int threads_;
+};
+
+/// The files of a stage's pictures, in the scene's order.
+std::vector<std::filesystem::path> stage_picture_paths(const std::filesystem::path& folder,
+                                                       const Scene& scene, const std::string& stage);
 
 }  // namespace palpate::app

@@ -13,6 +13,7 @@
 #include "geometry/vector.hpp"
 #include "io/machine.hpp"
 #include "numbers.hpp"
+#include "outcomes_json.hpp"
 #include "overlaps.hpp"
 #include "scene/json_text.hpp"
 #include "sim/response.hpp"
@@ -133,6 +134,9 @@ Json results_json(const RunReport& report) {
           {"frames", report.frames},
           {"metrics", "metrics.csv"},
           {"forces", "forces.csv"},
+          {"outcomes",
+           report.scene.outcomes.empty() && report.scene.stages.empty() ? Json() : Json("outcomes.json")},
+          {"report", report.scene.output.report ? Json("report.html") : Json()},
           {"picture", report.pictures.empty() ? Json() : Json(report.pictures.front().filename().string())},
           {"views", views}};
 }
@@ -190,6 +194,8 @@ void add_outcome(Json& json, const RunReport& report) {
   json["at_rest"] = outcome.at_rest;
   json["interrupted"] = outcome.interrupted;
   json["resumed_from"] = report.resumed_from ? Json(*report.resumed_from) : Json();
+  json["from_stage"] = report.from_stage ? Json(*report.from_stage) : Json();
+  json["stages"] = stages_json(report);
   json["error"] = outcome.failure.empty() ? Json() : Json(utf8_text(outcome.failure));
   json["state_hash"] = report.simulation.state_hash();
   json["wall_seconds"] = report.wall_seconds;

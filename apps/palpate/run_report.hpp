@@ -24,9 +24,12 @@ struct RunReport {
   const std::vector<std::optional<MeshRecord>>& files;  ///< (n_bodies)
   const std::vector<std::uint8_t>& obstacles;           ///< (n_bodies)
   const ForceProbe& probe;
+  const OutcomeProbe& outcomes;
   const std::optional<RelaxReport>& relaxed;  ///< none: the scene did not ask for it
   const RunOutcome& outcome;
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
+  std::optional<std::string> from_stage;     ///< it began at the end of this stage of another run
+  std::vector<std::string> not_reached;      ///< of stages whose condition was not met, what came of them
   std::filesystem::path folder;
   std::size_t frames = 0;
   std::vector<FieldMaximum> maxima;             ///< of the fields that frames have

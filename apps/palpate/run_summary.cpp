@@ -98,12 +98,30 @@ std::string stress_line(const RunReport& report) {
                      shown_name(report.probe.names()[static_cast<std::size_t>(most - stresses.begin())]));
 }
 
+/// A line for each stage that is over, and for each outcome.
+std::string outcome_lines(const RunReport& report) {
+  std::string text;
+  for (const StageRecord& stage : report.outcome.stages) {
+    text += fmt::format("{:<14}{}: {}, until {} {}{}\n", "stage", stage.name,
+                        counted(static_cast<std::size_t>(stage.last_step - stage.first_step), "step"),
+                        short_text(stage.time), report.scene.units.time,
+                        stage.reached ? "" : ", NOT REACHED: ended by its time");
+  }
+  for (std::size_t i = 0; i < report.outcome.outcomes.size(); ++i) {
+    text += fmt::format("{:<14}{}: {}\n", "outcome", report.outcomes.infos()[i].name,
+                        report.outcomes.in_words(i, report.outcome.outcomes[i].value));
+  }
+  return text;
+}
+
 std::string places_text(const RunReport& report) {
   const std::string folder = report.folder.string();
   std::string text =
       fmt::format("results       {}/frames.pvd ({})\n", folder, counted(report.frames, "frame"));
   text += fmt::format("metrics       {}/metrics.csv\n", folder);
   text += fmt::format("forces        {}/forces.csv\n", folder);
+  if (!report.scene.outcomes.empty() || !report.scene.stages.empty())
+    text += fmt::format("outcomes      {}/outcomes.json\n", folder);
   text += fmt::format("report        {}/run.json\n", folder);
   return text;
 }
@@ -144,7 +162,7 @@ std::string report_text(const RunReport& report) {
   text += fmt::format("fastest       {} (point), {} (body, root mean square)\n",
                       in_words(metrics.largest_speed, units, dimension::speed),
                       in_words(metrics.fastest_body, units, dimension::speed));
-  text += forces_lines(report) + stress_line(report);
+  text += outcome_lines(report) + forces_lines(report) + stress_line(report);
   if (outcome.inverted_tets.largest > 0) text += tally_line("inverted tets", outcome.inverted_tets);
   text += phases_text(outcome.times);
   text += fmt::format("converged     in {} of {}\n", outcome.steps - outcome.steps_not_converged,
@@ -175,6 +193,9 @@ int exit_code(const RunReport& report, bool strict) {
                           report.most_steps, report.folder.string(), way_on(report.folder)));
     return exit_failed;
   }
+  if (strict && !report.not_reached.empty())
+    throw std::runtime_error(
+        fmt::format("{} (--strict); results are in {}", report.not_reached.front(), report.folder.string()));
   if (!strict || outcome.steps_not_converged == 0) return exit_done;
   throw std::runtime_error(
       fmt::format("not converged in {} of {} (--strict); results are in {}", outcome.steps_not_converged,

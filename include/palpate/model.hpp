@@ -95,6 +95,36 @@ struct Model {
   std::vector<SurfaceLoad> surface_loads{};  ///< on bodies that deform
   /// (n_bodies) or empty: gravity of a body, m/s^2, in place of that of the settings.
   std::vector<std::optional<Vec3>> gravity_of_body{};
+  /// (n_bodies) 1: not there at first, until a ModelChange brings it in; or empty. What is not there touches
+  /// nothing, weighs nothing and does not move.
+  std::vector<std::uint8_t> absent{};
+};
+
+/// Points that follow a motion from now on: each goes to center + R (p - center) + translate of where it is
+/// now. Times of the keyframes are those of the simulation.
+struct PointMove {
+  std::vector<Index> points{};  ///< of all points
+  Motion motion{};              ///< theirs from now on
+};
+
+/// Loads in place of all that were set on a body: those of the model, set_forces() and set_pressure().
+struct BodyLoads {
+  Index body = -1;                      ///< whose loads they are
+  std::vector<PointLoad> points{};      ///< of points of this body
+  std::vector<SurfaceLoad> surfaces{};  ///< of triangles of this body
+};
+
+/// What holds, moves and loads bodies from the next step on: Simulation::change(). In this order.
+struct ModelChange {
+  std::vector<Index> untie{};           ///< numbers of ties; those behind them have lower numbers then
+  std::vector<Index> insert{};          ///< bodies that are there again, where they are or their motion is
+  std::vector<Index> remove{};          ///< bodies that are not there any more; their ties are gone
+  std::vector<Index> release_bodies{};  ///< nothing holds their points any more; what was rigid deforms
+  std::vector<Index> release_points{};  ///< neither fixed nor moved any more, nor held along an axis
+  std::vector<Index> fix{};             ///< points that stay where they are
+  std::vector<PointMove> moves{};       ///< each is a motion more; points leave the one they were on
+  std::vector<Tie> ties{};              ///< behind those that are there, at rest where their points are now
+  std::vector<BodyLoads> loads{};       ///< of bodies, each once
 };
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 #include <palpate/model.hpp>
+#include <palpate/outcomes.hpp>
 #include <palpate/relax.hpp>
 #include <palpate/settings.hpp>
 #include <palpate/simulation.hpp>

@@ -77,6 +77,22 @@ class Simulation {
   /// setting that the constructor would refuse and on another time step: steps are counted in it. O(1), and a
   /// detection with its preparation where detection settings differ.
   void change(const SimulationSettings& settings);
+  /// Other holds, motions, ties and loads from the next step on: what was held is let go with the velocity
+  /// that it has, what is fixed or removed stands still. Positions stay, but of bodies that come back and are
+  /// on rails; the contacts are those without absent bodies at once. Spans and references that this class has
+  /// given are invalid, but for bodies(). Throws Error, and changes nothing, on an index out of range, a
+  /// point of a rigid body that is to be released by itself, and what the constructor would refuse. What
+  /// yielded in a body that is removed is as it was made when it comes back.
+  /// O(points + tets log) and a detection with its preparation, as the constructor.
+  void change(const ModelChange& change);
+  /// Whether a body is there: Model::absent, ModelChange. Throws Error on a body out of range.
+  [[nodiscard]] bool is_present(Index body) const;
+  /// The ties that there are now.
+  [[nodiscard]] std::vector<Tie> ties() const;
+  /// (n_points) the motion that each point follows now, or -1.
+  [[nodiscard]] std::span<const Index> motion_of_points() const;
+  /// Number of motions: those of the model and those that a ModelChange added.
+  [[nodiscard]] Index motion_count() const;
   /// Another motion in place of a motion of the model: points on it are where it has them at the end of the
   /// next step, wherever they were. Throws Error, and changes nothing, on a number out of range and on a
   /// motion that the constructor would refuse. O(keyframes).
@@ -139,7 +155,7 @@ class Simulation {
   [[nodiscard]] std::vector<PairWrench> pair_wrenches() const;
   /// The same as loads on the surface triangles at positions(). O(contacts + triangles).
   [[nodiscard]] SurfaceTractions tractions() const;
-  /// Force of each tie of the model on its point during the last step, N: (n_ties x 3).
+  /// Force of each of ties() on its point during the last step, N: (n_ties x 3).
   [[nodiscard]] std::span<const Vec3> tie_forces() const;
   /// Whether steps note what holds the points that are not free: reactions(). Off at first: it takes a pass
   /// over the tets at such points. O(tets).
@@ -165,6 +181,8 @@ class Simulation {
   [[nodiscard]] TissueState tissue_at_points() const;
   /// The same from what tissue() has just told, for those who want both.
   [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets) const;
+  /// Mass of each point, kg: (n_points).
+  [[nodiscard]] std::span<const double> point_masses() const;
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
   /// Per body the material that contact stiffness is derived from: its own, or, of a body with several, its
@@ -178,7 +196,8 @@ class Simulation {
   /// times. Checksummed; of one version of the library. O(points + tets + contacts).
   [[nodiscard]] std::vector<std::byte> save() const;
   /// Goes on from what save() gave: steps from there on have the bits that they would have had, for every
-  /// structure, order, sort and thread count. Loads and grabs come from the saved state. Throws Error, and
+  /// structure, order, sort and thread count. Loads, grabs and what a ModelChange changed come from the saved
+  /// state, so that references are invalid as after change(). Throws Error, and
   /// changes nothing, on bytes that are cut off, changed or of another version, and on the state of another
   /// simulation: one with other bodies, materials, motions or settings that steps depend on.
   void restore(std::span<const std::byte> saved);

@@ -33,7 +33,7 @@ from ._error import Error, NotConverged
 from ._mesh import ball, box, read_mesh, write_mesh
 from ._scene import Model, read_scene, stacking_scene, write_scene
 from ._settings import get_threads, set_threads
-from ._simulation import Grab, Simulation
+from ._simulation import Grab, Outcome, Simulation
 from ._sweep import sweep, sweep_rows
 from ._view import to_pyvista
 from ._world import World
@@ -55,6 +55,7 @@ __all__ = [
     "Model",
     "Motion",
     "NotConverged",
+    "Outcome",
     "PairWrench",
     "Ramp",
     "RelaxReport",

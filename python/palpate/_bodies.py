@@ -84,6 +84,38 @@ class SimulationBody:
         """Puts a body with a motion at a pose by the end of the next step: Simulation.move_to()."""
         self._simulation.move_to(self._number, pose, quaternion)
 
+    @property
+    def is_present(self) -> bool:
+        """Whether it is there: neither absent at the start nor removed."""
+        return self._simulation._is_present(self._number)
+
+    def release(self, points: ArrayLike | None = None) -> None:
+        """Nothing holds or moves its points (indices or a mask; None: all of them) any more; they go on with the velocity
+        that they have. Of a rigid body all points: it deforms from now on.
+        """
+        if points is None:
+            self._simulation._release_body(self._number)
+        else:
+            self._simulation._release_points(self._of_all(points))
+
+    def fix(self, points: ArrayLike | None = None) -> None:
+        """Its points (indices or a mask; None: all of them) stay where they are until release()."""
+        self._simulation._fix(self._of_all(points))
+
+    def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:
+        """Its points (indices or a mask; None: all of them) follow a motion from where they are, whose times are those of
+        the simulation. Returns its number, for Simulation.move_prescribed() and its like.
+        """
+        return self._simulation._move(self._of_all(points), motion)
+
+    def remove(self) -> None:
+        """Takes it away: Simulation.remove()."""
+        self._simulation.remove(self._number)
+
+    def insert(self) -> None:
+        """Brings it in: Simulation.insert()."""
+        self._simulation.insert(self._number)
+
     def set_motion(self, motion: _core.Motion) -> None:
         """Another motion in place of that of the body: Simulation.set_motion()."""
         self._simulation.set_motion(self._number, motion)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import warnings
@@ -21,6 +22,18 @@ from ._settings import settings, threads_or_default
 
 if TYPE_CHECKING:
     import pyvista
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """A quantity that a scene declares under "outcomes": its value, in this unit, and of displacements, rotations and
+    forces all three components.
+    """
+
+    kind: str
+    value: float
+    unit: str
+    vector: _arrays.Floats | None
 
 
 class Grab:
@@ -86,6 +99,7 @@ class Simulation(_core.Simulation):
                 read = scene_of({**scene_dict(read), **settings_})
             model = Model(read)
         self._duration = read.duration
+        self._stage_steps = read.stage_steps
         self._settings = {key: value for key, value in scene_dict(read).items() if key not in ("bodies", "name", "output")}
         super().__init__(model, read, threads_or_default(threads))
         if reactions:
@@ -109,7 +123,7 @@ class Simulation(_core.Simulation):
     ) -> int:
         """Makes steps; returns how many.
 
-        steps: None makes those that are left of the scene's duration.
+        steps: None makes those that are left of the scene's duration, or of its stages (docs/stages.md).
         until_rest: ends once nothing moves (`rest` in the scene).
         callback: is called with the simulation after each step, and ends the run where it returns True.
         progress: shows a bar of tqdm.
@@ -118,13 +132,14 @@ class Simulation(_core.Simulation):
         Ctrl-C ends it after the present step, with KeyboardInterrupt and the simulation as that step left it. Raises
         Error where the simulation blows up; its state is then that of the last good step.
         """
+        staged = steps is None and not self.stages_done
         wanted = self._steps_left() if steps is None else steps
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
         before = self.steps_not_converged
         with bar(progress, wanted, "step") as shown:
-            while done < wanted and not (until_rest and self.at_rest):
+            while done < wanted and not (until_rest and self.at_rest) and not (staged and self.stages_done):
                 self.step()
                 done += 1
                 shown.update()
@@ -135,6 +150,8 @@ class Simulation(_core.Simulation):
         return done
 
     def _steps_left(self) -> int:
+        if self._stage_steps > 0:
+            return max(0, self._stage_steps - self.metrics.step)
         rounding = 1e-9  # a duration of 50 steps is 50 steps, whatever the rounding of the quotient
         return max(0, math.ceil(self._duration / self.time_step * (1.0 - rounding)) - self.metrics.step)
 
@@ -151,6 +168,33 @@ class Simulation(_core.Simulation):
             merged[key] = {**old, **value} if isinstance(old, dict) and isinstance(value, Mapping) else value
         self._change(settings("Simulation.change", merged))
         self._settings = merged
+
+    def outcomes(self) -> dict[str, Outcome]:
+        """The outcomes of the scene as they are now, by name, in its order (docs/stages.md)."""
+        return {
+            name: Outcome(kind, value, unit, None if vector is None else np.array(vector))
+            for name, kind, value, unit, vector in self._outcomes()
+        }
+
+    def remove(self, body: int | str) -> None:
+        """Takes a body away: it touches nothing, weighs nothing and does not move, and its ties are gone. Raises Error on
+        one that is not there.
+        """
+        self._remove(self.body_number(body))
+
+    def insert(self, body: int | str) -> None:
+        """Brings a body in that was absent or removed, where it is or its motion is. Raises Error on one that is there."""
+        self._insert(self.body_number(body))
+
+    def tie(self, points: ArrayLike, to: int | str, *, stiffness: float | None = None) -> None:
+        """Ties points (indices or a mask, of all points) by springs to the nearest tets of another body, where they are
+        now. stiffness: of each, N/m; None: that of a contact between the two.
+        """
+        self._tie(self._points(points), self.body_number(to), stiffness)
+
+    def untie(self, body: int | str, other: int | str) -> int:
+        """Cuts all ties between two bodies; returns how many."""
+        return self._untie(self.body_number(body), self.body_number(other))
 
     @property
     def bodies(self) -> SimulationBodies:

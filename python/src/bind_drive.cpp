@@ -1,4 +1,5 @@
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -54,6 +55,34 @@ void bind_changes(Bound& simulation) {
            [](Simulation& s, Index number, const Three& translate, const std::array<double, 4>& quaternion) {
              s.idle().move_to(number, {0.0, vector_of_three(translate), quaternion});
            })
+      .def("_release_body",
+           [](Simulation& s, Index body) { s.change(ModelChange{.release_bodies = {body}}); })
+      .def("_release_points",
+           [](Simulation& s, const IndicesIn& points) {
+             const auto all = values_of(points);
+             s.change(ModelChange{.release_points = {all.begin(), all.end()}});
+           })
+      .def("_fix",
+           [](Simulation& s, const IndicesIn& points) {
+             const auto all = values_of(points);
+             s.change(ModelChange{.fix = {all.begin(), all.end()}});
+           })
+      .def("_move",
+           [](Simulation& s, const IndicesIn& points, Motion motion) {
+             const auto all = values_of(points);
+             return s.move({all.begin(), all.end()}, std::move(motion));
+           })
+      .def(
+          "_tie",
+          [](Simulation& s, const IndicesIn& points, Index to, std::optional<double> stiffness) {
+            const auto all = values_of(points);
+            s.tie({all.begin(), all.end()}, to, stiffness);
+          },
+          nb::arg("points"), nb::arg("to"), nb::arg("stiffness").none())
+      .def("_untie", &Simulation::untie)
+      .def("_remove", [](Simulation& s, Index body) { s.change(ModelChange{.remove = {body}}); })
+      .def("_insert", [](Simulation& s, Index body) { s.change(ModelChange{.insert = {body}}); })
+      .def("_is_present", [](Simulation& s, Index body) { return s.idle().is_present(body); })
       .def("_motion_of", &Simulation::motion_of)
       .def("_motion", [](Simulation& s, Index number) { return s.idle().motion(number); })
       .def("_change", [](Simulation& s, const Scene& scene) { s.change(scene); })

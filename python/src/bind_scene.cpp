@@ -15,6 +15,7 @@
 #include "model.hpp"
 #include "scene/generators.hpp"
 #include "scene/scene.hpp"
+#include "scene/stage_run.hpp"
 
 namespace palpate::python {
 namespace {
@@ -68,7 +69,10 @@ void bind_scene(nb::module_& m) {
           },
           nb::sig("def __reduce__(self) -> tuple[typing.Any, ...]"))
       .def_ro("source", &Scene::source, doc::Scene_source)
-      .def_ro("duration", &Scene::duration, doc::Scene_duration);
+      .def_ro("duration", &Scene::duration, doc::Scene_duration)
+      .def_prop_ro(
+          "stage_steps", [](const Scene& scene) { return most_steps_of_stages(scene); },
+          "Steps that its stages take at most; 0 without stages.");
   m.def(
       "read_mesh", [](const std::string& path) { return arrays_of(read_checked_mesh(path)); },
       nb::arg("path"), nb::sig(("def read_mesh(path: str) -> " + std::string(mesh_sig)).c_str()),

@@ -53,7 +53,7 @@ void bind_checkpoint(nb::class_<Simulation>& simulation) {
       .def(
           "save",
           [](Simulation& s) {
-            const std::vector<std::byte> saved = s.idle().save();
+            const std::vector<std::byte> saved = s.save();
             return nb::bytes(saved.data(), saved.size());
           },
           doc::Simulation_save)
@@ -116,6 +116,44 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro(
           "time_step", [](Simulation& s) { return s.idle().settings().time_step; },
           doc::SimulationSettings_time_step)
+      .def_prop_ro(
+          "stage",
+          [](Simulation& s) -> std::optional<std::string> {
+            if (!s.stages().any()) return std::nullopt;
+            return s.stages().stage().name;
+          },
+          "Name of the stage of the scene that is running, or begins with the next step(); after the last "
+          "that of it. "
+          "None without stages.")
+      .def_prop_ro(
+          "stages_done", [](Simulation& s) { return s.stages().done(); },
+          "Whether all stages of the scene are over; true without stages.")
+      .def_prop_ro(
+          "stage_endings",
+          [](Simulation& s) {
+            nb::list list;
+            for (const StageEnding& e : s.stages().progress().endings)
+              list.append(nb::make_tuple(e.step, e.reached));
+            return list;
+          },
+          nb::sig("def stage_endings(self) -> list[tuple[int, bool]]"),
+          "Of each stage that is over its last step, and whether its condition was met.")
+      .def(
+          "_outcomes",
+          [](Simulation& s) {
+            nb::list list;
+            const std::vector<OutcomeValue> values = s.outcomes().values(s.idle());
+            for (std::size_t i = 0; i < values.size(); ++i) {
+              const auto& vector = values[i].vector;
+              list.append(nb::make_tuple(
+                  s.outcomes().infos()[i].name, s.outcomes().infos()[i].kind, values[i].value,
+                  s.outcomes().unit(i),
+                  vector ? nb::cast(std::array<double, 3>{vector->x, vector->y, vector->z}) : nb::none()));
+            }
+            return list;
+          },
+          nb::sig(
+              "def _outcomes(self) -> list[tuple[str, str, float, str, tuple[float, float, float] | None]]"))
       .def_prop_ro("relaxed", &Simulation::relaxed, doc::Simulation_relaxed)
       .def_prop_ro("steps_not_converged", &Simulation::steps_not_converged,
                    "Steps so far of this object in which a solve ended above the tolerance: do not trust "

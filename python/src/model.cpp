@@ -141,7 +141,9 @@ void Model::tie(const Body& tissue, std::span<const Index> points, Index to,
   for (const Index point : points) static_cast<void>(point_at(tissue, point, "Model.attach"));
   for (const Index point : points) {
     const Index p = tissue.points.begin + point;
-    data_.ties.push_back({p, nearest_tet(data_.bodies, to, at(data_.bodies.points_rest(), p)), stiffness});
+    data_.ties.push_back(
+        {p, nearest_tet(data_.bodies, data_.bodies.points_rest(), to, at(data_.bodies.points_rest(), p)),
+         stiffness});
   }
 }
 

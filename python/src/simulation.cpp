@@ -8,6 +8,8 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "scene/near.hpp"
+#include "scene/stage_archive.hpp"
 #include "world.hpp"
 
 namespace palpate::python {
@@ -17,6 +19,27 @@ namespace {
 void check_signals() {
   const nanobind::gil_scoped_acquire acquire;
   if (PyErr_CheckSignals() != 0) throw nanobind::python_error();
+}
+
+/// A saved simulation, and where it is in its stages.
+struct Parted {
+  std::span<const std::byte> simulation;
+  StageProgress progress;
+};
+
+/// What save() of a simulation with stages has put together.
+Parted parted(std::span<const std::byte> saved) {
+  std::uint64_t size = 0;
+  if (saved.size() < sizeof size) throw Error("saved state", "", "too few bytes", "what save() returned");
+  ArchiveReader last(saved.last(sizeof size), "saved state");
+  last(size);
+  if (size > saved.size())
+    throw Error("saved state", "", "the state of a simulation without stages", "one with them");
+  Parted parts{saved.first(size), {}};
+  ArchiveReader reader(saved.subspan(size), "saved state");
+  reader(parts.progress, size);
+  reader.finish();
+  return parts;
 }
 
 }  // namespace
@@ -37,13 +60,18 @@ Simulation::Simulation(const Model& model, const Scene& scene, int threads)
   if (scene.relax)
     relaxed_ = relax(data, settings, *scene.relax, threads, [](int, double) { check_signals(); });
   simulation_ = std::make_unique<palpate::Simulation>(std::move(data), settings, threads);
+  outcomes_ = std::make_unique<OutcomeProbe>(scene, simulation_->bodies());
+  stages_ = std::make_unique<StageRun>(scene, *simulation_);
 }
 
 void Simulation::step() {
   const Busy::Use use(busy_, "Simulation.step");
   {
     const nanobind::gil_scoped_release release;
+    stages_->begin(*simulation_);
+    if (stages_->any()) follow_holds();
     simulation_->step();
+    stages_->ends(*simulation_);
   }
   const StepMetrics& metrics = simulation_->metrics();
   if (!metrics.solver_converged) ++steps_not_converged_;
@@ -52,11 +80,77 @@ void Simulation::step() {
   crossings_.reset();
 }
 
+void Simulation::change(const ModelChange& change) {
+  idle().change(change);
+  follow_holds();
+  contacts_.reset();
+  crossings_.reset();
+}
+
+Index Simulation::move(std::vector<Index> points, Motion motion) {
+  change({.moves = {{std::move(points), std::move(motion)}}});
+  return simulation_->motion_count() - 1;
+}
+
+void Simulation::tie(const std::vector<Index>& points, Index to, std::optional<double> stiffness) {
+  const Bodies& bodies = idle().bodies();
+  const std::span<const Vec3> positions = simulation_->positions();
+  ModelChange ties;
+  for (const Index p : points) {
+    if (p < 0 || static_cast<std::size_t>(p) >= positions.size())
+      throw Error("Simulation.tie", "points", std::to_string(p),
+                  "less than " + std::to_string(positions.size()));
+    ties.ties.push_back({p, nearest_tet(bodies, positions, to, at(positions, p)), stiffness});
+  }
+  change(ties);
+}
+
+Index Simulation::untie(Index a, Index b) {
+  const Bodies& bodies = idle().bodies();
+  const std::vector<Tie> ties = simulation_->ties();
+  ModelChange cut;
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const Index from = at(bodies.body_of_point(), ties[t].point);
+    const Index to = bodies.body_of(at(bodies.tets(), ties[t].tet));
+    if ((from == a && to == b) || (from == b && to == a)) cut.untie.push_back(static_cast<Index>(t));
+  }
+  if (!cut.untie.empty()) change(cut);
+  return static_cast<Index>(cut.untie.size());
+}
+
+/// What Python knows of motions.
+void Simulation::follow_holds() {
+  const std::span<const Index> motions = simulation_->motion_of_points();
+  for (std::size_t p = 0; p < motions.size(); ++p) on_rails_[p] = motions[p] >= 0;
+  for (std::size_t b = 0; b < motion_of_body_.size(); ++b) {
+    const Range points = simulation_->bodies().bodies()[b].points;
+    const auto own =
+        motions.subspan(static_cast<std::size_t>(points.begin), static_cast<std::size_t>(points.size()));
+    const bool one = !own.empty() && std::ranges::count(own, own.front()) == std::ssize(own);
+    motion_of_body_[b] = one ? own.front() : -1;
+  }
+}
+
+std::vector<std::byte> Simulation::save() {
+  std::vector<std::byte> saved = idle().save();
+  if (!stages_->any()) return saved;
+  StageProgress progress = stages_->progress();
+  std::uint64_t size = saved.size();
+  ArchiveWriter writer;
+  writer(progress, size);
+  const std::vector<std::byte> more = writer.take();
+  saved.insert(saved.end(), more.begin(), more.end());
+  return saved;
+}
+
 void Simulation::restore(std::span<const std::byte> saved) {
   const Busy::Use use(busy_, "Simulation.restore");
   {
     const nanobind::gil_scoped_release release;
-    simulation_->restore(saved);
+    const auto [simulation, progress] = stages_->any() ? parted(saved) : Parted{saved, {}};
+    simulation_->restore(simulation);
+    if (stages_->any()) stages_->resume(*simulation_, progress);
+    follow_holds();
   }
   contacts_.reset();
   crossings_.reset();

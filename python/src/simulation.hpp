@@ -14,7 +14,9 @@
 #include "crossings.hpp"
 #include "model.hpp"
 #include "one_thread.hpp"
+#include "scene/outcome_probe.hpp"
 #include "scene/scene.hpp"
+#include "scene/stage_run.hpp"
 
 namespace palpate::python {
 
@@ -24,7 +26,20 @@ class Simulation {
   /// Removes overlaps first where the scene says so. Lets other Python threads run.
   Simulation(const Model& model, const Scene& scene, int threads);
 
+  /// Begins the stage of the scene that is due first.
   void step();
+  /// Bodies, points and ties are held otherwise from now on.
+  void change(const ModelChange& change);
+  /// A motion of these points more, from where they are; returns its number.
+  Index move(std::vector<Index> points, Motion motion);
+  /// Ties points to the nearest tets of another body, where they are now.
+  void tie(const std::vector<Index>& points, Index to, std::optional<double> stiffness);
+  /// Cuts all ties between two bodies; returns how many.
+  Index untie(Index a, Index b);
+  [[nodiscard]] const StageRun& stages() const { return *stages_; }
+  [[nodiscard]] const OutcomeProbe& outcomes() const { return *outcomes_; }
+  /// With where it is in its stages, where it has some.
+  std::vector<std::byte> save();
   void restore(std::span<const std::byte> saved);
   /// How overlaps at the start were removed; None where the scene did not ask for it.
   [[nodiscard]] const std::optional<RelaxReport>& relaxed() const { return relaxed_; }
@@ -67,7 +82,11 @@ class Simulation {
   std::shared_ptr<Crossings> crossings_;
   std::int64_t steps_not_converged_ = 0;
   std::int64_t most_inverted_tets_ = 0;
+  std::unique_ptr<StageRun> stages_;
+  std::unique_ptr<OutcomeProbe> outcomes_;
   Busy busy_;
+
+  void follow_holds();
 };
 
 }  // namespace palpate::python

@@ -11,6 +11,7 @@
 #include "scene/near.hpp"
 #include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
+#include "scene/surface_load.hpp"
 
 namespace palpate {
 namespace {
@@ -132,7 +133,7 @@ class BodyPoints {
   }
   void tie(const Attachment& attachment, Index other, const std::vector<Index>& indices) {
     for (const Index i : indices) {
-      const Index tet = nearest_tet(model_.bodies, other, at(points_, i));
+      const Index tet = nearest_tet(model_.bodies, model_.bodies.points_rest(), other, at(points_, i));
       model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
     }
   }
@@ -177,7 +178,8 @@ class BodyPoints {
       if (load.force) {
         add_force(load, std::move(indices));
       } else {
-        add_surface_load(load, indices, path("loads", l));
+        model_.surface_loads.push_back(
+            surface_load_of(scene_, model_.bodies, select_.body, load, indices, path("loads", l)));
       }
     }
   }
@@ -190,25 +192,6 @@ class BodyPoints {
     model_.forces.resize(model_.bodies.points_rest().size());
     for (const Index i : indices)
       at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * *load.force;
-  }
-  void add_surface_load(const Load& load, const std::vector<Index>& indices, const std::string& where) {
-    std::vector<std::uint8_t> chosen(points_.size(), 0);
-    for (const Index i : indices) at(chosen, i) = 1;
-    SurfaceLoad surface{.triangles = {},
-                        .pressure = load.pressure.value_or(0.0),
-                        .traction = load.traction.value_or(Vec3{}),
-                        .ramp = load.ramp.value_or(Ramp{})};
-    const Range triangles = at(model_.bodies.bodies(), select_.body).triangles;
-    for (Index t = triangles.begin; t < triangles.end; ++t) {
-      const Triangle& corners = at(model_.bodies.triangles(), t);
-      if (std::ranges::all_of(corners, [&](Index p) { return at(chosen, p - range_.begin) != 0; }))
-        surface.triangles.push_back(t);
-    }
-    if (surface.triangles.empty()) {
-      throw Error(scene_.source, where, "no surface triangle with all of its corners",
-                  "one or more triangles selected");
-    }
-    model_.surface_loads.push_back(std::move(surface));
   }
   void fill_gravity() {
     if (!body_.gravity) return;

@@ -14,6 +14,7 @@
 #include "scene/limits.hpp"
 #include "scene/output_fields.hpp"
 #include "scene/scene.hpp"
+#include "scene/stage_fields.hpp"
 
 /// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
 /// the writer and the list of keys are visitors of these tables (values.hpp tells what a visitor offers).
@@ -241,6 +242,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.list("regions", body.regions);
   v.list("fixed", body.fixed);
   v.list("prescribed", body.prescribed);
+  v.field("absent", body.absent);
   v.field("obstacle", body.obstacle);
   v.field("self_collision", body.self_collision);
   v.optional("motion", body.motion);
@@ -365,6 +367,8 @@ void describe(Visitor& v, Scene& scene) {
   v.object("limits", scene.settings.limits);
   v.object("output", scene.output);
   v.list("bodies", scene.bodies);
+  v.list("stages", scene.stages);
+  v.list("outcomes", scene.outcomes);
   v.rule(!scene.bodies.empty(), "bodies", "no body", "one or more");
 }
 

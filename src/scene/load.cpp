@@ -88,6 +88,10 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorRe
     add_body(scene, b, std::move(mesh), model);
     model.materials.push_back(body.material.value_or(default_material(scene.units)));
     model.obstacles.push_back(is_rigid(body) ? 1 : 0);
+    if (body.absent) {
+      model.absent.resize(scene.bodies.size(), 0);
+      model.absent[b] = 1;
+    }
     if (!body.motion) continue;
     motions[b] = static_cast<Index>(model.motions.size());
     model.motions.push_back(motion_of(*body.motion));

@@ -20,10 +20,10 @@ bool is_far(const Vec3& p, const std::array<Vec3, 3>& t, double reach) {
   return apart(&Vec3::x) || apart(&Vec3::y) || apart(&Vec3::z);
 }
 
-bool holds(const Bodies& bodies, const Tet& tet, const Vec3& p) {
+bool holds(std::span<const Vec3> positions, const Tet& tet, const Vec3& p) {
   for (const auto& [i, j, k] : outward_face) {
-    const Vec3& a = at(bodies.points_rest(), tet[i]);
-    const Vec3 normal = cross(at(bodies.points_rest(), tet[j]) - a, at(bodies.points_rest(), tet[k]) - a);
+    const Vec3& a = at(positions, tet[i]);
+    const Vec3 normal = cross(at(positions, tet[j]) - a, at(positions, tet[k]) - a);
     if (dot(p - a, normal) > 0.0) return false;
   }
   return true;
@@ -41,15 +41,15 @@ bool is_near(const Bodies& bodies, Index body, const Vec3& point, double distanc
   return false;
 }
 
-Index nearest_tet(const Bodies& bodies, Index body, const Vec3& point) {
+Index nearest_tet(const Bodies& bodies, std::span<const Vec3> positions, Index body, const Vec3& point) {
   const Body& range = at(bodies.bodies(), body);
   for (Index t = range.tets.begin; t < range.tets.end; ++t) {
-    if (holds(bodies, at(bodies.tets(), t), point)) return t;
+    if (holds(positions, at(bodies.tets(), t), point)) return t;
   }
   double least = std::numeric_limits<double>::infinity();
   Index nearest = range.triangles.begin;
   for (Index t = range.triangles.begin; t < range.triangles.end; ++t) {
-    const Vec3 foot = nearest_on_triangle(point, corners_of(bodies.points_rest(), at(bodies.triangles(), t)));
+    const Vec3 foot = nearest_on_triangle(point, corners_of(positions, at(bodies.triangles(), t)));
     if (squared_length(foot - point) >= least) continue;
     least = squared_length(foot - point);
     nearest = t;

@@ -83,6 +83,7 @@ void describe(Visitor& v, OutputSettings& output) {
   v.list("pairs", output.pairs);
   v.object("picture", output.picture);
   v.list("views", output.views);
+  v.field("report", output.report);
 }
 
 }  // namespace palpate::scene_format

@@ -7,9 +7,11 @@
 #include <palpate/error.hpp>
 
 #include "io/file_bytes.hpp"
+#include "number_text.hpp"
 #include "scene/changes.hpp"
 #include "scene/key_lister.hpp"
 #include "scene/reader.hpp"
+#include "scene/scene_check.hpp"
 #include "scene/writer.hpp"
 
 namespace palpate {
@@ -63,17 +65,6 @@ void name_bodies(Scene& scene) {
   }
 }
 
-void check_known(const Scene& scene, const BodyNames& bodies, const std::string& path) {
-  std::vector<std::string_view> known;
-  known.reserve(scene.bodies.size());
-  for (const SceneBody& body : scene.bodies) known.emplace_back(body.name);
-  for (std::size_t i = 0; i < bodies.names.size(); ++i) {
-    if (std::ranges::count(known, bodies.names[i]) > 0) continue;
-    throw Error(scene.source, element_path(path, i), "'" + bodies.names[i] + "'",
-                expected_name(bodies.names[i], known));
-  }
-}
-
 /// Views have names of their own and show bodies that there are.
 void check_views(const Scene& scene) {
   std::set<std::string> names;
@@ -91,6 +82,24 @@ void check_views(const Scene& scene) {
     check_known(scene, scene.output.pairs[i].bodies, element_path("output.pairs", i) + ".bodies");
 }
 
+/// How long stages last at most.
+double sum_of_limits(const Scene& scene) {
+  double sum = 0.0;
+  for (const Stage& stage : scene.stages) sum += stage.until.limit();
+  return sum;
+}
+
+/// Stages say how long a run lasts.
+void set_duration(Scene& scene, const nlohmann::json& json) {
+  if (scene.stages.empty()) return;
+  const double sum = sum_of_limits(scene);
+  if (json.contains("duration") && scene.duration != sum) {
+    throw Error(scene.source, "duration", number_text(scene.duration) + " beside 'stages'",
+                "nothing, or what their limits add up to, " + number_text(sum));
+  }
+  scene.duration = sum;
+}
+
 /// What detection needs to know of each body.
 void mark_self_collision(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
@@ -105,6 +114,9 @@ void fill(Scene& scene, const nlohmann::json& json) {
   reader.finish();
   name_bodies(scene);
   check_views(scene);
+  set_duration(scene, json);
+  check_stages(scene);
+  check_outcomes(scene);
   mark_self_collision(scene);
 }
 

@@ -15,122 +15,14 @@
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
 
+#include "scene/outcome.hpp"
+#include "scene/parts.hpp"
+#include "scene/stage.hpp"
 #include "scene/units.hpp"
 
 /// A scene as plain data, and its text form: JSON with comments, described in docs/scene.md and
 /// docs/scene.schema.json.
 namespace palpate {
-
-/// A body from a mesh file; a relative path counts from the folder of the scene file.
-struct MeshFile {
-  std::string path;
-};
-/// A box of cells[0] x cells[1] x cells[2] cells of 5 tets; see make_box().
-struct BoxGenerator {
-  std::array<int, 3> cells{1, 1, 1};
-  Vec3 size{1.0, 1.0, 1.0};
-};
-/// A ball of `resolution` layers; see make_ball().
-struct BallGenerator {
-  double radius = 1.0;
-  int resolution = 4;
-};
-using BodySource = std::variant<MeshFile, BoxGenerator, BallGenerator>;
-
-/// A turn about an axis through the origin, right-handed; the quaternion (w, x, y, z) counts where there is
-/// one.
-struct Rotation {
-  Vec3 axis{0.0, 0.0, 1.0};  ///< any length but zero
-  double angle = 0.0;        ///< degrees
-  std::optional<std::array<double, 4>> quaternion{};
-};
-
-/// Places a body: first scale (per axis, about the origin), then rotate, then translate.
-struct Transform {
-  Vec3 scale{1.0, 1.0, 1.0};  ///< each > 0
-  Rotation rotate;
-  Vec3 translate{};
-};
-
-/// Selects the points in the closed box, in world coordinates of the placed body.
-struct BoxSelection {
-  Vec3 lower;
-  Vec3 upper;
-};
-/// Selects the points in the closed ball, in world coordinates of the placed body.
-struct SphereSelection {
-  Vec3 center;
-  double radius = 0.0;
-};
-/// Selects points by their 0-based index in the body's own mesh.
-struct PointSelection {
-  std::vector<Index> indices;
-};
-/// Selects the points that are as near to the surface of another body as `distance`, in the placement of both
-/// at the start; with a box only those in it.
-struct NearSelection {
-  std::string body;
-  double distance = 0.0;
-  std::optional<BoxSelection> box{};
-};
-using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
-
-/// Points that do not move, or only across some axes of the world.
-struct Fixation {
-  Selection points;
-  std::string axes{"xyz"};  ///< along which they do not move: x, y and z, each at most once
-};
-
-/// Selects tets by their 0-based index in the body's own mesh.
-struct TetSelection {
-  std::vector<Index> indices;
-};
-/// The tets of a region: by index, or all whose centre (mean of the corners) is in the box or ball.
-using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection>;
-
-/// A part of a body with a material of its own.
-struct Region {
-  RegionSelection tets;
-  Material material;
-};
-/// One keyframe of a motion; see Keyframe.
-struct SceneKeyframe {
-  double time = 0.0;
-  Vec3 translate{};
-  Rotation rotate;
-};
-/// The rails of a rigid body; see Motion.
-struct SceneMotion {
-  Vec3 center{};
-  Interpolation interpolation = Interpolation::linear;
-  std::vector<SceneKeyframe> keyframes;
-};
-/// Points that are held by another body: they follow its motion, as if glued to it, or are tied to it by
-/// springs if it deforms; see Tie.
-struct Attachment {
-  std::string to;  ///< name of a body with a motion, or of one that deforms
-  Selection points;
-  std::optional<double> stiffness{};  ///< of each spring; only where `to` deforms
-};
-/// Points of a body that deforms that are moved: the displacement of a part of it is prescribed.
-struct Prescription {
-  Selection points;
-  SceneMotion motion;
-};
-/// A load on selected points, or on the surface triangles all of whose corners are selected: one of three.
-struct Load {
-  std::optional<Vec3> force{};       ///< shared equally by the points
-  std::optional<double> pressure{};  ///< against the outward normal; follows the surface
-  std::optional<Vec3> traction{};    ///< per area at rest; keeps its direction
-  std::optional<Ramp> ramp{};        ///< none: the whole load all the time
-  Selection points;
-};
-/// A spring from the point of the body nearest to `from` to a place in space.
-struct SceneGrab {
-  Vec3 from{};
-  Vec3 target{};
-  double stiffness = 0.0;
-};
 
 /// One body of a scene.
 struct SceneBody {
@@ -144,6 +36,7 @@ struct SceneBody {
   std::vector<Region> regions;       ///< other materials; of several for a tet the last counts
   std::vector<Fixation> fixed;       ///< points that do not move: the union of them
   std::vector<Prescription> prescribed;
+  bool absent = false;                ///< not there before a stage brings it in
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
   bool self_collision = false;        ///< the body also touches itself
   std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
@@ -161,10 +54,6 @@ struct Camera {
 struct Picture {
   std::array<int, 2> size{1280, 720};  ///< width and height in pixels
   Camera camera;
-};
-/// Bodies by their names.
-struct BodyNames {
-  std::vector<std::string> names;
 };
 /// A plane that opens bodies for a view: what lies on the side of `normal` is left out.
 struct Cut {
@@ -218,6 +107,7 @@ struct OutputSettings {
   std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
   Picture picture;
   std::vector<View> views;
+  bool report = false;  ///< a page that tells of the run, with pictures of the ends of stages
 };
 
 /// Whether a body is rigid.
@@ -236,6 +126,8 @@ struct Scene {
   double duration = 1.0;               ///< simulated time, > 0
   std::optional<RelaxSettings> relax;  ///< overlaps at the start are removed before a run; none: they stay
   std::vector<SceneBody> bodies;
+  std::vector<Stage> stages;           ///< one after the other; the duration is the sum of their limits
+  std::vector<SceneOutcome> outcomes;  ///< what a run is about
   OutputSettings output;
   std::string source;            ///< the file (or other origin) that errors name; not part of the text
   std::filesystem::path folder;  ///< relative mesh paths count from here; not part of the text

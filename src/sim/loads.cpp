@@ -91,35 +91,76 @@ double factor_at(const Ramp& ramp, double time) {
   return (1.0 - share) * ramp.factors[i - 1] + share * ramp.factors[i];
 }
 
-Loads::Loads(const Model& model, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
+LoadSet loads_of(const Model& model) {
+  return {.forces = model.forces,
+          .pressures = {},
+          .points = model.point_loads,
+          .surfaces = model.surface_loads,
+          .gravity = model.gravity_of_body};
+}
+
+namespace {
+
+/// Whether all of these are in a range, or none (then false). Throws Error where it is some.
+bool all_in(const Range& range, const std::vector<Index>& items, const char* what) {
+  const auto count = std::ranges::count_if(items, [&](Index i) { return range.begin <= i && i < range.end; });
+  if (count == 0) return false;
+  if (count == std::ssize(items)) return true;
+  throw Error("model change", "loads", std::string("a load on ") + what + " of several bodies",
+              "loads on one body each");
+}
+
+}  // namespace
+
+void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads) {
+  check_index("model change", "loads.body", change.body, bodies.bodies().size());
+  const Body& body = at(bodies.bodies(), change.body);
+  for (const PointLoad& load : change.points) {
+    if (load.points.empty() || !all_in(body.points, load.points, "points"))
+      throw Error("model change", "loads", "a load without points of '" + body.name + "'", "points of it");
+  }
+  for (const SurfaceLoad& load : change.surfaces) {
+    if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles")) {
+      throw Error("model change", "loads", "a load without triangles of '" + body.name + "'",
+                  "triangles of it");
+    }
+  }
+  std::erase_if(loads.points,
+                [&](const PointLoad& load) { return all_in(body.points, load.points, "points"); });
+  std::erase_if(loads.surfaces,
+                [&](const SurfaceLoad& load) { return all_in(body.triangles, load.triangles, "triangles"); });
+  if (!loads.forces.empty())
+    for (Index p = body.points.begin; p < body.points.end; ++p) at(loads.forces, p) = {};
+  if (!loads.pressures.empty())
+    for (Index t = body.triangles.begin; t < body.triangles.end; ++t) at(loads.pressures, t) = 0.0;
+  loads.points.insert(loads.points.end(), change.points.begin(), change.points.end());
+  loads.surfaces.insert(loads.surfaces.end(), change.surfaces.begin(), change.surfaces.end());
+}
+
+Loads::Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
              std::span<const double> masses)
-    : rigid_(obstacles.begin(), obstacles.end()),
-      masses_(masses),
-      forces_(model.forces),
-      point_loads_(model.point_loads),
-      surface_loads_(model.surface_loads),
-      gravity_(model.gravity_of_body) {
+    : rigid_(obstacles.begin(), obstacles.end()), masses_(masses), loads_(std::move(loads)) {
   const std::size_t points = bodies.points_rest().size();
-  if (!forces_.empty()) check_count("simulation", "forces", forces_.size(), points);
-  for (std::size_t p = 0; p < forces_.size(); ++p) {
-    if (is_finite(forces_[p])) continue;
+  if (!loads_.forces.empty()) check_count("simulation", "forces", loads_.forces.size(), points);
+  for (std::size_t p = 0; p < loads_.forces.size(); ++p) {
+    if (is_finite(loads_.forces[p])) continue;
     throw Error("simulation", "forces", "a force on point " + std::to_string(p) + " that is not finite",
                 "three finite numbers");
   }
-  if (!gravity_.empty())
-    check_count("simulation", "gravity_of_body", gravity_.size(), bodies.bodies().size());
-  for (std::size_t b = 0; b < gravity_.size(); ++b)
-    check_finite("simulation", element("gravity_of_body", b), gravity_[b].value_or(Vec3{}));
-  for (std::size_t i = 0; i < point_loads_.size(); ++i) {
-    const PointLoad& load = point_loads_[i];
+  if (!loads_.gravity.empty())
+    check_count("simulation", "gravity_of_body", loads_.gravity.size(), bodies.bodies().size());
+  for (std::size_t b = 0; b < loads_.gravity.size(); ++b)
+    check_finite("simulation", element("gravity_of_body", b), loads_.gravity[b].value_or(Vec3{}));
+  for (std::size_t i = 0; i < loads_.points.size(); ++i) {
+    const PointLoad& load = loads_.points[i];
     const std::string where = element("point_loads", i);
     if (load.points.empty()) throw Error("loads", where + ".points", "none", "one or more");
     for (const Index point : load.points) check_index("loads", where + ".points", point, points);
     check_finite("loads", where + ".force", load.force);
     check_ramp(load.ramp, where + ".ramp");
   }
-  for (std::size_t i = 0; i < surface_loads_.size(); ++i)
-    check_load(surface_loads_[i], element("surface_loads", i), bodies, rigid_);
+  for (std::size_t i = 0; i < loads_.surfaces.size(); ++i)
+    check_load(loads_.surfaces[i], element("surface_loads", i), bodies, rigid_);
 }
 
 void Loads::set_forces(std::span<const Index> points, std::span<const Vec3> forces) {
@@ -131,20 +172,20 @@ void Loads::set_forces(std::span<const Index> points, std::span<const Vec3> forc
     }
     if (!is_finite(forces[i])) throw Error("simulation", "force", not_finite, "three finite numbers");
   }
-  if (forces_.empty()) forces_.resize(masses_.size());
-  for (std::size_t i = 0; i < points.size(); ++i) at(forces_, points[i]) = forces[i];
+  if (loads_.forces.empty()) loads_.forces.resize(masses_.size());
+  for (std::size_t i = 0; i < points.size(); ++i) at(loads_.forces, points[i]) = forces[i];
 }
 
 void Loads::set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure) {
   if (!std::isfinite(pressure)) throw Error("simulation", "pressure", not_finite, "a finite number");
   for (const Index triangle : triangles) check_soft("simulation", "triangles", triangle, bodies, rigid_);
-  if (pressures_.empty()) pressures_.resize(bodies.triangles().size());
-  for (const Index triangle : triangles) at(pressures_, triangle) = pressure;
+  if (loads_.pressures.empty()) loads_.pressures.resize(bodies.triangles().size());
+  for (const Index triangle : triangles) at(loads_.pressures, triangle) = pressure;
 }
 
 void Loads::restore(std::vector<Vec3> forces, std::vector<double> pressures) {
-  forces_ = std::move(forces);
-  pressures_ = std::move(pressures);
+  loads_.forces = std::move(forces);
+  loads_.pressures = std::move(pressures);
 }
 
 void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std::span<const Vec3> positions,
@@ -162,25 +203,26 @@ void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std:
 
 std::span<const Vec3> Loads::forces(const Bodies& bodies, std::span<const Vec3> positions,
                                     const Vec3& gravity, double time_end) {
-  if (point_loads_.empty() && surface_loads_.empty() && pressures_.empty() && gravity_.empty())
-    return forces_;
+  if (loads_.points.empty() && loads_.surfaces.empty() && loads_.pressures.empty() && loads_.gravity.empty())
+    return loads_.forces;
   sum_.resize(masses_.size());
-  if (forces_.empty()) std::ranges::fill(sum_, Vec3{});
-  if (!forces_.empty()) std::ranges::copy(forces_, sum_.begin());
-  for (const PointLoad& load : point_loads_) {
+  if (loads_.forces.empty()) std::ranges::fill(sum_, Vec3{});
+  if (!loads_.forces.empty()) std::ranges::copy(loads_.forces, sum_.begin());
+  for (const PointLoad& load : loads_.points) {
     const double factor = factor_at(load.ramp, time_end) / static_cast<double>(load.points.size());
     for (const Index point : load.points) at(sum_, point) += factor * load.force;
   }
-  for (const SurfaceLoad& load : surface_loads_) add_surface_load(load, bodies, positions, time_end);
-  for (std::size_t i = 0; i < pressures_.size(); ++i) {
-    if (pressures_[i] == 0.0) continue;
+  for (const SurfaceLoad& load : loads_.surfaces) add_surface_load(load, bodies, positions, time_end);
+  for (std::size_t i = 0; i < loads_.pressures.size(); ++i) {
+    if (loads_.pressures[i] == 0.0) continue;
     const Triangle& t = bodies.triangles()[i];
-    add_to_corners(t, (-0.5 * pressures_[i]) * area_vector(positions, t), sum_);
+    add_to_corners(t, (-0.5 * loads_.pressures[i]) * area_vector(positions, t), sum_);
   }
-  for (std::size_t b = 0; b < gravity_.size(); ++b) {
-    if (!gravity_[b]) continue;
+  for (std::size_t b = 0; b < loads_.gravity.size(); ++b) {
+    if (!loads_.gravity[b]) continue;
     const Range range = bodies.bodies()[b].points;
-    for (Index p = range.begin; p < range.end; ++p) at(sum_, p) += at(masses_, p) * (*gravity_[b] - gravity);
+    for (Index p = range.begin; p < range.end; ++p)
+      at(sum_, p) += at(masses_, p) * (*loads_.gravity[b] - gravity);
   }
   return sum_;
 }

@@ -9,16 +9,28 @@
 
 namespace palpate {
 
+/// What acts on points and surfaces.
+struct LoadSet {
+  std::vector<Vec3> forces;       ///< (n_points), N, or empty
+  std::vector<double> pressures;  ///< (n_triangles), Pa, or empty
+  std::vector<PointLoad> points;
+  std::vector<SurfaceLoad> surfaces;
+  std::vector<std::optional<Vec3>> gravity;  ///< (n_bodies) or empty
+};
+/// Those of a model.
+[[nodiscard]] LoadSet loads_of(const Model& model);
+/// Puts loads in place of all those of a body. Throws Error on a body out of range, and where a load of this
+/// body is one of another body too.
+void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads);
+
 /// The loads on points and surfaces, and gravity of single bodies: forces on points, step by step.
 class Loads {
  public:
-  /// Takes the loads of a model. Throws Error naming the load: arrays of another length than the bodies have,
-  /// an index out of range, a triangle of a rigid body or named twice, a number that is not finite, times of
-  /// a ramp that do not grow.
-  /// \param bodies     those of the model, which may have handed them on
+  /// Throws Error naming the load: arrays of another length than the bodies have, an index out of range, a
+  /// triangle of a rigid body or named twice, a number that is not finite, times of a ramp that do not grow.
   /// \param obstacles  (n_bodies) 1: rigid
   /// \param masses     (n_points), kg; must outlive this
-  Loads(const Model& model, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
+  Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
         std::span<const double> masses);
 
   /// In place of what they were; Simulation's functions of the same names say what is refused.
@@ -31,9 +43,8 @@ class Loads {
   std::span<const Vec3> forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                                double time_end);
 
-  /// What was set besides the model: part of the state that a resumed run needs.
-  [[nodiscard]] const std::vector<Vec3>& point_forces() const { return forces_; }
-  [[nodiscard]] const std::vector<double>& pressures() const { return pressures_; }
+  /// What there is now: part of the state that a resumed run needs.
+  [[nodiscard]] const LoadSet& all() const { return loads_; }
   void restore(std::vector<Vec3> forces, std::vector<double> pressures);
 
  private:
@@ -42,12 +53,8 @@ class Loads {
 
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   std::span<const double> masses_;
-  std::vector<Vec3> forces_;       ///< (n_points), N, or empty
-  std::vector<double> pressures_;  ///< (n_triangles), Pa, or empty
-  std::vector<PointLoad> point_loads_;
-  std::vector<SurfaceLoad> surface_loads_;
-  std::vector<std::optional<Vec3>> gravity_;  ///< (n_bodies) or empty
-  std::vector<Vec3> sum_;                     ///< (n_points), of a step
+  LoadSet loads_;
+  std::vector<Vec3> sum_;  ///< (n_points), of a step
 };
 
 /// Factor of a ramp at a time. O(times).

@@ -20,9 +20,12 @@ inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& 
   throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
 }
 
-/// 1 for each body that is rigid.
+/// 1 for each body that is rigid, or not there.
 inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
-  return flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
+  auto rigid = flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
+  const auto absent = flags_or_none(model.absent, rigid.size(), "absent");
+  for (std::size_t b = 0; b < rigid.size(); ++b) rigid[b] |= absent[b];
+  return rigid;
 }
 
 /// The axes along which each point does not move, 0 to 7. Throws Error on another number.

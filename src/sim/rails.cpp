@@ -90,6 +90,8 @@ Rails::Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point
     start_.push_back(start[p]);
   }
   positions_.resize(points_.size());
+  moves_points_.resize(motions_.size(), 0);
+  for (const Index motion : motion_) at(moves_points_, motion) = 1;
 }
 
 std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double time) {
@@ -134,7 +136,9 @@ void Rails::set_motions(std::vector<Motion> motions) {
 
 double Rails::end() const {
   double last = 0.0;
-  for (const Motion& motion : motions_) last = std::max(last, motion.keyframes.back().time);
+  for (std::size_t m = 0; m < motions_.size(); ++m) {
+    if (moves_points_[m] != 0) last = std::max(last, motions_[m].keyframes.back().time);
+  }
   return last;
 }
 

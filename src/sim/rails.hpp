@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -33,7 +34,7 @@ class Rails {
   /// All of them. Throws Error, and changes nothing, on another number of motions and as the constructor
   /// does.
   void set_motions(std::vector<Motion> motions);
-  /// Time of the last keyframe, s; 0 without motions. From then on nothing moves.
+  /// Time of the last keyframe of those that move points, s; 0 without. From then on nothing moves.
   [[nodiscard]] double end() const;
 
  private:
@@ -42,6 +43,7 @@ class Rails {
   std::vector<Index> motion_;  ///< of points_
   std::vector<Vec3> start_;    ///< of points_
   std::vector<Vec3> positions_;
+  std::vector<std::uint8_t> moves_points_;  ///< of motions_
 };
 
 }  // namespace palpate

@@ -15,6 +15,7 @@
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "sim/holds.hpp"
 #include "sim/model_check.hpp"
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
@@ -83,8 +84,10 @@ class Relaxation {
         threads_(threads),
         time_step_(time_steps * settings.time_step),
         materials_(elastic(model.materials), model.material_of_tet, model.fibre_of_tet),
-        dynamics_(bodies_, materials_, unfree_points(model), rigid_bodies(model), threads_),
-        detector_(bodies_, exact(settings.detection), rigid_bodies(model), threads),
+        dynamics_(bodies_, materials_, unfree_points(holds_of(model), bodies_), rigid_bodies(model),
+                  threads_),
+        detector_(bodies_, without_absent(exact(settings.detection), model.absent), rigid_bodies(model),
+                  threads),
         contact_materials_(fem::mean_materials(bodies_, materials_)),
         response_(bodies_, contact_materials_, rigid_bodies(model), without_friction(settings.response),
                   dynamics_.point_masses(), dynamics_.free_points()),

@@ -12,11 +12,6 @@ namespace palpate {
 // What fingerprints are of; found by the archive in this namespace.
 
 template <class Archive>
-void describe(Archive& archive, Ramp& ramp) {
-  archive(ramp.times, ramp.factors);
-}
-
-template <class Archive>
 void describe(Archive& archive, Fibres& f) {
   archive(f.direction, f.stiffness, f.exponent, f.active_stress, f.activation);
 }
@@ -30,21 +25,6 @@ template <class Archive>
 void describe(Archive& archive, Material& m) {
   archive(m.young_modulus, m.poisson_ratio, m.density, m.mass_damping, m.stiffness_damping, m.plastic_yield,
           m.plastic_creep, m.plastic_maximum, m.model, m.mooney_fraction, m.elements, m.fibres, m.viscosity);
-}
-
-template <class Archive>
-void describe(Archive& archive, Tie& tie) {
-  archive(tie.point, tie.tet, tie.stiffness);
-}
-
-template <class Archive>
-void describe(Archive& archive, PointLoad& load) {
-  archive(load.points, load.force, load.ramp);
-}
-
-template <class Archive>
-void describe(Archive& archive, SurfaceLoad& load) {
-  archive(load.triangles, load.pressure, load.traction, load.ramp);
 }
 
 template <class Archive>
@@ -158,6 +138,31 @@ void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodie
   }
 }
 
+void check_loads(const ChangedModel& changed, const Bodies& bodies) {
+  for (const PointLoad& load : changed.point_loads)
+    for (const Index point : load.points) check_index("load", point, 0, bodies.points_rest().size());
+  for (const SurfaceLoad& load : changed.surface_loads)
+    for (const Index triangle : load.triangles) check_index("load", triangle, 0, bodies.triangles().size());
+}
+
+void check_holds(const Holds& holds, std::size_t motions, const Bodies& bodies) {
+  const std::size_t points = bodies.points_rest().size();
+  check_length("obstacles", holds.obstacles.size(), bodies.bodies().size());
+  check_length("absent", holds.absent.size(), bodies.bodies().size());
+  check_length("fixed_points", holds.fixed_points.size(), points);
+  check_length("fixed_axes", holds.fixed_axes.size(), points);
+  check_length("motion_of_point", holds.motion_of_point.size(), points);
+  check_length("rail_start", holds.rail_start.size(), points);
+  for (const Index motion : holds.motion_of_point) check_index("motion_of_point", motion, -1, motions);
+  for (const Vec3& start : holds.rail_start) check_finite("rail_start", start);
+  for (const HeldTie& held : holds.ties) {
+    check_index("tie.point", held.tie.point, 0, points);
+    check_index("tie.tet", held.tie.tet, 0, bodies.tets().size());
+    check_finite("tie", {held.weights[0], held.weights[1], held.weights[2]});
+    check_finite("tie", {held.weights[3], held.tie.stiffness.value_or(1.0), 0.0});
+  }
+}
+
 }  // namespace
 
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings) {
@@ -165,7 +170,7 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
   std::vector<Index> ends;
   for (const Body& body : bodies.bodies()) ends.push_back(body.points.end);
   return {{hash_of(ends, copy_of(bodies.points_rest()), copy_of(bodies.tets()), model.fixed_points,
-                   model.fixed_axes, model.obstacles),
+                   model.fixed_axes, model.obstacles, model.absent),
            hash_of(model.materials, model.material_of_tet, model.fibre_of_tet),
            hash_of(model.motions, model.motion_of_point, model.ties),
            hash_of(model.point_loads, model.surface_loads, model.gravity_of_body), hash_of(settings)}};
@@ -182,6 +187,10 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   for (const Vec3& force : saved.reactions) check_finite("reactions", force);
   for (const Vec3& force : saved.tie_forces) check_finite("tie_forces", force);
   check_acting(saved.acting_contacts, bodies);
+  if (saved.changed) {
+    check_holds(saved.changed->holds, saved.motions.size(), bodies);
+    check_loads(*saved.changed, bodies);
+  }
   for (const HeldGrab& held : saved.grabs) {
     check_index("grab.point", held.grab.point, -1, points);
     check_finite("grab", held.grab.target);

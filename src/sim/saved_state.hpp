@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <tuple>
@@ -15,6 +16,7 @@
 #include "sim/archive.hpp"
 #include "sim/edge_response.hpp"
 #include "sim/grabs.hpp"
+#include "sim/holds.hpp"
 #include "sim/kept_contacts.hpp"
 #include "sim/step_forces.hpp"
 
@@ -31,6 +33,13 @@ struct Fingerprint {
 };
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
+
+/// What a ModelChange changed, but for motions: all of it as it is now.
+struct ChangedModel {
+  Holds holds;
+  std::vector<PointLoad> point_loads;
+  std::vector<SurfaceLoad> surface_loads;
+};
 
 /// Everything that the steps to come depend on, and what a Simulation tells of the last one.
 struct SavedState {
@@ -51,6 +60,7 @@ struct SavedState {
   std::vector<Vec3> tie_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;
+  std::optional<ChangedModel> changed;  ///< none: held and loaded as at the start
 };
 
 /// Throws Error where indices are out of range, numbers not finite or arrays of another length than a
@@ -149,10 +159,42 @@ void describe(Archive& archive, DetectorMemory& m) {
 }
 
 template <class Archive>
+void describe(Archive& archive, Ramp& ramp) {
+  archive(ramp.times, ramp.factors);
+}
+
+template <class Archive>
+void describe(Archive& archive, Tie& tie) {
+  archive(tie.point, tie.tet, tie.stiffness);
+}
+
+template <class Archive>
+void describe(Archive& archive, PointLoad& load) {
+  archive(load.points, load.force, load.ramp);
+}
+
+template <class Archive>
+void describe(Archive& archive, SurfaceLoad& load) {
+  archive(load.triangles, load.pressure, load.traction, load.ramp);
+}
+
+template <class Archive>
+void describe(Archive& archive, HeldTie& held) {
+  archive(held.tie, held.weights);
+}
+
+template <class Archive>
+void describe(Archive& archive, ChangedModel& m) {
+  Holds& h = m.holds;
+  archive(h.obstacles, h.absent, h.fixed_points, h.fixed_axes, h.motion_of_point, h.rail_start, h.ties);
+  archive(m.point_loads, m.surface_loads);
+}
+
+template <class Archive>
 void describe(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
           s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
-  archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions);
+  archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions, s.changed);
 }
 
 }  // namespace palpate

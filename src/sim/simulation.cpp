@@ -65,20 +65,31 @@ double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
 
 }  // namespace
 
-Simulation::State::State(Model model, const SimulationSettings& s, int n)
-    : fingerprint(fingerprint_of(model, s)),
-      obstacles(rigid_bodies(model)),
-      unfree(unfree_points(model)),
-      fixed_axes(axes_or_none(model)),
+SimulationCore::SimulationCore(Model model, const SimulationSettings& settings,
+                               const parallel::Threads& threads)
+    : fingerprint(fingerprint_of(model, settings)),
+      held{.holds = holds_of(model), .motions = std::move(model.motions)},
+      loads(loads_of(model)),
       bodies(std::move(model.bodies)),
+      materials(std::move(model.materials), std::move(model.material_of_tet), std::move(model.fibre_of_tet)) {
+  Rails rails(held.motions, held.holds.motion_of_point, bodies.points_rest());
+  held.holds.ties = held_ties(model.ties, bodies, rails.start_positions(threads, bodies.points_rest()));
+}
+
+Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldModel held, LoadSet load_set,
+                         const SimulationSettings& s, int n)
+    : core(std::move(the_core)),
+      bodies(core->bodies),
+      materials(core->materials),
+      holds(std::move(held.holds)),
+      obstacles(rigid_bodies(holds)),
       settings(checked(s)),
       threads(n),
-      materials(std::move(model.materials), std::move(model.material_of_tet), std::move(model.fibre_of_tet)),
-      rails(std::move(model.motions), model.motion_of_point, bodies.points_rest()),
-      dynamics(bodies, materials, std::move(unfree), obstacles, threads),
-      loads(model, bodies, obstacles, dynamics.point_masses()),
+      rails(std::move(held.motions), motions_of_present(holds, bodies), holds.rail_start),
+      dynamics(bodies, materials, unfree_points(holds, bodies), obstacles, threads),
+      loads(std::move(load_set), bodies, holds.obstacles, dynamics.point_masses()),
       grabs(static_cast<Index>(bodies.points_rest().size())),
-      detector(bodies, settings.detection, obstacles, n),
+      detector(bodies, without_absent(settings.detection, holds.absent), obstacles, n),
       contact_materials(fem::mean_materials(bodies, materials)),
       response(bodies, contact_materials, obstacles, settings.response, dynamics.point_masses(),
                dynamics.free_points()),
@@ -90,16 +101,18 @@ Simulation::State::State(Model model, const SimulationSettings& s, int n)
   for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
     at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
   }
-  for (const Grab& grab : model.grabs) grabs.add(grab);
   activations.resize(materials.all.size());
   activate_fibres(0.0);
-  dynamics.set_fixed_axes(bodies, materials, fixed_axes);
+  dynamics.set_fixed_axes(bodies, materials, holds.fixed_axes);
   dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
-  ties = Ties(model.ties, bodies, dynamics.positions(), dynamics.point_masses(), dynamics.free_points(),
-              response);
-  step_forces.set({}, std::vector<Vec3>(model.ties.size()));
-  if (!model.velocities.empty()) dynamics.set_velocities(model.velocities);
+  ties = Ties(holds.ties, bodies, dynamics.point_masses(), dynamics.free_points(), response);
+  step_forces.set({}, std::vector<Vec3>(holds.ties.size()));
   response.use_edges(DetectorSteps::normals(detector));
+}
+
+void Simulation::State::start(const std::vector<Vec3>& velocities, const std::vector<Grab>& all_grabs) {
+  for (const Grab& grab : all_grabs) grabs.add(grab);
+  if (!velocities.empty()) dynamics.set_velocities(velocities);
   detect(dynamics.positions(), true);
   measure();
 }
@@ -297,8 +310,14 @@ double Simulation::State::normal_forces() const {
   return std::sqrt(sum);
 }
 
-Simulation::Simulation(Model model, const SimulationSettings& settings, int threads)
-    : state_(std::make_unique<State>(std::move(model), settings, threads)) {}
+Simulation::Simulation(Model model, const SimulationSettings& settings, int threads) {
+  const std::vector<Vec3> velocities = std::move(model.velocities);
+  const std::vector<Grab> grabs = std::move(model.grabs);
+  const auto core =
+      std::make_shared<const SimulationCore>(std::move(model), settings, parallel::Threads(threads));
+  state_ = std::make_unique<State>(core, core->held, core->loads, settings, threads);
+  state_->start(velocities, grabs);
+}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -368,7 +387,8 @@ void Simulation::change(const SimulationSettings& settings) {
                 number_text(s.settings.time_step) + ", as it is: steps are counted in it");
   }
   if (settings.detection != s.settings.detection) {
-    Detector detector(s.bodies, settings.detection, s.obstacles, s.threads.count());
+    Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,
+                      s.threads.count());
     detector.detect(s.dynamics.positions());
     DetectorSteps::table(detector).set_remembered(DetectorSteps::table(s.detector).remembered());
     s.detector = std::move(detector);
@@ -404,86 +424,15 @@ bool Simulation::at_rest() const {
   return static_cast<double>(state_->slow_steps) * state_->settings.time_step >=
          state_->settings.rest.time * (1.0 - rounding);
 }
+std::span<const double> Simulation::point_masses() const {
+  return state_->dynamics.point_masses();
+}
 std::span<const double> Simulation::masses() const {
   return state_->masses;
 }
 
 std::span<const Material> Simulation::contact_materials() const {
   return state_->contact_materials;
-}
-
-SavedState Simulation::State::saved_state() const {
-  return {.fingerprint = fingerprint,
-          .metrics = metrics,
-          .slow_steps = slow_steps,
-          .forces = loads.point_forces(),
-          .pressures = loads.pressures(),
-          .grabs = grabs.all(),
-          .motions = {rails.motions().begin(), rails.motions().end()},
-          .dynamics = dynamics.state(),
-          .contacts = DetectorSteps::table(detector).remembered(),
-          .kept_contacts = response.kept(),
-          .edge_ends = response.edge_ends(),
-          .detector = detector.memory(),
-          .contact_forces = contact_forces,
-          .acting_contacts = step_forces.contacts(),
-          .tie_forces = step_forces.ties(),
-          .records_reactions = records_reactions,
-          .reactions = reactions};
-}
-
-void Simulation::State::take_state(const SavedState& saved) {
-  activate_fibres(saved.metrics.time);
-  dynamics.set_state(saved.dynamics);
-  detector.recall(saved.detector, dynamics.positions());
-  loads.restore(saved.forces, saved.pressures);
-  grabs.set_all(saved.grabs);
-  DetectorSteps::table(detector).set_remembered(saved.contacts);
-  rails.set_motions(saved.motions);
-  response.set_kept(saved.kept_contacts);
-  response.set_edge_ends(saved.edge_ends);
-  contact_forces = saved.contact_forces;
-  step_forces.set(saved.acting_contacts, saved.tie_forces);
-  if (saved.records_reactions) dynamics.find_held_elements();
-  records_reactions = saved.records_reactions;
-  reactions = saved.reactions;
-  metrics = saved.metrics;
-  metrics.time = static_cast<double>(metrics.step) * settings.time_step;
-  metrics.inverted_tets = dynamics.inverted_elements();
-  slow_steps = saved.slow_steps;
-}
-
-std::vector<std::byte> Simulation::save() const {
-  SavedState saved = state_->saved_state();
-  ArchiveWriter writer;
-  writer(saved);
-  return sealed(state_seal, writer.take());
-}
-
-void Simulation::restore(std::span<const std::byte> bytes) {
-  State& s = *state_;
-  SavedState saved;
-  ArchiveReader reader(unsealed(state_seal, bytes, "saved state"), "saved state");
-  reader(saved);
-  reader.finish();
-  for (std::size_t i = 0; i < Fingerprint::names.size(); ++i) {
-    if (saved.fingerprint.hashes[i] != s.fingerprint.hashes[i]) {
-      throw Error("saved state", std::string(Fingerprint::names[i]), "those of another simulation",
-                  "the same as when it was saved");
-    }
-  }
-  check_saved(saved, s.bodies);
-  if (saved.tie_forces.size() != s.step_forces.ties().size()) {
-    throw Error("saved state", "tie_forces", std::to_string(saved.tie_forces.size()) + " values",
-                std::to_string(s.step_forces.ties().size()));
-  }
-  const SavedState before = s.saved_state();
-  try {
-    s.take_state(saved);
-  } catch (...) {
-    s.take_state(before);
-    throw;
-  }
 }
 
 std::string Simulation::state_hash() const {

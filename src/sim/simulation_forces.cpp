@@ -35,6 +35,8 @@ void Simulation::State::take_forces() {
   }
   reactions.resize(bodies.points_rest().size());
   dynamics.holding_forces(settings.gravity, step_loads, reactions);
+  for (std::size_t p = 0; p < reactions.size(); ++p)
+    if (at(holds.absent, bodies.body_of_point()[p]) != 0) reactions[p] = {};
   for (std::size_t c = 0; c < couplings.size(); ++c) {
     for (std::size_t k = 0; k < 5; ++k) {
       const Index point = couplings[c].points[k];

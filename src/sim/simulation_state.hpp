@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,6 +12,7 @@
 #include "fem/dynamics.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/grabs.hpp"
+#include "sim/holds.hpp"
 #include "sim/loads.hpp"
 #include "sim/rails.hpp"
 #include "sim/response.hpp"
@@ -20,10 +23,30 @@
 
 namespace palpate {
 
-/// What a Simulation consists of. Its functions are in simulation.cpp (the step), simulation_drive.cpp (what
-/// changes it between steps) and simulation_forces.cpp (what it tells of forces and stress).
+/// What of a simulation never changes, and what it begins with.
+struct SimulationCore {
+  /// Takes the bodies, materials and all that may change of a model. Throws Error as Simulation does.
+  SimulationCore(Model model, const SimulationSettings& settings, const parallel::Threads& threads);
+  Fingerprint fingerprint;  ///< of the model while it is whole
+  HeldModel held;           ///< at the start; before `bodies`: made of the model while it is whole
+  LoadSet loads;            ///< at the start
+  Bodies bodies;
+  Materials materials;
+};
+
+/// What a Simulation consists of. What holds it (Holds) is there for the life of a State: a ModelChange makes
+/// another State, which takes over positions, velocities and what contacts remember. Its functions are in
+/// simulation.cpp (the step), simulation_drive.cpp (what changes it between steps), simulation_change.cpp
+/// (another State), simulation_saved.cpp (save and restore) and simulation_forces.cpp (what it tells of
+/// forces and stress).
 struct Simulation::State {
-  State(Model model, const SimulationSettings& s, int n);
+  /// Points are at rest, those on rails where their motion is at time 0; without contacts as yet.
+  State(std::shared_ptr<const SimulationCore> core, HeldModel held, LoadSet loads,
+        const SimulationSettings& settings, int threads);
+  /// The first positions, velocities and contacts.
+  void start(const std::vector<Vec3>& velocities, const std::vector<Grab>& grabs);
+  /// A simulation that goes on from another with other holds.
+  void take_over(const State& from);
 
   void detect(std::span<const Vec3> positions, bool last);
   [[nodiscard]] bool spends_time() const;
@@ -47,16 +70,20 @@ struct Simulation::State {
   void advance();
   void take_forces();
   [[nodiscard]] SavedState saved_state() const;
+  /// What a ModelChange has changed; none without one.
+  [[nodiscard]] std::optional<ChangedModel> changed_model() const;
+  /// A state with the holds of a saved one, to take it; null where this one has them.
+  [[nodiscard]] std::unique_ptr<State> held_as(const SavedState& saved) const;
   void take_state(const SavedState& saved);
 
-  Fingerprint fingerprint;              ///< of the model while it is whole
-  std::vector<std::uint8_t> obstacles;  ///< before `bodies`: made of the model while it is whole
-  std::vector<std::uint8_t> unfree;     ///< handed on to `dynamics`
-  std::vector<std::uint8_t> fixed_axes;
-  Bodies bodies;
+  std::shared_ptr<const SimulationCore> core;
+  const Bodies& bodies;
+  const Materials& materials;
+  Holds holds;
+  bool changed = false;                 ///< these, or the loads, are not those that the simulation began with
+  std::vector<std::uint8_t> obstacles;  ///< (n_bodies) with absent ones
   SimulationSettings settings;
   parallel::Threads threads;
-  Materials materials;
   std::vector<double> activations;  ///< of the fibres of each material
   Rails rails;
   fem::Dynamics dynamics;

@@ -51,15 +51,22 @@ fem::SymmetricMatrix3 in_all_directions(double k) {
 
 }  // namespace
 
-Ties::Ties(const std::vector<Tie>& ties, const Bodies& bodies, std::span<const Vec3> start,
-           std::span<const double> masses, std::span<const std::uint8_t> moves,
-           const ContactResponse& response) {
+std::vector<HeldTie> held_ties(const std::vector<Tie>& ties, const Bodies& bodies,
+                               std::span<const Vec3> positions) {
+  std::vector<HeldTie> held;
   for (std::size_t i = 0; i < ties.size(); ++i) {
     const std::string where = std::string(1, '[').append(std::to_string(i)).append(1, ']');
-    const Tie& tie = ties[i];
-    check(tie, bodies, where);
+    check(ties[i], bodies, where);
+    const Tet& tet = at(bodies.tets(), ties[i].tet);
+    held.push_back({ties[i], weights_of(at(positions, ties[i].point), tet, positions, where)});
+  }
+  return held;
+}
+
+Ties::Ties(const std::vector<HeldTie>& ties, const Bodies& bodies, std::span<const double> masses,
+           std::span<const std::uint8_t> moves, const ContactResponse& response) {
+  for (const auto& [tie, w] : ties) {
     const Tet& tet = at(bodies.tets(), tie.tet);
-    const std::array<double, 4> w = weights_of(at(start, tie.point), tet, start, where);
     const double k = tie.stiffness
                          ? *tie.stiffness
                          : response.stiffness(at(bodies.body_of_point(), tie.point), bodies.body_of(tet));

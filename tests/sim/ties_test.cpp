@@ -96,7 +96,7 @@ TEST(Ties, HaveNoForceAtTheStartAndNoTorqueEver) {
   const ContactResponse response(model.bodies, model.materials, std::vector<std::uint8_t>{0, 0}, {}, masses,
                                  moves);
   std::vector<Vec3> positions(model.bodies.points_rest().begin(), model.bodies.points_rest().end());
-  const Ties ties(model.ties, model.bodies, positions, masses, moves, response);
+  const Ties ties(held_ties(model.ties, model.bodies, positions), model.bodies, masses, moves, response);
   std::vector<fem::Coupling> couplings;
   ties.append(positions, couplings);
   ASSERT_EQ(couplings.size(), 9U);

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "checkpoint.hpp"
+#include "detection_options.hpp"
+#include "scene_input.hpp"
+
+namespace palpate::app {
+
+/// The flags of `palpate run`.
+struct RunOptions {
+  SceneChoice scene;
+  std::optional<std::filesystem::path> resume;
+  std::optional<std::int64_t> checkpoint_every;
+  std::optional<std::int64_t> steps;
+  bool until_rest = false;
+  std::optional<std::filesystem::path> out;
+  std::optional<std::string> from_stage;
+  std::optional<std::filesystem::path> from;
+  bool replace = false;
+  bool report = false;
+  std::optional<int> every;
+  bool no_picture = false;
+  bool strict = false;
+  bool json = false;
+  bool quiet = false;
+  int threads = 0;
+  DetectionOptions detection;
+};
+
+/// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
+struct Begin {
+  RunPlan plan;
+  SceneInput input;
+  std::filesystem::path folder;
+  std::optional<FoundCheckpoint> checkpoint;
+  bool replace = false;                     ///< also what a killed run left
+  std::optional<std::string> from_stage{};  ///< the checkpoint is the end of this stage of another run
+};
+
+/// What the flags ask for: a run that is new, that goes on, or that begins at the end of a stage. Throws
+/// BadInput in one line where that cannot be.
+Begin begin_run(const RunOptions& options);
+
+/// Throws BadInput where the folder has checkpoints of a run that was killed, interrupted or failed, and the
+/// run is not to replace them: nobody may have meant to lose them.
+void check_replaceable(const Begin& begin);
+
+/// Whether the rows of the run that this one goes on from have the columns that this one has.
+bool has_same_columns(const Begin& begin);
+
+}  // namespace palpate::app

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <palpate/mesh.hpp>
+#include <palpate/simulation.hpp>
+#include <palpate/types.hpp>
+
+namespace palpate {
+
+/// What is on the side of the normal.
+struct HalfSpace {
+  Vec3 point{};                ///< on the plane, m
+  Vec3 normal{0.0, 0.0, 1.0};  ///< outward from the plane into it, of any length but zero
+};
+
+/// Volume of the part of a body that is in all of these half-spaces, m^3: each tet is cut by the planes, so
+/// that it is exact for flat faces. An inverted tet counts as negative. \param positions  (n_points x 3)
+/// Throws Error on a body out of range and a normal that is zero or not finite. O(tets of the body x planes).
+[[nodiscard]] double volume_in(const Bodies& bodies, Index body, std::span<const Vec3> positions,
+                               std::span<const HalfSpace> spaces);
+/// The same, of the part that is in another body, too: tets are cut by those of the other. Where tets of a
+/// body overlap, what they share counts for each. O(tets log tets + tets that meet).
+[[nodiscard]] double volume_within(const Bodies& bodies, Index body, Index other,
+                                   std::span<const Vec3> positions, std::span<const HalfSpace> spaces);
+
+/// A place in a body, which goes with a tet.
+struct Landmark {
+  Index tet = -1;                   ///< that holds it
+  std::array<double, 4> weights{};  ///< in the order of the corners
+};
+/// The place of a body at rest. Throws Error where no tet of the body holds it (closed tets, to 1e-9 of their
+/// size), saying how far away the nearest one is. O(tets of the body).
+[[nodiscard]] Landmark landmark(const Bodies& bodies, Index body, const Vec3& place);
+/// Where it is now.
+[[nodiscard]] Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions);
+
+/// How a body has turned from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that
+/// makes the sum of m |x - c - R (X - C)|^2 over its points least (Horn 1987), c and C the centres of mass.
+/// \param masses  (n_points), kg. O(points of the body).
+[[nodiscard]] Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positions,
+                               std::span<const double> masses);
+
+/// The least distance of the surfaces of two bodies, m: between points, edges and triangles. For bodies that
+/// do not overlap; it knows of no inside. O(triangles log triangles).
+[[nodiscard]] double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3> positions);
+
+/// Area over which two bodies pressed on each other in the last step, m^2: of the surface around the points
+/// of one that the other pushed, the parts of triangles (a third of each) that face the push. Of the two
+/// bodies that with more such points counts, since it is the finer one there; of as many the smaller area.
+/// O(contacts + triangles).
+[[nodiscard]] double contact_area(const Simulation& simulation, Index a, Index b);
+
+}  // namespace palpate

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <palpate/error.hpp>
+#include <palpate/model.hpp>
+
+#include "geometry/vector.hpp"
+#include "scene/scene.hpp"
+
+namespace palpate {
+
+/// A pressure or traction of a scene on the surface triangles of a body all of whose corners are selected.
+/// Throws Error naming `where` where there is none.
+/// \param selected  points of the body, in its own numbers
+inline SurfaceLoad surface_load_of(const Scene& scene, const Bodies& bodies, Index body, const Load& load,
+                                   std::span<const Index> selected, const std::string& where) {
+  const Body& range = at(bodies.bodies(), body);
+  std::vector<std::uint8_t> chosen(static_cast<std::size_t>(range.points.size()), 0);
+  for (const Index i : selected) at(chosen, i) = 1;
+  SurfaceLoad surface{.triangles = {},
+                      .pressure = load.pressure.value_or(0.0),
+                      .traction = load.traction.value_or(Vec3{}),
+                      .ramp = load.ramp.value_or(Ramp{})};
+  for (Index t = range.triangles.begin; t < range.triangles.end; ++t) {
+    const Triangle& corners = at(bodies.triangles(), t);
+    if (std::ranges::all_of(corners, [&](Index p) { return at(chosen, p - range.points.begin) != 0; }))
+      surface.triangles.push_back(t);
+  }
+  if (!surface.triangles.empty()) return surface;
+  throw Error(scene.source, where, "no surface triangle with all of its corners",
+              "one or more triangles selected");
+}
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <palpate/error.hpp>
+
+#include "contact/detector_steps.hpp"
+#include "geometry/vector.hpp"
+#include "sim/simulation_state.hpp"
+
+// A simulation whose bodies are held, moved, tied or loaded otherwise than before.
+namespace palpate {
+namespace {
+
+/// Values of elements of some tets for the elements of others; zero where there was none.
+template <class T>
+std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index> tets_before,
+                            std::span<const Index> tets_after, std::size_t tet_count) {
+  if (values.empty()) return std::vector<T>(tets_after.size());
+  std::vector<T> of_tet(tet_count);
+  for (std::size_t e = 0; e < values.size(); ++e) at(of_tet, tets_before[e]) = values[e];
+  std::vector<T> after;
+  after.reserve(tets_after.size());
+  for (const Index tet : tets_after) after.push_back(at(of_tet, tet));
+  return after;
+}
+
+/// Forces of the ties that there are: of one that was there before what it did, else zero.
+std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::vector<HeldTie>& before,
+                                 const std::vector<Vec3>& forces) {
+  std::vector<Vec3> all;
+  std::size_t next = 0;  // ties keep their order, and new ones come last
+  const auto same = [](const HeldTie& a, const HeldTie& b) {
+    return a.tie.point == b.tie.point && a.tie.tet == b.tie.tet && a.weights == b.weights;
+  };
+  for (const HeldTie& tie : ties) {
+    while (next < before.size() && !same(before[next], tie)) ++next;
+    all.push_back(next < before.size() ? forces[next++] : Vec3{});
+  }
+  return all;
+}
+
+}  // namespace
+
+/// Velocities of what does not move are zero, those of what moves on rails as they were; a body that comes
+/// back is where its motion is now.
+void Simulation::State::take_over(const State& from) {
+  SavedState saved = from.saved_state();
+  fem::DynamicsState& d = saved.dynamics;
+  const std::size_t tets = bodies.tets().size();
+  const std::span<const Index> before = from.dynamics.tet_of_element();
+  const std::span<const Index> after = dynamics.tet_of_element();
+  d.inversion_clocks = for_elements(d.inversion_clocks, before, after, tets);
+  if (!dynamics.plastic_strains().empty())
+    d.plastic_strains = for_elements(d.plastic_strains, before, after, tets);
+  if (dynamics.plastic_strains().empty()) d.plastic_strains.clear();
+  const std::vector<Index> motions = motions_of_present(holds, bodies);
+  const std::span<const Vec3> on_rails = rails.positions(threads, saved.metrics.time);
+  for (std::size_t k = 0; k < on_rails.size(); ++k) {
+    const Index p = rails.points()[k];
+    if (at(from.holds.absent, at(bodies.body_of_point(), p)) != 0) at(d.positions, p) = on_rails[k];
+  }
+  for (std::size_t p = 0; p < motions.size(); ++p) {
+    if (dynamics.free_points()[p] != 0) continue;
+    d.velocity_changes[p] = {};
+    if (motions[p] < 0) d.velocities[p] = {};
+  }
+  activate_fibres(saved.metrics.time);
+  dynamics.set_state(d);
+  grabs.set_all(saved.grabs);
+  contact_forces = saved.contact_forces;
+  step_forces.set(saved.acting_contacts, forces_of_ties(holds.ties, from.holds.ties, saved.tie_forces));
+  if (saved.records_reactions) dynamics.find_held_elements();
+  records_reactions = saved.records_reactions;
+  reactions = saved.reactions;
+  const auto gone = [&](Index point, Index body) {
+    return at(holds.absent, at(bodies.body_of_point(), point)) != 0 || at(holds.absent, body) != 0;
+  };
+  std::erase_if(saved.kept_contacts, [&](const KeptContact& c) { return gone(c.point, c.body); });
+  std::erase_if(saved.edge_ends, [&](const EdgeEnd& e) { return gone(e.points.front(), e.body); });
+  response.set_kept(saved.kept_contacts);
+  response.set_edge_ends(saved.edge_ends);
+  metrics = saved.metrics;
+  metrics.time = from.metrics.time;
+  detect(dynamics.positions(), true);
+  DetectorSteps::table(detector).set_remembered(saved.contacts);
+  metrics.detection_seconds = from.metrics.detection_seconds;
+  measure();
+}
+
+void Simulation::change(const ModelChange& change) {
+  const State& s = *state_;
+  const std::span<const Motion> motions = s.rails.motions();
+  HeldModel held{.holds = s.holds, .motions = {motions.begin(), motions.end()}};
+  apply_change(change, s.bodies, s.dynamics.positions(), held);
+  LoadSet loads = s.loads.all();
+  for (const BodyLoads& of_body : change.loads) replace_loads(of_body, s.bodies, loads);
+  auto next =
+      std::make_unique<State>(s.core, std::move(held), std::move(loads), s.settings, s.threads.count());
+  next->changed = true;
+  next->take_over(s);
+  state_ = std::move(next);
+}
+
+bool Simulation::is_present(Index body) const {
+  const std::vector<std::uint8_t>& absent = state_->holds.absent;
+  if (body < 0 || static_cast<std::size_t>(body) >= absent.size())
+    throw Error("simulation", "body", std::to_string(body), "less than " + std::to_string(absent.size()));
+  return at(absent, body) == 0;
+}
+
+std::vector<Tie> Simulation::ties() const {
+  std::vector<Tie> ties;
+  for (const HeldTie& held : state_->holds.ties) ties.push_back(held.tie);
+  return ties;
+}
+
+std::span<const Index> Simulation::motion_of_points() const {
+  return state_->holds.motion_of_point;
+}
+
+Index Simulation::motion_count() const {
+  return state_->rails.motion_count();
+}
+
+}  // namespace palpate
