@@ -6,7 +6,7 @@ namespace palpate {
 namespace {
 
 /// Keys for each word up to which a domain counts as dense; beyond, writing the starts of empty cells costs
-/// more than another pass of a radix sort (docs/benchmarks.md).
+/// more than another pass of a radix sort (docs/notes/benchmarks.md).
 constexpr std::size_t dense_keys_per_word = 4;
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// Parallel radix sort, least significant digit first; stable. Keys of b bits take ceil(b / 11) passes with
-/// digits of equal width: 2^11 open write positions are the most that pay (docs/benchmarks.md).
+/// digits of equal width: 2^11 open write positions are the most that pay (docs/notes/benchmarks.md).
 class RadixSort {
  public:
   /// Sorts `words` by the bits from `first_bit` up to the highest bit set in `largest`; digits above it are

@@ -15,10 +15,12 @@ namespace palpate::test {
 
 /// A scene by chance: two to six boxes, balls, sheets and bars of 1 to 10 cm, one above the other, fall on a
 /// fixed floor. Sizes, stiffness (20 kPa to 10 MPa, alike or unlike), density, Poisson's ratio, cells,
-/// element quality, alignment, friction and time step (1 to 20 ms) are all chance.
+/// element quality, alignment, friction and time step (1 to 20 ms) are all chance. The same for both kinds of
+/// elements.
 class RandomScene {
  public:
-  explicit RandomScene(std::uint64_t seed) : random_(seed) {
+  explicit RandomScene(std::uint64_t seed, ElementKind elements = ElementKind::linear)
+      : elements_(elements), random_(seed) {
     aligned_ = random_.chance(0.4);
     settings.time_step = pick({0.001, 0.005, 0.01, 0.02});
     settings.response.friction = pick({0.0, 0.3, 0.8});
@@ -107,9 +109,11 @@ class RandomScene {
     model.obstacles.push_back(0);
     model.materials.push_back({.young_modulus = stiffness,
                                .poisson_ratio = random_.uniform(0.2, 0.49),
-                               .density = log_uniform(500.0, 2000.0)});
+                               .density = log_uniform(500.0, 2000.0),
+                               .elements = elements_});
   }
 
+  ElementKind elements_;
   Random random_;
   bool aligned_ = false;
   double top_ = 0.0;
