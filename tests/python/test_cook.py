@@ -59,7 +59,10 @@ def tets(nu, n, **options):
         young_modulus=YOUNG, poisson_ratio=nu, density=1e-6, **options))
     right = x > 48 - 1e-9
     model.load_surface(body, right, traction=(0.0, LITTLE * FORCE / 16, 0.0))
-    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=1e4, solver={"tolerance": 1e-9, "max_iterations": 20000})
+    # Without gravity, and with next to no mass, the speed that the load alone would give says nothing of how small an
+    # error is; Jacobi's estimate does not go by it.
+    solver = {"tolerance": 1e-9, "max_iterations": 20000, "preconditioner": "jacobi"}
+    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=1e4, solver=solver)
     for _ in range(3):
         simulation.step()
     corner = np.argmin(np.hypot(x - 48, y - 60))
