@@ -103,8 +103,9 @@ namespace {
 
 /// Up to the end of a stage a variant must be the run that it begins in: the same stages, in the same order.
 void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const std::string& stage) {
-  std::vector<std::string_view> names;
-  for (const Stage& known : scene.stages) names.emplace_back(known.name);
+  std::vector<std::string_view> names(scene.stages.size());
+  std::ranges::transform(scene.stages, names.begin(),
+                         [](const Stage& known) { return std::string_view(known.name); });
   const auto place = std::ranges::find(names, stage);
   if (place == names.end())
     throw BadInput("--from-stage", "", "'" + stage + "'", expected_name(stage, names));

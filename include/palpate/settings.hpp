@@ -118,7 +118,8 @@ struct DetectionSettings {
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
-/// How contacts push back: a penalty along the direction, friction across it (docs/architecture.md, "Forces").
+/// How contacts push back: a penalty along the direction, friction across it (docs/architecture.md,
+/// "Forces").
 struct ResponseSettings {
   /// Force per depth at each point in contact, N/m; none: from material and element size of the two bodies.
   std::optional<double> stiffness;
