@@ -97,9 +97,10 @@ void Simulation::tie(const std::vector<Index>& points, Index to, std::optional<d
   const std::span<const Vec3> positions = simulation_->positions();
   ModelChange ties;
   for (const Index p : points) {
-    if (p < 0 || static_cast<std::size_t>(p) >= positions.size())
+    if (p < 0 || static_cast<std::size_t>(p) >= positions.size()) {
       throw Error("Simulation.tie", "points", std::to_string(p),
                   "less than " + std::to_string(positions.size()));
+    }
     ties.ties.push_back({p, nearest_tet(bodies, positions, to, at(positions, p)), stiffness});
   }
   change(ties);

@@ -77,9 +77,10 @@ void check_model(const Material& material, std::string_view owner) {
   if (kind >= element_kind_names.size())
     refuse(owner, "elements", std::to_string(kind), "linear or smoothed");
   if (material.elements == ElementKind::smoothed) {
-    if (!(material.poisson_ratio >= 0.0))
+    if (!(material.poisson_ratio >= 0.0)) {
       refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
              "a number >= 0 with smoothed elements");
+    }
     if (!material.viscosity.fractions.empty())
       refuse(owner, "viscosity", "it with smoothed elements", "linear elements");
     if (material.plastic_yield)

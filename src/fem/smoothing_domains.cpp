@@ -135,9 +135,10 @@ void SmoothingDomains::list_entries(std::size_t point_count) {
   entries_.resize(points_.size());
   std::vector<std::size_t> next(entry_begin_.begin(), entry_begin_.end() - 1);
   for (std::size_t d = 0; d < size(); ++d) {
-    for (std::size_t k = 0; k < points(d).size(); ++k)
+    for (std::size_t k = 0; k < points(d).size(); ++k) {
       entries_[next[static_cast<std::size_t>(points(d)[k])]++] = {static_cast<std::uint32_t>(d),
                                                                   static_cast<std::uint32_t>(k)};
+    }
   }
 }
 
