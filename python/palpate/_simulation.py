@@ -35,6 +35,10 @@ class Outcome:
     unit: str
     vector: _arrays.Floats | None
 
+    def __repr__(self) -> str:
+        vector = None if self.vector is None else self.vector.tolist()
+        return f"palpate.Outcome(kind={self.kind!r}, value={self.value!r}, unit={self.unit!r}, vector={vector!r})"
+
 
 class Grab:
     """A spring that pulls a point of a simulation; made by Simulation.grab()."""

@@ -32,7 +32,8 @@ def objects():
             world.times, relaxed, simulation.acting_contacts, simulation.contact_wrench(0), *pressed_pairs()[:1], simulation.tractions(),
             simulation.tissue(), palpate.Ramp([0.0, 1.0], [0.0, 1.0]), world.bodies, world.bodies[0],
             palpate.Fibres(direction=(0, 1, 0), stiffness=1000.0, exponent=1.0),
-            palpate.Viscosity(fractions=[0.5], times=[1.0])]
+            palpate.Viscosity(fractions=[0.5], times=[1.0]),
+            palpate.Simulation({**SCENE, "outcomes": [{"name": "way", "displacement": {"body": "ball"}}]}).outcomes()["way"]]
 
 
 def pressed_pairs():
@@ -60,7 +61,7 @@ def test_every_object_says_what_it_is(objects):
 
 
 def test_objects_are_pickled_and_copied_or_refuse_it_in_one_line(objects):
-    values = (palpate.Fibres, palpate.Viscosity, palpate.Material, palpate.Keyframe, palpate.Motion)
+    values = (palpate.Fibres, palpate.Viscosity, palpate.Material, palpate.Keyframe, palpate.Motion, palpate.Outcome)
     for one in objects:
         if isinstance(one, values):
             for again in (pickle.loads(pickle.dumps(one)), copy.deepcopy(one), copy.copy(one)):
