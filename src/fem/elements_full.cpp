@@ -193,9 +193,7 @@ Matrix3 Elements::displacement_gradient(std::size_t element, std::span<const Vec
 
 void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> positions, double* forces) {
   const Matrix3 h = displacement_gradient(element, positions);
-  Matrix3 f = h;
-  for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
-  inverted_[element] = determinant(f) > 0.0 ? 0 : 1;
+  inverted_[element] = determinant(plus_identity(h)) > 0.0 ? 0 : 1;
   const HyperelasticLaw law = law_of(element);
   const HyperelasticResponse response = respond(law, h);
   energy_[element] = volume_[element] * response.energy_density;

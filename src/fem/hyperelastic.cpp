@@ -195,11 +195,7 @@ InvariantModuli invariant_moduli(const Material& material) {
 HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h) {
   const Matrix3 ch = cofactors(h);
   const double j = volume_change(h, ch);
-  const Matrix3 f = [&] {
-    Matrix3 sum = h;
-    for (int k = 0; k < 3; ++k) sum(k, k) += 1.0;
-    return sum;
-  }();
+  const Matrix3 f = plus_identity(h);
   const double x = 2.0 * trace(h) + inner(h, h);  // I1 - 3
   Matrix3 k;                                      // cof F - I = tr(H) I - H^T + cof H
   for (int r = 0; r < 3; ++r) {
@@ -226,8 +222,7 @@ HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h) {
 }
 
 HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h) {
-  Matrix3 f = h;
-  for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
+  const Matrix3 f = plus_identity(h);
   const Matrix3 rotation = nearest_rotation(f);
   const SymmetricEigen eigen =
       symmetric_eigen(SymmetricMatrix3{1.0, 1.0, 1.0, 0.0, 0.0, 0.0} + corotated_strain(f, rotation));
@@ -251,8 +246,7 @@ HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h) {
 }
 
 Matrix3 stress_change_of(const HyperelasticTangent& t, const Vec3& fibre, const Matrix3& gradient_change) {
-  const Matrix3 a =
-      times_transposed(transposed(t.left), times_transposed(transposed(t.right), gradient_change));
+  const Matrix3 a = transposed_times(t.left, times_transposed(gradient_change, transposed(t.right)));
   const Matrix3 b =
       from_rows({t.stretch.xx * a(0, 0) + t.stretch.xy * a(1, 1) + t.stretch.xz * a(2, 2),
                  t.same.z * a(0, 1) + t.other.z * a(1, 0), t.same.y * a(0, 2) + t.other.y * a(2, 0)},

@@ -103,6 +103,26 @@ constexpr Matrix3 times_transposed(const Matrix3& a, const Matrix3& b) {
   return c;
 }
 
+constexpr SymmetricMatrix3 symmetric_part(const Matrix3& a) {
+  return {a(0, 0),
+          a(1, 1),
+          a(2, 2),
+          0.5 * (a(0, 1) + a(1, 0)),
+          0.5 * (a(0, 2) + a(2, 0)),
+          0.5 * (a(1, 2) + a(2, 1))};
+}
+
+/// a^T b
+constexpr Matrix3 transposed_times(const Matrix3& a, const Matrix3& b) {
+  return times_transposed(transposed(a), transposed(b));
+}
+
+/// F of a displacement gradient F - I.
+constexpr Matrix3 plus_identity(Matrix3 h) {
+  for (int k = 0; k < 3; ++k) h(k, k) += 1.0;
+  return h;
+}
+
 /// Cofactors of a: det(a) times the transpose of its inverse.
 constexpr Matrix3 cofactors(const Matrix3& a) {
   return from_rows(cross(row(a, 1), row(a, 2)), cross(row(a, 2), row(a, 0)), cross(row(a, 0), row(a, 1)));

@@ -40,18 +40,7 @@ double norm(const SymmetricMatrix3& a) {
 }
 
 SymmetricMatrix3 corotated_strain(const Matrix3& f, const Matrix3& rotation) {
-  const Matrix3 difference = f - rotation;
-  const auto entry = [&](int i, int j) {
-    double sum = 0.0;
-    for (int k = 0; k < 3; ++k) sum += rotation(k, i) * difference(k, j);
-    return sum;
-  };
-  return {entry(0, 0),
-          entry(1, 1),
-          entry(2, 2),
-          0.5 * (entry(0, 1) + entry(1, 0)),
-          0.5 * (entry(0, 2) + entry(2, 0)),
-          0.5 * (entry(1, 2) + entry(2, 1))};
+  return symmetric_part(transposed_times(rotation, f - rotation));
 }
 
 SymmetricMatrix3 plastic_flow(const SymmetricMatrix3& plastic, const SymmetricMatrix3& total,

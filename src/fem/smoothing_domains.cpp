@@ -16,6 +16,11 @@ constexpr std::size_t domain_grain = 128;
 constexpr std::size_t point_grain = 64;
 constexpr std::array<std::array<std::size_t, 2>, 6> edges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
+/// Of a tet's volume in its domain `place`: edges come first.
+constexpr double share_of(std::size_t place) {
+  return place < edges.size() ? 1.0 / 6.0 : 1.0 / 4.0;
+}
+
 /// A tet's part in a domain, by what the domain is of.
 struct Part {
   Index first = 0;
@@ -80,7 +85,7 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
 
 void SmoothingDomains::add_domain(std::span<const Member> members) {
   const auto domain = static_cast<std::uint32_t>(size());
-  const double share = node_begin_ == 0 ? 1.0 / 6.0 : 0.25;
+  const double share = share_of(members.front().place);
   double volume = 0.0;
   const std::size_t first = points_.size();
   for (const Member& m : members) {
@@ -102,9 +107,8 @@ void SmoothingDomains::add_domain(std::span<const Member> members) {
   }
   volume_.push_back(volume);
   begin_.push_back(static_cast<std::uint32_t>(points_.size()));
-  tet_of_domain_.push_back(members.front().tet);
-  members_.insert(members_.end(), members.begin(), members.end());
-  member_begin_.push_back(static_cast<std::uint32_t>(members_.size()));
+  for (const Member& m : members) domain_tets_.push_back(m.tet);
+  tet_begin_.push_back(static_cast<std::uint32_t>(domain_tets_.size()));
   set_law(members);
 }
 
@@ -149,7 +153,7 @@ std::span<const SmoothingDomains::Entry> SmoothingDomains::entries(Index point) 
 }
 
 double SmoothingDomains::modulus(std::size_t domain) const {
-  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  const SmoothedTet& tet = first_tet(domain);
   return is_node(domain) ? tet.lambda : tet.mu;
 }
 
@@ -157,8 +161,8 @@ double SmoothingDomains::modulus(std::size_t domain) const {
 double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
   double least = 1.0;
   if (!is_node(domain)) return least;
-  for (std::uint32_t k = member_begin_[domain]; k < member_begin_[domain + 1]; ++k)
-    least = std::min(least, at(fractions, tets_[members_[k].tet].element));
+  for (std::uint32_t k = tet_begin_[domain]; k < tet_begin_[domain + 1]; ++k)
+    least = std::min(least, at(fractions, tets_[domain_tets_[k]].element));
   return least;
 }
 
@@ -172,7 +176,7 @@ Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
 }
 
 HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction) const {
-  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  const SmoothedTet& tet = first_tet(domain);
   if (is_node(domain)) return {.bulk = fraction * tet.lambda};
   HyperelasticLaw law = laws_[domain];
   law.bulk = bulk_of(0.0, law.first);
@@ -181,11 +185,9 @@ HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction) const
 
 HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matrix3& h,
                                                   const Matrix3& rotation, double fraction) const {
-  const SmoothedTet& tet = tets_[tet_of_domain_[domain]];
+  const SmoothedTet& tet = first_tet(domain);
   if (tet.hyperelastic) return respond(law(domain, fraction), h);
-  Matrix3 f = h;
-  for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
-  Matrix3 stretch = f - rotation;
+  const Matrix3 stretch = plus_identity(h) - rotation;
   HyperelasticResponse response;
   if (is_node(domain)) {
     const double trace = inner(rotation, stretch);
@@ -201,7 +203,7 @@ HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matr
 
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
                                    double fraction) {
-  if (tets_[tet_of_domain_[domain]].hyperelastic) {
+  if (first_tet(domain).hyperelastic) {
     tangents_[domain] = tangent(law(domain, fraction), h);
     return;
   }
@@ -217,10 +219,8 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
                               std::span<const double> factors, std::span<const double> bulk_fractions) {
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
-    Matrix3 f = h;
-    for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
     const double fraction = bulk_fraction(d, bulk_fractions);
-    const Matrix3 rotation = tets_[tet_of_domain_[d]].hyperelastic ? identity() : nearest_rotation(f);
+    const Matrix3 rotation = first_tet(d).hyperelastic ? identity() : nearest_rotation(plus_identity(h));
     const HyperelasticResponse response = respond_at(d, h, rotation, fraction);
     densities_[d] = response.energy_density;
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
@@ -244,7 +244,7 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
     const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * t];
     double sum = 0.0;
     for (std::size_t k = 0; k < domains_of_tet; ++k) {
-      if (domains[k] < size()) sum += (k < edges_of_tet ? 1.0 / 6.0 : 0.25) * densities_[domains[k]];
+      if (domains[k] < size()) sum += share_of(k) * densities_[domains[k]];
     }
     at(energies, tets_[t].element) += tets_[t].volume * sum;
   });
@@ -254,7 +254,7 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
 Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
   const double scale = scales_[domain];
   Matrix3 change;
-  if (tets_[tet_of_domain_[domain]].hyperelastic) {
+  if (first_tet(domain).hyperelastic) {
     change = stress_change_of(tangents_[domain], laws_[domain].fibre, gradient);
     for (double& value : change.values) value *= scale;
     return change;
@@ -266,20 +266,9 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
     return change;
   }
   // mu (dF + R dF^T R)
-  Matrix3 turned;  // dF^T R
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      for (int k = 0; k < 3; ++k) turned(i, j) += gradient(k, i) * r(k, j);
-    }
-  }
+  const Matrix3 turned = times_transposed(times_transposed(r, gradient), transposed(r));
   const double mu = scale * modulus(domain);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      double sum = gradient(i, j);
-      for (int k = 0; k < 3; ++k) sum += r(i, k) * turned(k, j);
-      change(i, j) = mu * sum;
-    }
-  }
+  for (std::size_t k = 0; k < 9; ++k) change.values[k] = mu * (gradient.values[k] + turned.values[k]);
   return change;
 }
 
@@ -340,16 +329,14 @@ std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Th
   std::vector<HyperelasticResponse> of_domains(size());
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
-    Matrix3 f = h;
-    for (int k = 0; k < 3; ++k) f(k, k) += 1.0;
-    of_domains[d] = respond_at(d, h, nearest_rotation(f), bulk_fraction(d, bulk_fractions));
+    of_domains[d] = respond_at(d, h, nearest_rotation(plus_identity(h)), bulk_fraction(d, bulk_fractions));
   });
   std::vector<HyperelasticResponse> of_tets(tets_.size());
   parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
     for (std::size_t k = 0; k < domains_of_tet; ++k) {
       const std::uint32_t d = domain_of_tet_[domains_of_tet * t + k];
       if (d >= size()) continue;
-      const double share = k < edges_of_tet ? 1.0 / 6.0 : 0.25;
+      const double share = share_of(k);
       of_tets[t].energy_density += share * of_domains[d].energy_density;
       for (std::size_t n = 0; n < 9; ++n)
         of_tets[t].stress.values[n] += share * of_domains[d].stress.values[n];

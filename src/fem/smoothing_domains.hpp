@@ -59,7 +59,7 @@ class SmoothingDomains {
     return std::span(points_).subspan(begin_[domain], begin_[domain + 1] - begin_[domain]);
   }
   /// Some element of a domain: all have the damping of one material.
-  [[nodiscard]] Index element(std::size_t domain) const { return tets_[tet_of_domain_[domain]].element; }
+  [[nodiscard]] Index element(std::size_t domain) const { return first_tet(domain).element; }
 
   /// A point's place in a domain.
   struct Entry {
@@ -113,7 +113,7 @@ class SmoothingDomains {
         if (k != own) add(block_with(k));
       }
     };
-    if (tets_[tet_of_domain_[entry.domain]].hyperelastic) {
+    if (first_tet(entry.domain).hyperelastic) {
       for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
     } else if (is_node(entry.domain)) {
       for_others([&](std::size_t k) { return volume_block(turned_[own], turned_[k]); });
@@ -135,7 +135,6 @@ class SmoothingDomains {
                                                             std::span<const double> bulk_fractions) const;
 
  private:
-  static constexpr std::size_t edges_of_tet = 6;
   static constexpr std::size_t domains_of_tet = 10;  ///< its edges, then its points
   struct Member {
     std::uint32_t tet = 0;
@@ -155,6 +154,10 @@ class SmoothingDomains {
     for (std::size_t k = 0; k < 9; k += 4) block[k] += trace;
     return block;
   }
+  /// All of a domain have one material.
+  [[nodiscard]] const SmoothedTet& first_tet(std::size_t domain) const {
+    return tets_[domain_tets_[tet_begin_[domain]]];
+  }
   [[nodiscard]] bool is_node(std::size_t domain) const { return domain >= node_begin_; }
   [[nodiscard]] double modulus(std::size_t domain) const;
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
@@ -169,24 +172,22 @@ class SmoothingDomains {
   std::vector<SmoothedTet> tets_;
   std::vector<std::uint32_t> domain_of_tet_;  ///< domains_of_tet each
   std::size_t node_begin_ = 0;                ///< domains of edges come first
-  std::vector<std::uint32_t> tet_of_domain_;  ///< one of them
   std::vector<std::uint32_t> begin_{0};       ///< (n_domains + 1)
   std::vector<Index> points_;
   std::vector<Vec3> rest_gradients_;  ///< as points_: b_i
   std::vector<double> volume_;
-  std::vector<std::uint32_t> member_begin_{0};  ///< (n_domains + 1)
-  std::vector<Member> members_;
-  std::vector<HyperelasticLaw> laws_;     ///< of hyperelastic tissue, else of no meaning; lambda in full
-  std::vector<std::size_t> entry_begin_;  ///< (n_points + 1)
+  std::vector<std::uint32_t> tet_begin_{0};  ///< (n_domains + 1)
+  std::vector<std::uint32_t> domain_tets_;   ///< of each domain, into tets_
+  std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else of no meaning; lambda in full
+  std::vector<std::size_t> entry_begin_;     ///< (n_points + 1)
   std::vector<Entry> entries_;
   std::vector<Index> smoothed_points_;  ///< with an entry
   // As of the last update().
-  std::vector<Matrix3> stresses_;   ///< V P, N m
-  std::vector<double> densities_;   ///< of energy, J/m^3
-  std::vector<double> scales_;      ///< factor V
-  std::vector<Matrix3> rotations_;  ///< of corotational tissue
-  simd::AlignedVector<simd::Quad>
-      turned_;  ///< as points_: sqrt(factor V modulus) R b_i, of corotational tissue
+  std::vector<Matrix3> stresses_;              ///< V P, N m
+  std::vector<double> densities_;              ///< of energy, J/m^3
+  std::vector<double> scales_;                 ///< factor V
+  std::vector<Matrix3> rotations_;             ///< of corotational tissue
+  simd::AlignedVector<simd::Quad> turned_;     ///< as points_: sqrt(factor V modulus) R b_i, corotational
   std::vector<HyperelasticTangent> tangents_;  ///< of hyperelastic tissue
   mutable std::vector<Matrix3> changes_;       ///< scratch
 };

@@ -6,15 +6,6 @@
 namespace palpate::fem {
 namespace {
 
-SymmetricMatrix3 symmetric_part(const Matrix3& a) {
-  return {a(0, 0),
-          a(1, 1),
-          a(2, 2),
-          0.5 * (a(0, 1) + a(1, 0)),
-          0.5 * (a(0, 2) + a(2, 0)),
-          0.5 * (a(1, 2) + a(2, 1))};
-}
-
 /// (F^T F - I) / 2 from H = F - I, without the cancellation near rest.
 SymmetricMatrix3 green_strain(const Matrix3& f) {
   const Matrix3 h = f - identity();
@@ -59,15 +50,7 @@ HyperelasticResponse elastic_response(const ElementDeformation& e) {
 SymmetricMatrix3 biot_stress(const ElementDeformation& element) {
   ElementDeformation passive = element;
   passive.law.tension = 0.0;
-  const Matrix3 p = elastic_response(passive).stress;
-  const auto columns = [](const Matrix3& a, int i) { return Vec3{a(0, i), a(1, i), a(2, i)}; };
-  const auto entry = [&](int i, int j) { return dot(columns(element.rotation, i), columns(p, j)); };
-  return {entry(0, 0),
-          entry(1, 1),
-          entry(2, 2),
-          0.5 * (entry(0, 1) + entry(1, 0)),
-          0.5 * (entry(0, 2) + entry(2, 0)),
-          0.5 * (entry(1, 2) + entry(2, 1))};
+  return symmetric_part(transposed_times(element.rotation, elastic_response(passive).stress));
 }
 
 Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient, const Matrix3& rotation) {
