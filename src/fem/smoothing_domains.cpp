@@ -6,7 +6,9 @@
 #include <tuple>
 
 #include "fem/padded_vectors.hpp"
+#include "fem/plasticity.hpp"
 #include "fem/rotation.hpp"
+#include "fem/symmetric_eigen.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -78,6 +80,7 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   densities_.resize(size());
   scales_.resize(size());
   rotations_.resize(size());
+  turning_.resize(size());
   turned_.resize(points_.size());
   tangents_.resize(std::ranges::any_of(tets_, &SmoothedTet::hyperelastic) ? size() : 0);
   changes_.resize(size());
@@ -201,6 +204,27 @@ HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matr
   return response;
 }
 
+/// The derivative of a corotational stress beyond that at fixed R: P = 2 mu R (S - I), or lambda tr(S - I) R,
+/// turns with R. Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the
+/// energy is 2 mu (1 - 2 / (s_i + s_j)) of the shape and 2 lambda tr(S - I) / (s_i + s_j) of the volume
+/// (Smith, de Goes & Kim 2019, section 4.1 for the first), and along all else that at fixed R. Negative ones
+/// are zero, as those at fixed R are. Where stretches s of opposite signs cancel, the second has no bound; it
+/// goes on as if their sum were a half.
+SmoothingDomains::Turning SmoothingDomains::turning_of(std::size_t domain, const Matrix3& f,
+                                                       const Matrix3& rotation, double fraction) const {
+  constexpr double least_sum = 0.5;
+  const SmoothedTet& tet = first_tet(domain);
+  const auto [strains, axes] = symmetric_eigen(corotated_strain(f, rotation));
+  const double dilation = strains.x + strains.y + strains.z;
+  const Vec3 pairs{strains.y + strains.z, strains.x + strains.z, strains.x + strains.y};
+  const auto half = [&](double pair) {
+    const double sum = std::max(2.0 + pair, least_sum);
+    return std::max(0.0, is_node(domain) ? fraction * tet.lambda * dilation / sum : tet.mu * pair / sum);
+  };
+  return {std::sqrt(half(pairs.x)) * (rotation * axes[0]), std::sqrt(half(pairs.y)) * (rotation * axes[1]),
+          std::sqrt(half(pairs.z)) * (rotation * axes[2])};
+}
+
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
                                    double fraction) {
   if (first_tet(domain).hyperelastic) {
@@ -208,10 +232,18 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const M
     return;
   }
   rotations_[domain] = rotation;
+  const Turning turning = turning_of(domain, plus_identity(h), rotation, fraction);
+  turning_[domain] =
+      scales_[domain] * outer_square(transposed(from_rows(turning[0], turning[1], turning[2])));
+  const auto quad = [](const Vec3& a) {
+    return simd::Quad{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
+  };
   const double scale = std::sqrt(scales_[domain] * modulus(domain));
+  const double root = std::sqrt(scales_[domain]);
   for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
-    const Vec3 a = scale * (rotation * rest_gradients_[k]);
-    turned_[k] = {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
+    const Vec3 a = rotation * rest_gradients_[k];
+    turned_[k].strain = quad(scale * a);
+    for (std::size_t n = 0; n < 3; ++n) turned_[k].turn[n] = quad(root * cross(turning[n], a));
   }
 }
 
@@ -260,16 +292,19 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
     return change;
   }
   const Matrix3& r = rotations_[domain];
+  const Matrix3 b = times_transposed(gradient, r);  // dF R^T
+  const double modul = scale * modulus(domain);
   if (is_node(domain)) {
-    const double trace = scale * modulus(domain) * inner(r, gradient);
-    for (std::size_t k = 0; k < 9; ++k) change.values[k] = trace * r.values[k];
-    return change;
+    for (int k = 0; k < 3; ++k) change(k, k) = modul * trace(b);
+  } else {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) change(i, j) = modul * (b(i, j) + b(j, i));
+    }
   }
-  // mu (dF + R dF^T R)
-  const Matrix3 turned = times_transposed(times_transposed(r, gradient), transposed(r));
-  const double mu = scale * modulus(domain);
-  for (std::size_t k = 0; k < 9; ++k) change.values[k] = mu * (gradient.values[k] + turned.values[k]);
-  return change;
+  const Vec3 w = turning_[domain] * Vec3{b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1)};
+  const Matrix3 turn = from_rows({0.0, -w.z, w.y}, {w.z, 0.0, -w.x}, {-w.y, w.x, 0.0});
+  for (std::size_t k = 0; k < 9; ++k) change.values[k] += turn.values[k];
+  return times_transposed(change, transposed(r));
 }
 
 void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,

@@ -78,10 +78,13 @@ TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 0);
 }
 
-/// Seeds of the first test. They do worse, and the bounds are what was found: one scene of 20 ms gains
-/// energy, and four have inverted tets for some time (docs/materials.md).
-TEST(RandomScenes, OfSmoothedTetsConvergeAndMostKeepTheirEnergy) {
-  run_all(1, 16, 4, ElementKind::smoothed, 1);
+/// Seeds of the first test; scenes with inverted tets are as many as were found.
+TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
+  run_all(1, 16, 3, ElementKind::smoothed);
+}
+
+TEST(RandomScenes, DISABLED_SixtyOfSmoothedTetsDo) {
+  run_all(2000, 60, 10, ElementKind::smoothed);
 }
 
 TEST(RandomScenes, DISABLED_TwoHundredDo) {
