@@ -84,7 +84,7 @@ struct Material {
   /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
   /// C01 / (C10 + C01).
   double mooney_fraction = 0.5;
-  ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield, no viscosity
+  ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield
   Fibres fibres{};                             ///< with neither stiffness nor active stress: isotropic
   Viscosity viscosity{};                       ///< without terms: elastic
   /// The preset that the values came from, if any; nothing depends on it.

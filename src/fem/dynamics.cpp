@@ -338,7 +338,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   set_time_step(time_step);
-  if (elements_.viscosity().any()) {
+  if (elements_.is_viscous()) {
     elements_.find_history(threads_);
     updated_ = false;
   }
@@ -491,12 +491,11 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
 
 DynamicsState Dynamics::state() const {
   const auto strains = elements_.plastic_strains();
-  const auto stresses = elements_.viscosity().stresses();
   return {.positions = positions_,
           .velocities = velocities_,
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
-          .viscous_stresses = {stresses.begin(), stresses.end()},
+          .viscous_stresses = elements_.viscous_stresses(),
           .inversion_clocks = inversion_clocks_,
           .jacobi_iterations = jacobi_iterations_,
           .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
@@ -510,7 +509,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocity_changes, "velocity_changes");
   check_tensors("plastic_strains", state.plastic_strains, elements_.plastic_strains().size(),
                 "element that can yield");
-  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscosity().stresses().size(),
+  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
                 "element and term");
   if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
   set_inversion_clocks(state.inversion_clocks);  // the last that can fail
@@ -534,10 +533,14 @@ double Dynamics::kinetic_energy() {
 
 double Dynamics::elastic_energy() {
   update_elements();
-  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, [&](std::size_t e) {
+  const bool apart = elements_.smoothing().is_viscous();
+  const auto energy_of = [&](std::size_t e) {
     const auto element = static_cast<Index>(e);
+    if (apart && elements_.is_smoothed(element)) return 0.0;
     return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
-  });
+  };
+  const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
+  return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
 }
 
 std::int64_t Dynamics::inverted_elements() {

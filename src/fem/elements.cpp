@@ -266,8 +266,7 @@ void Elements::take_forces(std::size_t chunk, const CornerSums::Values& forces,
 void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions,
                       std::span<simd::Padded3> corner_forces) {
   if (tets_.empty()) return;
-  parallel::for_each(threads, positions.size(), point_grain,
-                     [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
+  set_displacements(threads, positions);
   simd::ElementPass pass{};
   pass.displacements = displacements_.data();
   pass.corners = corners_.front().data();
@@ -300,6 +299,11 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
   update_smoothing(threads);
 }
 
+void Elements::set_displacements(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  parallel::for_each(threads, positions.size(), point_grain,
+                     [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
+}
+
 /// Needs displacements_.
 void Elements::update_smoothing(const parallel::Threads& threads) {
   if (smoothing_.empty()) return;
@@ -320,8 +324,7 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                          take_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(one, point_forces_);
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    displacements_[i] = padded(positions[i] - points_rest_[i]);
+  set_displacements(one, positions);
   update_smoothing(one);
 }
 

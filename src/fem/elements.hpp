@@ -173,14 +173,26 @@ class Elements {
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
-  /// Viscosity of the elements: as of the next set_time_step() or find_history() and update().
+  /// Viscosity of elements and of smoothing domains: as of the next set_time_step() or find_history() and
+  /// update(). viscosity() has the stiffness of all elements, and the stresses of those that are not
+  /// smoothed.
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
+  [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);
-  void find_history(const parallel::Threads& threads) { viscosity_.find_history(threads); }
+  void find_history(const parallel::Threads& threads);
   /// Ends a time step at these positions. O(viscous elements).
   void relax(const parallel::Threads& threads, std::span<const Vec3> positions);
-  /// From an array of the length of viscosity().stresses().
-  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
+  /// Stresses of both, the state: those of a body in the same order whatever other bodies there are.
+  /// Allocate.
+  [[nodiscard]] std::vector<SymmetricMatrix3> viscous_stresses() const;
+  [[nodiscard]] std::vector<Index> body_of_viscous_stress() const;
+  /// From an array of that length.
+  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses);
+  /// Elastic energy of smoothed tets at the positions of the last update(), J, with what viscosity stores.
+  /// O(n_domains).
+  [[nodiscard]] double smoothed_energy(const parallel::Threads& threads, std::vector<double>& partial) const {
+    return smoothing_.energy(threads, displacements_, bulk_fraction_, partial);
+  }
 
  private:
   /// What is the same for tets of a group that a kernel takes at once.
@@ -218,6 +230,7 @@ class Elements {
   void add_viscosity(const Materials& materials);
   void add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces);
   void set_tensions();
+  void set_displacements(const parallel::Threads& threads, std::span<const Vec3> positions);
   void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
     return !plasticity_.empty() && plasticity_[element].yield.has_value();

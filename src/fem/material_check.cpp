@@ -81,8 +81,6 @@ void check_model(const Material& material, std::string_view owner) {
       refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
              "a number >= 0 with smoothed elements");
     }
-    if (!material.viscosity.fractions.empty())
-      refuse(owner, "viscosity", "it with smoothed elements", "linear elements");
     if (material.plastic_yield)
       refuse(owner, "plastic_yield", "it with smoothed elements", "linear elements");
   }

@@ -8,6 +8,7 @@
 #include "fem/padded_vectors.hpp"
 #include "fem/plasticity.hpp"
 #include "fem/rotation.hpp"
+#include "fem/stress.hpp"
 #include "fem/symmetric_eigen.hpp"
 #include "geometry/vector.hpp"
 
@@ -58,7 +59,8 @@ std::vector<Part> list_parts(std::span<const SmoothedTet> tets, bool of_edges) {
 
 }  // namespace
 
-SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count)
+SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count,
+                                   std::span<const Material> materials)
     : tets_(std::move(tets)) {
   constexpr std::uint32_t none = 0xffffffffU;
   domain_of_tet_.assign(domains_of_tet * tets_.size(), none);
@@ -76,6 +78,9 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
     }
   }
   list_entries(point_count);
+  std::vector<Index> material(size());
+  for (std::size_t d = 0; d < size(); ++d) material[d] = first_tet(d).material;
+  viscosity_ = ViscousElements(materials, material);
   stresses_.resize(size());
   densities_.resize(size());
   scales_.resize(size());
@@ -129,7 +134,8 @@ void SmoothingDomains::set_law(std::span<const Member> members) {
 }
 
 void SmoothingDomains::set_tensions(std::span<const double> tensions, Index first) {
-  for (std::size_t d = 0; d < size(); ++d) laws_[d].tension = at(tensions, element(d) - first);
+  for (std::size_t d = 0; d < size(); ++d)
+    laws_[d].tension = at(tensions, element(d) - first) / viscosity_.stiffness(d);
 }
 
 void SmoothingDomains::list_entries(std::size_t point_count) {
@@ -178,18 +184,20 @@ Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
   return h;
 }
 
-HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction) const {
+HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, double tension) const {
   const SmoothedTet& tet = first_tet(domain);
   if (is_node(domain)) return {.bulk = fraction * tet.lambda};
   HyperelasticLaw law = laws_[domain];
   law.bulk = bulk_of(0.0, law.first);
+  law.tension *= tension;
   return law;
 }
 
 HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matrix3& h,
-                                                  const Matrix3& rotation, double fraction) const {
+                                                  const Matrix3& rotation, double fraction,
+                                                  double tension) const {
   const SmoothedTet& tet = first_tet(domain);
-  if (tet.hyperelastic) return respond(law(domain, fraction), h);
+  if (tet.hyperelastic) return respond(law(domain, fraction, tension), h);
   const Matrix3 stretch = plus_identity(h) - rotation;
   HyperelasticResponse response;
   if (is_node(domain)) {
@@ -228,7 +236,7 @@ SmoothingDomains::Turning SmoothingDomains::turning_of(std::size_t domain, const
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
                                    double fraction) {
   if (first_tet(domain).hyperelastic) {
-    tangents_[domain] = tangent(law(domain, fraction), h);
+    tangents_[domain] = tangent(law(domain, fraction, 1.0), h);
     return;
   }
   rotations_[domain] = rotation;
@@ -252,12 +260,60 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
     const double fraction = bulk_fraction(d, bulk_fractions);
-    const Matrix3 rotation = first_tet(d).hyperelastic ? identity() : nearest_rotation(plus_identity(h));
-    const HyperelasticResponse response = respond_at(d, h, rotation, fraction);
+    const bool needs_none = first_tet(d).hyperelastic && !viscosity_.has(d);
+    const Matrix3 rotation = needs_none ? identity() : nearest_rotation(plus_identity(h));
+    HyperelasticResponse response = respond_at(d, h, rotation, fraction, 1.0);
+    if (viscosity_.has(d)) add_history(d, h, rotation, response);
     densities_[d] = response.energy_density;
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
     scales_[d] = at(factors, element(d)) * volume_[d];
     set_tangent(d, h, rotation, fraction);
+  });
+}
+
+/// The response over a step, as Elements::add_viscous_forces has it: stiffness P and the history's stress.
+void SmoothingDomains::add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                                   HyperelasticResponse& response) const {
+  const double stiffness = viscosity_.stiffness(domain);
+  const Matrix3 f = plus_identity(h);
+  const Matrix3 stress = first_piola_stress(viscosity_.history(domain), f, rotation);
+  response.energy_density = stiffness * response.energy_density + inner(stress, f - rotation);
+  for (std::size_t k = 0; k < 9; ++k)
+    response.stress.values[k] = stiffness * response.stress.values[k] + stress.values[k];
+}
+
+/// Elastic, with the stresses of Maxwell elements as they are.
+HyperelasticResponse SmoothingDomains::whole_response(std::size_t domain, const Matrix3& h,
+                                                      double fraction) const {
+  const Matrix3 f = plus_identity(h);
+  const Matrix3 rotation = nearest_rotation(f);
+  HyperelasticResponse response = respond_at(domain, h, rotation, fraction, viscosity_.stiffness(domain));
+  if (!viscosity_.has(domain)) return response;
+  const SmoothedTet& tet = first_tet(domain);
+  response.energy_density += is_node(domain) ? viscosity_.energy_density(domain, 0.0, tet.lambda)
+                                             : viscosity_.energy_density(domain, tet.mu, 0.0);
+  const Matrix3 viscous = first_piola_stress(viscosity_.stress(domain), f, rotation);
+  for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
+  return response;
+}
+
+void SmoothingDomains::relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                             std::span<const double> bulk_fractions) {
+  parallel::for_each(threads, viscosity_.elements().size(), domain_grain, [&](std::size_t k) {
+    const auto d = static_cast<std::size_t>(viscosity_.elements()[k]);
+    const Matrix3 h = displacement_gradient(d, displacements);
+    const Matrix3 rotation = nearest_rotation(plus_identity(h));
+    const HyperelasticResponse passive = respond_at(d, h, rotation, bulk_fraction(d, bulk_fractions), 0.0);
+    viscosity_.advance(d, symmetric_part(transposed_times(rotation, passive.stress)));
+  });
+}
+
+double SmoothingDomains::energy(const parallel::Threads& threads,
+                                std::span<const simd::Padded3> displacements,
+                                std::span<const double> bulk_fractions, std::vector<double>& partial) const {
+  return parallel::sum(threads, size(), partial, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    return volume_[d] * whole_response(d, h, bulk_fraction(d, bulk_fractions)).energy_density;
   });
 }
 
@@ -364,7 +420,7 @@ std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Th
   std::vector<HyperelasticResponse> of_domains(size());
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
-    of_domains[d] = respond_at(d, h, nearest_rotation(plus_identity(h)), bulk_fraction(d, bulk_fractions));
+    of_domains[d] = whole_response(d, h, bulk_fraction(d, bulk_fractions));
   });
   std::vector<HyperelasticResponse> of_tets(tets_.size());
   parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {

@@ -9,6 +9,7 @@
 
 #include "fem/hyperelastic.hpp"
 #include "fem/matrix.hpp"
+#include "fem/viscosity.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/padded.hpp"
@@ -49,7 +50,9 @@ class SmoothingDomains {
  public:
   SmoothingDomains() = default;
   /// O(n_tets log).
-  SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count);
+  /// \param materials  those that SmoothedTet::material counts
+  SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count,
+                   std::span<const Material> materials);
 
   [[nodiscard]] bool empty() const { return tets_.empty(); }
   [[nodiscard]] std::size_t size() const { return volume_.size(); }
@@ -99,6 +102,20 @@ class SmoothingDomains {
 
   /// Tensions of active fibres, per element from `first` on, Pa; as of the next update().
   void set_tensions(std::span<const double> tensions, Index first);
+
+  /// Viscosity of the domains, as that of elements: a domain's stress is Biot's of its part of the law.
+  [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
+  [[nodiscard]] bool is_viscous() const { return !viscosity_.elements().empty(); }
+  void set_time_step(double time_step) { viscosity_.set_time_step(time_step); }
+  void find_history(const parallel::Threads& threads) { viscosity_.find_history(threads); }
+  /// Ends a time step at these displacements. O(viscous domains).
+  void relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+             std::span<const double> bulk_fractions);
+  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
+  /// Elastic energy at these displacements, J, with what viscosity stores. O(n_domains). \param partial
+  /// scratch of parallel::sum
+  [[nodiscard]] double energy(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                              std::span<const double> bulk_fractions, std::vector<double>& partial) const;
 
   using Block = std::array<float, 9>;
   /// Calls add(block) for the other points of an entry's domain, ascending: the stiffness block of the
@@ -174,9 +191,14 @@ class SmoothingDomains {
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
                                               std::span<const simd::Padded3> displacements) const;
+  /// Of the elastic law. \param tension  factor of that of active fibres
   [[nodiscard]] HyperelasticResponse respond_at(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                                                double fraction) const;
-  [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction) const;
+                                                double fraction, double tension) const;
+  void add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                   HyperelasticResponse& response) const;
+  [[nodiscard]] HyperelasticResponse whole_response(std::size_t domain, const Matrix3& h,
+                                                    double fraction) const;
+  [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
   /// Principal axes at the positions, each with the root of the stiffness of the twist about it, Pa.
   using Turning = std::array<Vec3, 3>;
   [[nodiscard]] Turning turning_of(std::size_t domain, const Matrix3& f, const Matrix3& rotation,
@@ -196,6 +218,7 @@ class SmoothingDomains {
   std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else of no meaning; lambda in full
   std::vector<std::size_t> entry_begin_;     ///< (n_points + 1)
   std::vector<Entry> entries_;
+  ViscousElements viscosity_;           ///< its elements are domains
   std::vector<Index> smoothed_points_;  ///< with an entry
   // As of the last update().
   std::vector<Matrix3> stresses_;              ///< V P, N m

@@ -27,6 +27,23 @@ std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index>
   return after;
 }
 
+/// Values of bodies for those that are there then, which keep their order within a body; zero for bodies that
+/// were not there. \param before, after  the body of each value
+std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMatrix3>& values,
+                                              std::span<const Index> before, std::span<const Index> after,
+                                              Index body_count) {
+  std::vector<std::vector<fem::SymmetricMatrix3>> of_body(static_cast<std::size_t>(body_count));
+  for (std::size_t k = 0; k < values.size(); ++k) at(of_body, before[k]).push_back(values[k]);
+  std::vector<std::size_t> next(of_body.size());
+  std::vector<fem::SymmetricMatrix3> there;
+  there.reserve(after.size());
+  for (const Index body : after) {
+    const std::vector<fem::SymmetricMatrix3>& own = at(of_body, body);
+    there.push_back(own.empty() ? fem::SymmetricMatrix3{} : own.at(at(next, body)++));
+  }
+  return there;
+}
+
 /// Forces of the ties that there are: of one that was there before what it did, else zero.
 std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::vector<HeldTie>& before,
                                  const std::vector<Vec3>& forces) {
@@ -56,6 +73,8 @@ void Simulation::State::take_over(const State& from) {
   if (!dynamics.plastic_strains().empty())
     d.plastic_strains = for_elements(d.plastic_strains, before, after, tets);
   if (dynamics.plastic_strains().empty()) d.plastic_strains.clear();
+  d.viscous_stresses = for_bodies(d.viscous_stresses, from.dynamics.elements().body_of_viscous_stress(),
+                                  dynamics.elements().body_of_viscous_stress(), bodies.body_count());
   const std::vector<Index> motions = motions_of_present(holds, bodies);
   const std::span<const Vec3> on_rails = rails.positions(threads, saved.metrics.time);
   for (std::size_t k = 0; k < on_rails.size(); ++k) {
