@@ -58,17 +58,17 @@ Distance rectus_shape(double angle) {
   const double radians = angle * std::numbers::pi / 180.0;
   const Vec3 outward{std::cos(radians), 0.0, std::sin(radians)};
   const Vec3 across{-std::sin(radians), 0.0, std::cos(radians)};
-  // Where the straight way from the apex touches the bulb.
+  // Where the straight line from the apex touches the bulb.
   const double touch = std::atan2(apex_y, apex_reach) - std::acos(reach / std::hypot(apex_reach, apex_y));
   const double insertion = -20.0 * std::numbers::pi / 180.0;
   constexpr int parts = 6;
   std::vector<TubeStation> stations;
   stations.reserve(parts + 2);
   for (int i = 0; i <= parts; ++i) {
-    const double share = static_cast<double>(i) / parts;
-    const double turn = insertion + share * (touch - insertion);
-    stations.push_back({reach * std::cos(turn) * outward + Vec3{0.0, reach * std::sin(turn), 0.0}, across,
-                        4.0, 1.8 + share * (depth - 1.8)});
+    const double fraction = static_cast<double>(i) / parts;
+    const double position = insertion + fraction * (touch - insertion);
+    stations.push_back({reach * std::cos(position) * outward + Vec3{0.0, reach * std::sin(position), 0.0},
+                        across, 4.0, 1.8 + fraction * (depth - 1.8)});
   }
   stations.push_back({apex_reach * outward + Vec3{0.0, apex_y, 0.0}, across, 2.4, 2.4});
   return without(common({tube(std::move(stations)), grown(cavity_shape(), -2.0 * gap)}), bulb_shape(), gap);

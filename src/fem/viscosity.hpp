@@ -17,7 +17,7 @@ namespace palpate::fem {
 
 /// Stresses of the Maxwell elements of tets whose material has a Viscosity, over time.
 ///
-/// With T(t) the elastic stress of a tet in its own turned frame (Biot's, the symmetric part of R^T P), its
+/// With T(t) the elastic stress of a tet in its own rotated frame (Biot's, the symmetric part of R^T P), its
 /// stress is T + sum_i q_i, where q_i is the convolution of dT/dt with gamma_i exp(-t / tau_i), gamma_i =
 /// g_i / (1 - sum_j g_j). T is taken as linear in a step of length h, in which the convolution is exact
 /// (Taylor, Pister & Goudreau, Int. J. Numer. Meth. Eng. 2 (1970); Simo & Hughes, "Computational

@@ -123,7 +123,7 @@ class LegacyFileReader {
       for (Index i = 0; i < count; ++i) file_.points.push_back(scanner_.point());
       return;
     }
-    const std::string_view bytes = take_bytes(3 * static_cast<std::size_t>(count), type.bytes);
+    const std::string_view bytes = read_bytes(3 * static_cast<std::size_t>(count), type.bytes);
     const std::vector<double> values = decode_reals(bytes, type, binary_is_swapped);
     for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
       const Vec3 point{values[i], values[i + 1], values[i + 2]};
@@ -187,7 +187,7 @@ class LegacyFileReader {
   std::vector<std::int64_t> read_integers(Index count, const ScalarType& type) {
     if (type.kind == ScalarType::Kind::real) scanner_.fail("a type of whole numbers");
     if (file_.binary) {
-      return decode_integers(take_bytes(static_cast<std::size_t>(count), type.bytes), type,
+      return decode_integers(read_bytes(static_cast<std::size_t>(count), type.bytes), type,
                              binary_is_swapped);
     }
     std::vector<std::int64_t> values(static_cast<std::size_t>(count));
@@ -196,7 +196,7 @@ class LegacyFileReader {
   }
 
   /// The bytes of a binary array, from behind this line.
-  std::string_view take_bytes(std::size_t count, std::size_t bytes_each) {
+  std::string_view read_bytes(std::size_t count, std::size_t bytes_each) {
     if (!scanner_.at_line_end()) {
       scanner_.word("");
       scanner_.fail("the end of the line");
@@ -222,7 +222,7 @@ class LegacyFileReader {
       const auto tuples = static_cast<std::size_t>(scanner_.count("the number of tuples", 1));
       const ScalarType& type = read_type();
       if (file_.binary) {
-        take_bytes(components * tuples, type.bytes);
+        read_bytes(components * tuples, type.bytes);
       } else {
         for (std::size_t i = 0; i < components * tuples; ++i) scanner_.number("a number of a field");
       }

@@ -18,7 +18,7 @@
 #include "scene/stage_fields.hpp"
 
 /// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
-/// the writer and the list of keys are visitors of these tables (values.hpp tells what a visitor offers).
+/// the writer and the list of keys are visitors of these tables (values.hpp says what a visitor offers).
 namespace palpate::scene_format {
 
 template <class Visitor>
@@ -115,7 +115,7 @@ void describe(Visitor& v, Material& material) {
          "a number >= 0 with smoothed elements");
   v.rule(!smoothed || !material.plastic_yield, "plastic_yield", "it with smoothed elements",
          "linear elements");
-  v.rule(!linear || !fibres, "fibres", "them with the model corotational",
+  v.rule(!linear || !fibres, "fibres", "fibres with the model corotational",
          "another 'model': corotational tissue has none");
   v.rule(linear || !material.plastic_yield, "plastic_yield", "it with another model than corotational",
          "the model corotational, which alone can yield");

@@ -208,19 +208,19 @@ Elements remembering(const Bodies& bodies, const Material& m, unsigned seed) {
 TEST(ViscousElement, ForcesTurnWithTheBodyAndHaveNoTorque) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 2}, box, 0.2));
   std::mt19937_64 random(4);
-  const Matrix3 turn = random_rotation(random);
+  const Matrix3 rotation = random_rotation(random);
   for (const Kind& kind : kinds) {
     Elements elements = remembering(bodies, tissue(kind), 10);
     const auto positions = noisy(bodies, 0.03, 20);
     std::vector<Vec3> turned(positions.size());
-    std::ranges::transform(positions, turned.begin(), [&](const Vec3& p) { return turn * p; });
+    std::ranges::transform(positions, turned.begin(), [&](const Vec3& p) { return rotation * p; });
     elements.update(parallel::Threads(1), positions);
     const auto forces = point_forces(elements);
     elements.update(parallel::Threads(1), turned);
     const auto turned_forces = point_forces(elements);
     Vec3 torque;
     for (std::size_t i = 0; i < forces.size(); ++i) {
-      EXPECT_LT(length(turn * forces[i] - turned_forces[i]), 1e-10 * largest(forces));
+      EXPECT_LT(length(rotation * forces[i] - turned_forces[i]), 1e-10 * largest(forces));
       torque += cross(positions[i], forces[i]);
     }
     EXPECT_LT(length(torque), 1e-11 * largest(forces));

@@ -40,9 +40,9 @@ def quadratic(nu, n):
         return FORCE / 16 * v[1]
 
     held = basis.get_dofs(lambda p: p[0] < 1e-9)
-    way = skfem.solve(*skfem.condense(stiffness.assemble(basis), shear.assemble(edge), D=held))
+    solution = skfem.solve(*skfem.condense(stiffness.assemble(basis), shear.assemble(edge), D=held))
     corner = np.argmin(np.hypot(mesh.p[0] - 48, mesh.p[1] - 60))
-    return way[basis.nodal_dofs[1, corner]]
+    return solution[basis.nodal_dofs[1, corner]]
 
 
 def tets(nu, n, **options):

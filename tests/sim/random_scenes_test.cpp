@@ -1,4 +1,4 @@
-// Scenes by chance (random_scenes.hpp). Oracles: what falls has no more energy than it began with, floors
+// Random scenes (random_scenes.hpp). Oracles: what falls has no more energy than it began with, floors
 // hold, tissue that nothing crushes is not inverted, and steps converge.
 #include "sim/random_scenes.hpp"
 

@@ -143,10 +143,10 @@ test("an odd number of crossings is drawn", async () => {
   await server.end();
 });
 
-test("a body on rails follows the hand", async () => {
+test("a body with a prescribed motion follows the hand", async () => {
   const server = await serve("scene.json", { flags: ["--speed", "max"] });
   const page = await open(server.address);
-  await page.locator("#rails-0").fill("100");
+  await page.locator("#motion-0").fill("100");
   const run = page.locator("text=Let it run");
   await until("it is held", () => run.isEnabled());
   await run.click();
@@ -247,7 +247,7 @@ test("begins with a named view, names bodies under the mouse, shows sides and a 
   assert.equal(await page.isChecked("#cut"), true);
   assert.equal(await page.isChecked("text=upper >> xpath=.. >> input[type=checkbox]"), false);
   const sections = await page.locator("#panel summary").allTextContents();
-  assert.deepEqual(sections.map((name) => name.replace(/ \(.*/, "")), ["Bodies", "Cut", "Colours", "Touch", "Bodies on rails", "Forces", "Settings", "Developer"]);
+  assert.deepEqual(sections.map((name) => name.replace(/ \(.*/, "")), ["Bodies", "Cut", "Colours", "Touch", "Prescribed motion", "Forces", "Settings", "Developer"]);
   assert.equal(await page.getAttribute("#triad", "aria-label"), "Orientation of the axes: x left, y posterior, z superior");
   assert.match(await text(page, "scale-bar"), /^(1|2|5)0* mm$/);
   const { x, y } = await middle(page);
@@ -331,7 +331,7 @@ test("the scale of colours is automatic, fixed or begun anew; a view fixes it; f
   await server.end();
 });
 
-test("tells the force of contacts and of what leads a body on rails, in newtons, also in a chart", async () => {
+test("tells the force of contacts and of the motor of a prescribed body, in newtons, also in a chart", async () => {
   const server = await serve("patient.json");
   const page = await open(server.address);
   await page.selectOption("#scene-view", "everything");
@@ -342,7 +342,7 @@ test("tells the force of contacts and of what leads a body on rails, in newtons,
   await page.mouse.move(x, y);
   await until("the wrench under the mouse", async () => /contacts: .* [mµn]?N, .* [mµn]?N m$/.test(await text(page, "hover")));
   await page.waitForTimeout(500);
-  await page.locator("#rails-0").fill("100");
+  await page.locator("#motion-0").fill("100");
   await until("what the motor gives", async () => /N$/.test(await tag(page)));
   await shot(page, "forces");
   noComplaints(page);
