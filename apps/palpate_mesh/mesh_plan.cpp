@@ -11,7 +11,7 @@
 
 #include <palpate/error.hpp>
 
-#include "organ_mesher.hpp"
+#include "domain_mesher.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -108,13 +108,14 @@ class Mesher {
     Stopwatch watch;
     const Organ& organ = (*organs_)[index];
     const Lattice& field = organ.field;
-    ImplicitOrgan shape{
-        {}, field.origin, field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1), {}};
     int calls = 0;
-    shape.field = [&](const Vec3& p) {
+    LabelledDomain shape;
+    shape.lower = field.origin;
+    shape.upper = field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1);
+    shape.label = [&](const Vec3& p) {
       constexpr int calls_between = 1024;
       if (++calls % calls_between == 0) (*check_)();
-      return field(p);
+      return field(p) > 0.0 ? 1 : 0;
     };
     MeshedOrgan& meshed = meshed_[index];
     meshed.mesh = {};
@@ -123,13 +124,20 @@ class Mesher {
     double distance = fineness_->distance_share * size;
     constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not cross
     if (organ.thickness > 0.0) distance = std::min(distance, of_thickness * organ.thickness);
-    std::optional<OrganMesh> made;
+    const auto everywhere = [](double value) { return [value](const Vec3&) { return value; }; };
+    const MeshingCriteria criteria{.facet_size = everywhere(size),
+                                   .facet_distance = everywhere(fineness_->distance_share * size),
+                                   .cell_size = everywhere(fineness_->cell_share * size),
+                                   .max_points = most_points,
+                                   .manifold = true,
+                                   .wanted = {}};
+    std::optional<LabelledMesh> made;
     for (const double apart : seeds_apart) {
-      SurfaceSeeds seeds = surface_seeds(field, apart * size);
+      const SurfaceSeeds seeds = surface_seeds(field, apart * size);
       meshed.shape_components = seeds.components;
-      shape.seeds = std::move(seeds.points);
-      made = mesh_organ(shape,
-                        {size, fineness_->distance_share * size, fineness_->cell_share * size, most_points});
+      shape.seeds.clear();
+      for (const Vec3& point : seeds.points) shape.seeds.push_back({point, {0, 1}});
+      made = mesh_domain(shape, criteria);
       if (!made || !made->mesh.tets.empty()) break;
     }
     meshed.size = size;
