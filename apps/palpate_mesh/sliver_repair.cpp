@@ -1,15 +1,14 @@
 #include "sliver_repair.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
-#include <span>
 #include <utility>
 
+#include "geometry/trigonometry.hpp"
 #include "geometry/vector.hpp"
 #include "lattice.hpp"
+#include "mesh/faces.hpp"
 #include "tet_faces.hpp"
 
 namespace palpate::app {
@@ -17,10 +16,9 @@ namespace {
 
 /// The largest cosine of a dihedral angle of a tet: 1 where it is flat or inside out.
 double largest_cosine(const std::array<Vec3, 4>& p) {
-  constexpr std::array<std::array<std::size_t, 3>, 4> faces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   std::array<Vec3, 4> normals;
   for (std::size_t f = 0; f < 4; ++f) {
-    const auto& [a, b, c] = faces[f];
+    const auto& [a, b, c] = outward_face[f];
     normals[f] = cross(p[b] - p[a], p[c] - p[a]);
     const double area = length(normals[f]);
     if (!(area > 0.0)) return 1.0;
@@ -34,12 +32,14 @@ double largest_cosine(const std::array<Vec3, 4>& p) {
   return std::min(most, 1.0);
 }
 
+constexpr double degree = std::numbers::pi / 180.0;
+
 class Repairer {
  public:
   Repairer(LabelledMesh& mesh, const SliverRepair& repair)
       : mesh_(&mesh),
         repair_(&repair),
-        bound_(std::cos(repair.wanted_angle * std::numbers::pi / 180.0)),
+        bound_(cosine(repair.wanted_angle * degree)),
         at_point_(mesh.mesh.points.size()),
         room_(mesh.mesh.points.size(), std::numeric_limits<double>::infinity()),
         start_(mesh.mesh.points) {
@@ -144,6 +144,10 @@ class Repairer {
 };
 
 }  // namespace
+
+double least_dihedral_angle(const std::array<Vec3, 4>& tet) {
+  return arc_cosine(largest_cosine(tet)) / degree;
+}
 
 std::size_t repair_slivers(LabelledMesh& mesh, const SliverRepair& repair) {
   Repairer repairer(mesh, repair);

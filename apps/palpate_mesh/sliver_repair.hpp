@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "domain_mesher.hpp"
 
 namespace palpate::app {
@@ -10,6 +13,9 @@ struct SliverRepair {
   SizeField reach;             ///< how far a point of an interface may move from where it was
   int rounds = 12;
 };
+
+/// The least dihedral angle of a tet, degrees; 0 where it is flat or inside out.
+double least_dihedral_angle(const std::array<Vec3, 4>& tet);
 
 /// Moves points of tets with small dihedral angles so that the least angle of the tets at a point grows, one
 /// point after the other, by pattern search (Hooke and Jeeves 1961): tets stay the same, and positive. No least

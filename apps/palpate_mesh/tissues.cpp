@@ -99,9 +99,13 @@ std::size_t Tissues::cell_index(int i, int j, int k) const {
 
 int Tissues::voxel(int i, int j, int k) const {
   if (i < 0 || j < 0 || k < 0 || i >= size_[0] || j >= size_[1] || k >= size_[2]) return 0;
+  return voxels_[voxel_index(i, j, k)];
+}
+
+std::size_t Tissues::voxel_index(int i, int j, int k) const {
   const auto row =
       static_cast<std::size_t>(k) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(j);
-  return voxels_[row * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(i)];
+  return row * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(i);
 }
 
 /// A cell is of one tissue where all voxels within one of its corners are: between the corners values are
@@ -189,9 +193,7 @@ std::vector<InterfaceSeed> Tissues::seeds(double apart) const {
   const double voxel_volume = spacing_.x * spacing_.y * spacing_.z;
   const auto component = [&](int i, int j, int k) {
     if (voxel(i, j, k) == 0) return -1;
-    const auto row = static_cast<std::size_t>(k) * static_cast<std::size_t>(size_[1]);
-    return components.of[(row + static_cast<std::size_t>(j)) * static_cast<std::size_t>(size_[0]) +
-                         static_cast<std::size_t>(i)];
+    return components.of[voxel_index(i, j, k)];
   };
   const auto spacing_of = [&](int part) {
     constexpr double of_a_small_one = 0.6;  // some dozen points on a ball

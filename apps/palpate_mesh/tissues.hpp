@@ -32,6 +32,8 @@ class Tissues {
   [[nodiscard]] const std::vector<std::uint16_t>& voxels() const { return voxels_; }
   /// That of one voxel; 0 outside of the map.
   [[nodiscard]] int voxel(int i, int j, int k) const;
+  /// Of a voxel in the map.
+  [[nodiscard]] std::size_t voxel_index(int i, int j, int k) const;
   [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
   [[nodiscard]] const Vec3& spacing() const { return spacing_; }
   [[nodiscard]] int count() const { return static_cast<int>(fields_.size()); }
