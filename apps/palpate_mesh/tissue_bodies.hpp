@@ -2,23 +2,15 @@
 
 #include <array>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <palpate/mesh.hpp>
 
 #include "domain_mesher.hpp"
+#include "mesh_options.hpp"
 #include "tet_faces.hpp"
 
 namespace palpate::app {
-
-/// What holds between two tissues that touch.
-enum class Relation {
-  grown,   ///< they share points: one body, or soft tissue that is glued to a rigid one
-  slides,  ///< two bodies in contact, with the same triangles on both sides
-  open     ///< two bodies with a gap between them
-};
-inline constexpr std::array<std::string_view, 3> relation_names{"grown", "slides", "open"};
 
 /// The relations of all pairs of tissues.
 struct Relations {
