@@ -122,6 +122,15 @@ void decode_indices(const Context& context, const std::string& path, const nlohm
   }
 }
 
+/// {"first": 0, "count": 10}
+void decode_run(const Context& context, const std::string& path, const nlohmann::json& json,
+                TetSelection& value) {
+  if (json.size() != 2 || !json.contains("first") || !json.contains("count"))
+    fail(context, path, describe_json(json), "tet indices, or an object with first and count");
+  decode(context, path + ".first", json["first"], value.first, at_least(0));
+  decode(context, path + ".count", json["count"], value.count, at_least(1));
+}
+
 }  // namespace
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -131,7 +140,11 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
             const Limits&) {
-  decode_indices(context, path, json, "tet", value.indices);
+  if (json.is_object()) {
+    decode_run(context, path, json, value);
+  } else {
+    decode_indices(context, path, json, "tet", value.indices);
+  }
 }
 
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -177,7 +190,8 @@ ordered_json encode(const std::string&, const PointSelection& value) {
   return value.indices;
 }
 ordered_json encode(const std::string&, const TetSelection& value) {
-  return value.indices;
+  if (value.count == 0) return value.indices;
+  return {{"first", value.first}, {"count", value.count}};
 }
 
 }  // namespace palpate::scene_format
