@@ -26,7 +26,8 @@ void take_value(const std::string& flag, const std::string& text, double& for_al
 }
 
 void add_fineness(CLI::App& app, Fineness& fineness) {
-  add_repeated(app, "--tets", "N|ORGAN=N", "tets of all organs together, or of one; default: 10000 together, 50000 with --conforming",
+  add_repeated(app, "--tets", "N|ORGAN=N",
+               "tets of all organs together, or of one; default: 10000 together, 50000 with --conforming",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.tets, fineness.named_tets);
                });
@@ -34,7 +35,8 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
             [&](const std::string& flag, const std::string& text) {
               fineness.tets_each = parse_number(flag, text, above(0.0));
             });
-  add_repeated(app, "--size", "MM|ORGAN=MM", "size of the triangles in place of a number of tets; A:B=MM: where two organs touch",
+  add_repeated(app, "--size", "MM|ORGAN=MM",
+               "size of the triangles in place of a number of tets; A:B=MM: where two organs touch",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.size, fineness.sizes);
                });
@@ -50,7 +52,8 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
 }
 
 void add_shaping(CLI::App& app, Shaping& shaping) {
-  add_value(app, "--smoothing", "S", "blur of label borders, in voxels; 0: none; default: 0.7, or 0.5 with --conforming",
+  add_value(app, "--smoothing", "S",
+            "blur of label borders, in voxels; 0: none; default: 0.7, or 0.5 with --conforming",
             [&](const std::string& flag, const std::string& text) {
               constexpr scene_format::Limits limits{.low = 0.0, .high = 5.0};
               shaping.smoothing = parse_number(flag, text, limits);
@@ -101,11 +104,10 @@ void take_relation(const std::string& flag, const std::string& text, Conformity&
 void add_conformity(CLI::App& app, Conformity& conformity) {
   app.add_flag("--conforming", conformity.wanted,
                "one mesh of all labels of a map, without gaps: organs that touch share triangles");
-  add_repeated(app, "--relation", "KIND|A:B=KIND",
-               "what organs that touch do: grown (one body; the default), slides, or open (--gap apart)",
-               [&](const std::string& flag, const std::string& text) {
-                 take_relation(flag, text, conformity);
-               });
+  add_repeated(
+      app, "--relation", "KIND|A:B=KIND",
+      "what organs that touch do: grown (one body; the default), slides, or open (--gap apart)",
+      [&](const std::string& flag, const std::string& text) { take_relation(flag, text, conformity); });
   add_repeated(app, "--focus", "X,Y,Z,RADIUS=MM", "smaller triangles and tets in a ball, growing around it",
                [&](const std::string& flag, const std::string& text) {
                  conformity.focuses.push_back(parse_focus(flag, text));

@@ -31,7 +31,7 @@ struct Fineness {
 
 /// How the shape of an organ is taken from voxels or a surface.
 struct Shaping {
-  double smoothing = 0.7;             ///< standard deviation of the blur, voxels; 0: none
+  double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
   bool smoothing_given = false;
   double gap = 0.0;                   ///< mm between the surfaces of organs that touch
   std::optional<double> close_holes;  ///< mm, largest holes of surfaces to close; none: by their size

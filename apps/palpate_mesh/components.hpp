@@ -10,8 +10,8 @@ namespace palpate::app {
 
 /// Parts of a lattice whose points have the same label and hang together along its edges.
 struct Components {
-  std::vector<std::int32_t> of;     ///< (n_points), from 0; -1 where the label is 0
-  std::vector<std::size_t> sizes;   ///< (n_components), points
+  std::vector<std::int32_t> of;       ///< (n_points), from 0; -1 where the label is 0
+  std::vector<std::size_t> sizes;     ///< (n_components), points
   std::vector<std::uint16_t> labels;  ///< (n_components)
 };
 

@@ -28,10 +28,11 @@ void to_world(TetMesh& mesh, const Frame& frame) {
 void write_mesh(const fs::path& file, const TetMesh& mesh, const std::vector<int>& tissue_of_tet,
                 const NamedMap& map) {
   std::vector<Index> labels;
-  for (const int t : tissue_of_tet) labels.push_back(map.labels[static_cast<std::size_t>(t - 1)].extent.label);
+  for (const int t : tissue_of_tet)
+    labels.push_back(map.labels[static_cast<std::size_t>(t - 1)].extent.label);
   const std::vector<io::NamedArray> arrays{{.name = "label", .values = std::span<const Index>(labels)}};
-  io::write_vtu(file, {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = arrays,
-                       .time = {}});
+  io::write_vtu(
+      file, {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = arrays, .time = {}});
 }
 
 std::string body_name(const TissueBody& body, const TissuePlan& plan) {
@@ -72,8 +73,8 @@ std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& bo
   return own;
 }
 
-/// Glues a soft body to the rigid ones that it is grown to: their points are at the same places. A point is held
-/// by one of them.
+/// Glues a soft body to the rigid ones that it is grown to: their points are at the same places. A point is
+/// held by one of them.
 std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueBody& body,
                                        const TissuePlan& plan) {
   std::vector<Attachment> attached;

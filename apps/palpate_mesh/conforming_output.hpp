@@ -16,8 +16,8 @@ struct ConformingReport {
   std::vector<std::string> warnings;
 };
 
-/// Writes tissues.vtu (the whole mesh, with the labels of its tets), a .vtu for each body and then scene.json to a
-/// folder, each whole or not at all.
+/// Writes tissues.vtu (the whole mesh, with the labels of its tets), a .vtu for each body and then scene.json
+/// to a folder, each whole or not at all.
 ConformingReport write_conforming(const std::filesystem::path& folder, const MeshOptions& options,
                                   const NamedMap& map, const TissuePlan& plan, ConformingMesh made);
 

@@ -32,15 +32,17 @@ ordered_json tissue_json(const TissueMatch& match, const NamedLabel& label) {
 }
 
 ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan) {
-  return {{"tissues", {utf8_text(name_of(plan, match.tissues[0])), utf8_text(name_of(plan, match.tissues[1]))}},
-          {"relation", relation_of(plan, match)},
-          {"triangles", match.triangles},
-          {"area", match.area},
-          {"input_area", match.map_area},
-          {"closed_area", match.closed_area}};
+  return {
+      {"tissues", {utf8_text(name_of(plan, match.tissues[0])), utf8_text(name_of(plan, match.tissues[1]))}},
+      {"relation", relation_of(plan, match)},
+      {"triangles", match.triangles},
+      {"area", match.area},
+      {"input_area", match.map_area},
+      {"closed_area", match.closed_area}};
 }
 
-/// Share of the area between tissues, those that are open left out, that is closed in the mesh; 1 without any.
+/// Share of the area between tissues, those that are open left out, that is closed in the mesh; 1 without
+/// any.
 double closed_share(const ConformingMesh& made, const TissuePlan& plan) {
   double closed = 0.0;
   double all = 0.0;
@@ -73,7 +75,8 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
       warnings.push_back(fmt::format("{}: {} of {} voxels are lost: use a smaller size for it", plan.names[t],
                                      match.lost, match.voxels));
     if (match.dice < similar)
-      warnings.push_back(fmt::format("{}: Dice {:.3f}: use a smaller size for it", plan.names[t], match.dice));
+      warnings.push_back(
+          fmt::format("{}: Dice {:.3f}: use a smaller size for it", plan.names[t], match.dice));
     if (match.least_angle < flat)
       warnings.push_back(fmt::format("{}: flat tets, {:.1f} degrees", plan.names[t], match.least_angle));
   }
@@ -105,7 +108,8 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
                         match.distance.mean, match.distance.most_of_95);
   }
   return text + fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
-                            100.0 * closed_share(made, plan), short_text(made.least_size), short_text(made.size));
+                            100.0 * closed_share(made, plan), short_text(made.least_size),
+                            short_text(made.size));
 }
 
 }  // namespace

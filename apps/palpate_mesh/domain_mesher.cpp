@@ -47,8 +47,8 @@ class SeededDomain : public CgalDomain {
 
 /// A size at each place, as CGAL asks for it.
 struct CgalSize {
-  using FT = Kernel::FT;             // NOLINT(readability-identifier-naming): CGAL looks for these names
-  using Point_3 = Kernel::Point_3;   // NOLINT(readability-identifier-naming)
+  using FT = Kernel::FT;            // NOLINT(readability-identifier-naming): CGAL looks for these names
+  using Point_3 = Kernel::Point_3;  // NOLINT(readability-identifier-naming)
   using Index = CgalDomain::Index;
   const SizeField* size;
   FT operator()(const Point_3& p, int /*dimension*/, const Index& /*index*/) const {
@@ -154,10 +154,10 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
   CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {});  // it prints
   CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
   const SeededDomain seeded = make_domain(domain);
-  const Criteria fine(
-      parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
-      parameters::facet_distance = CgalSize{&criteria.facet_distance},
-      parameters::cell_radius_edge_ratio = 2.5, parameters::cell_size = CgalSize{&criteria.cell_size});
+  const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
+                      parameters::facet_distance = CgalSize{&criteria.facet_distance},
+                      parameters::cell_radius_edge_ratio = 2.5,
+                      parameters::cell_size = CgalSize{&criteria.cell_size});
   for (const bool manifold : {true, false}) {
     if (manifold && !criteria.manifold) continue;
     CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it

@@ -147,7 +147,8 @@ void mesh_together(MeshOptions& options, const fs::path& folder) {
     json.update(made_report.json);
     print_json(json);
   } else {
-    print_out(made_report.text + fmt::format("{}: {}, {} s\n", scene, counted(tets, "tet"), short_text(seconds)));
+    print_out(made_report.text +
+              fmt::format("{}: {}, {} s\n", scene, counted(tets, "tet"), short_text(seconds)));
   }
   for (const std::string& warning : warnings) say_warning(warning);
 }

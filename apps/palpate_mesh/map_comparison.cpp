@@ -37,20 +37,20 @@ int tissue_at(const Tissues& tissues, const std::array<int, 3>& v) {
 std::vector<std::vector<Triangle3>> voxel_surfaces(const Tissues& tissues) {
   std::vector<std::vector<Triangle3>> surfaces(static_cast<std::size_t>(tissues.count()) + 1);
   const Vec3 s = tissues.spacing();
-  for_voxel_faces(tissues, [&](const std::array<int, 3>& here, const std::array<int, 3>& before,
-                               std::size_t axis) {
-    const auto corner = [&](int u, int v) {
-      std::array<double, 3> p{here[0] - 0.5, here[1] - 0.5, here[2] - 0.5};
-      p[(axis + 1) % 3] += u;
-      p[(axis + 2) % 3] += v;
-      return Vec3{p[0] * s.x, p[1] * s.y, p[2] * s.z};
-    };
-    for (const int t : {tissue_at(tissues, here), tissue_at(tissues, before)}) {
-      auto& surface = surfaces[static_cast<std::size_t>(t)];
-      surface.push_back({corner(0, 0), corner(1, 0), corner(1, 1)});
-      surface.push_back({corner(0, 0), corner(1, 1), corner(0, 1)});
-    }
-  });
+  for_voxel_faces(tissues,
+                  [&](const std::array<int, 3>& here, const std::array<int, 3>& before, std::size_t axis) {
+                    const auto corner = [&](int u, int v) {
+                      std::array<double, 3> p{here[0] - 0.5, here[1] - 0.5, here[2] - 0.5};
+                      p[(axis + 1) % 3] += u;
+                      p[(axis + 2) % 3] += v;
+                      return Vec3{p[0] * s.x, p[1] * s.y, p[2] * s.z};
+                    };
+                    for (const int t : {tissue_at(tissues, here), tissue_at(tissues, before)}) {
+                      auto& surface = surfaces[static_cast<std::size_t>(t)];
+                      surface.push_back({corner(0, 0), corner(1, 0), corner(1, 1)});
+                      surface.push_back({corner(0, 0), corner(1, 1), corner(0, 1)});
+                    }
+                  });
   return surfaces;
 }
 
@@ -126,8 +126,8 @@ void add_voxels(const Tissues& tissues, const VoxelLines& lines, std::vector<Tis
     if (tissue != lines.tissues[v] && !is_near(lines, tissues, {i, j, k}, tissue)) ++match.lost;
   });
   for (std::size_t m = 0; m < matches.size(); ++m) {
-    matches[m].dice = 2.0 * static_cast<double>(in_both[m + 1]) /
-                      static_cast<double>(matches[m].voxels + in_mesh[m + 1]);
+    matches[m].dice =
+        2.0 * static_cast<double>(in_both[m + 1]) / static_cast<double>(matches[m].voxels + in_mesh[m + 1]);
   }
 }
 
@@ -137,17 +137,17 @@ std::vector<InterfaceMatch> interfaces_of(const Tissues& tissues, const Labelled
   const Vec3& s = tissues.spacing();
   const std::array<double, 3> step{s.x, s.y, s.z};
   std::map<std::array<int, 2>, InterfaceMatch> found;
-  for_voxel_faces(tissues, [&](const std::array<int, 3>& here, const std::array<int, 3>& before,
-                               std::size_t axis) {
-    const int a = tissue_at(tissues, here);
-    const int b = tissue_at(tissues, before);
-    if (a == 0 || b == 0) return;
-    InterfaceMatch& match = found[{std::min(a, b), std::max(a, b)}];
-    const double area = step[(axis + 1) % 3] * step[(axis + 2) % 3];
-    const auto covered = lines.covered[axis][tissues.voxel_index(here[0], here[1], here[2])];
-    match.map_area += area;
-    if (step[axis] - static_cast<double>(covered) <= closed) match.closed_area += area;
-  });
+  for_voxel_faces(tissues,
+                  [&](const std::array<int, 3>& here, const std::array<int, 3>& before, std::size_t axis) {
+                    const int a = tissue_at(tissues, here);
+                    const int b = tissue_at(tissues, before);
+                    if (a == 0 || b == 0) return;
+                    InterfaceMatch& match = found[{std::min(a, b), std::max(a, b)}];
+                    const double area = step[(axis + 1) % 3] * step[(axis + 2) % 3];
+                    const auto covered = lines.covered[axis][tissues.voxel_index(here[0], here[1], here[2])];
+                    match.map_area += area;
+                    if (step[axis] - static_cast<double>(covered) <= closed) match.closed_area += area;
+                  });
   for (const InterfaceFace& face : faces) {
     if (face.labels[0] == 0) continue;
     InterfaceMatch& match = found[face.labels];

@@ -48,7 +48,8 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
   std::vector<OrganReport> reports;
   std::set<std::string> used;
   for (std::size_t o = 0; o < organs.size(); ++o) {
-    OrganReport report{organs[o].name, mesh_file_name(organs[o].name, used), {}, organs[o].input_volume, {}, {}};
+    OrganReport report{
+        organs[o].name, mesh_file_name(organs[o].name, used), {}, organs[o].input_volume, {}, {}};
     const TetMesh mesh = std::exchange(meshed[o].mesh, {});
     io::write_vtu(
         folder / report.file,

@@ -35,8 +35,9 @@ NearTriangles::NearTriangles(std::vector<std::array<Vec3, 3>> triangles, double 
     const Box own = box_of(triangles_[t]);
     const std::array<int, 3> low = cell_of(own.lower);
     const std::array<int, 3> high = cell_of(own.upper);
-    for_points({high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1},
-               [&](int i, int j, int k) { f(index({low[0] + i, low[1] + j, low[2] + k})); });
+    for_points({high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}, [&](int i, int j, int k) {
+      f(index({low[0] + i, low[1] + j, low[2] + k}));
+    });
   };
   for (std::size_t t = 0; t < triangles_.size(); ++t) for_cells(t, [&](std::size_t c) { ++begin_[c + 1]; });
   for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];

@@ -31,8 +31,8 @@ Lattice blurred_mask(const LabelMap& map, const LabelExtent& extent, const Shapi
 /// One over the slope of a blurred step, about: 1 / (s sqrt(2 pi)) for the blur s; mm.
 double blur_width(const LabelMap& map, const Shaping& shaping);
 
-/// About the distance in mm to the faces of the voxels of labels that count, > 0 outside them, on the points of
-/// blurred_mask(); none where there are none. Costs what blurred_mask() does.
+/// About the distance in mm to the faces of the voxels of labels that count, > 0 outside them, on the points
+/// of blurred_mask(); none where there are none. Costs what blurred_mask() does.
 std::optional<Lattice> distance_to_labels(const LabelMap& map, const LabelExtent& extent,
                                           const Shaping& shaping,
                                           const std::function<bool(std::int32_t)>& counts);

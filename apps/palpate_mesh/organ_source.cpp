@@ -121,14 +121,13 @@ OrganList organs_of_map(MeshOptions& options) {
   OrganList list;
   list.warnings = std::move(read.warnings);
   for (const NamedLabel& label : read.labels) {
-    list.organs.push_back(
-        {label.name.name,
-         label.name.color,
-         label_field(read.map, label.extent, options.shaping),
-         in_space(read.map.frame, options.ras),
-         static_cast<double>(label.extent.voxels) * (spacing.x * spacing.y * spacing.z),
-         {},
-         0.0});
+    list.organs.push_back({label.name.name,
+                           label.name.color,
+                           label_field(read.map, label.extent, options.shaping),
+                           in_space(read.map.frame, options.ras),
+                           static_cast<double>(label.extent.voxels) * (spacing.x * spacing.y * spacing.z),
+                           {},
+                           0.0});
   }
   return list;
 }

@@ -21,8 +21,8 @@ struct NamedMap {
   std::vector<std::string> warnings;
 };
 
-/// Reads a label map; numbers of labels in the flags become their names. Throws Error where the file is refused,
-/// and BadInput where a flag names an organ that is not there.
+/// Reads a label map; numbers of labels in the flags become their names. Throws Error where the file is
+/// refused, and BadInput where a flag names an organ that is not there.
 NamedMap read_named_map(MeshOptions& options);
 
 /// In LPS, or RAS.

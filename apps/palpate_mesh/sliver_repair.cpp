@@ -137,9 +137,9 @@ class Repairer {
 
   LabelledMesh* mesh_;
   const SliverRepair* repair_;
-  double bound_;                                 ///< cosine of the wanted angle
+  double bound_;                                    ///< cosine of the wanted angle
   std::vector<std::vector<std::size_t>> at_point_;  ///< tets at each point
-  std::vector<double> room_;                     ///< (n_points), how far from its start a point may go
+  std::vector<double> room_;                        ///< (n_points), how far from its start a point may go
   std::vector<Vec3> start_;
 };
 

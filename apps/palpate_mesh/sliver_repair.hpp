@@ -18,8 +18,8 @@ struct SliverRepair {
 double least_dihedral_angle(const std::array<Vec3, 4>& tet);
 
 /// Moves points of tets with small dihedral angles so that the least angle of the tets at a point grows, one
-/// point after the other, by pattern search (Hooke and Jeeves 1961): tets stay the same, and positive. No least
-/// angle becomes smaller. Returns how many tets are still below the angle. O(rounds x such tets).
+/// point after the other, by pattern search (Hooke and Jeeves 1961): tets stay the same, and positive. No
+/// least angle becomes smaller. Returns how many tets are still below the angle. O(rounds x such tets).
 std::size_t repair_slivers(LabelledMesh& mesh, const SliverRepair& repair);
 
 }  // namespace palpate::app

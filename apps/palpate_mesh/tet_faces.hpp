@@ -16,8 +16,8 @@ struct InterfaceFace {
   std::array<int, 2> labels{};    ///< ascending, 0: the outside
 };
 
-/// All faces whose sides have different labels, in the order of their points. Throws Error where more than two
-/// tets share a face. O(n log n).
+/// All faces whose sides have different labels, in the order of their points. Throws Error where more than
+/// two tets share a face. O(n log n).
 std::vector<InterfaceFace> interface_faces(const LabelledMesh& mesh);
 
 }  // namespace palpate::app

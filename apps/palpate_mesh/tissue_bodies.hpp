@@ -25,11 +25,11 @@ struct Relations {
 
 /// Tissues that are one body.
 struct TissueBody {
-  std::vector<int> tissues;      ///< ascending
+  std::vector<int> tissues;  ///< ascending
   bool rigid = false;
-  TetMesh mesh;                  ///< tets by tissue; points in the order of the whole mesh
+  TetMesh mesh;                    ///< tets by tissue; points in the order of the whole mesh
   std::vector<int> tissue_of_tet;  ///< (n_tets), ascending
-  std::vector<Index> points;     ///< (n_points), their indices in the whole mesh
+  std::vector<Index> points;       ///< (n_points), their indices in the whole mesh
 };
 
 /// Cuts a mesh into bodies: soft tissues that are grown together are one, each rigid tissue is one by itself.

@@ -44,8 +44,8 @@ double run_length(const Tissues& tissues, const Step& voxel, const Step& step, d
   return std::min(run, most);
 }
 
-/// Lowers values so that they grow by no more than `growth` times the way, along the edges and diagonals of the
-/// lattice: one pass in each order (Borgefors 1986).
+/// Lowers values so that they grow by no more than `growth` times the way, along the edges and diagonals of
+/// the lattice: one pass in each order (Borgefors 1986).
 void limit_growth(Lattice& field, double growth) {
   const std::array<Step, 13> before = directions();
   const auto pass = [&](int sign) {
@@ -62,8 +62,8 @@ void limit_growth(Lattice& field, double growth) {
         }
         if (!inside) continue;
         const double reach = growth * length(scaled(field.spacing, step));
-        value = std::min(value, field.values[field.index(there[0], there[1], there[2])] +
-                                    static_cast<float>(reach));
+        value = std::min(value,
+                         field.values[field.index(there[0], there[1], there[2])] + static_cast<float>(reach));
       }
     });
   };

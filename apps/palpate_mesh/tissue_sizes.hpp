@@ -34,8 +34,8 @@ struct TissueSizes {
 /// directions of its neighbours; infinite for what does not end. O(voxels x thickness).
 std::vector<float> thickness_of(const Tissues& tissues, double most);
 
-/// The size at the voxel centres. No size is larger than that of another place and `growth` times the way to it.
-/// O(voxels).
+/// The size at the voxel centres. No size is larger than that of another place and `growth` times the way to
+/// it. O(voxels).
 Lattice size_field(const Tissues& tissues, const TissueSizes& sizes, std::span<const float> thickness);
 
 }  // namespace palpate::app

@@ -49,8 +49,8 @@ class Tracer {
     std::array<int, 3> last{};
     for (std::size_t a = 0; a < 3; ++a) {
       first[a] = std::max(0, static_cast<int>(std::ceil(box.lower.*component[a] / step(a))));
-      last[a] = std::min(tissues_->size()[a] - 1,
-                         static_cast<int>(std::floor(box.upper.*component[a] / step(a))));
+      last[a] =
+          std::min(tissues_->size()[a] - 1, static_cast<int>(std::floor(box.upper.*component[a] / step(a))));
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::array<int, 3> count{};

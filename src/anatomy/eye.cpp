@@ -21,9 +21,10 @@ Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   const Distance cavity = cavity_shape();
   // Above the plate, and where it will move.
   const double x = -eye_plate_start.x + 1.2;
-  const Distance plate_room = common(
-      {box({-x, eye_plate_start.y - 1.2, -40.0}, {x, eye_plate_start.y + eye_plate_cells[1] * eye_plate_cell + 3.0, 0.0}),
-       [cavity](const Vec3& p) { return -cavity(p) - (eye_plate_thickness + 2.0 * gap); }});
+  const Distance plate_room =
+      common({box({-x, eye_plate_start.y - 1.2, -40.0},
+                  {x, eye_plate_start.y + eye_plate_cells[1] * eye_plate_cell + 3.0, 0.0}),
+              [cavity](const Vec3& p) { return -cavity(p) - (eye_plate_thickness + 2.0 * gap); }});
   Distance fat = common({grown(cavity, 0.8 * widening - gap), grown(under_skin_shape(), widening - gap)});
   fat = without(std::move(fat), bulb_shape(), gap);
   for (const Distance& organ : slender) fat = without(std::move(fat), organ, gap + widening);

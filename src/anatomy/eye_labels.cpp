@@ -40,7 +40,9 @@ OrganLabels eye_labels(double edge) {
   constexpr Vec3 upper{33.0, 51.0, 33.0};
   const auto organs = anatomy::organs();
   OrganLabels map;
-  const auto cubes = [&](double low, double high) { return static_cast<int>(std::ceil((high - low) / edge)); };
+  const auto cubes = [&](double low, double high) {
+    return static_cast<int>(std::ceil((high - low) / edge));
+  };
   map.size = {cubes(lower.x, upper.x), cubes(lower.y, upper.y), cubes(lower.z, upper.z)};
   map.origin = {lower.x + 0.5 * edge, lower.y + 0.5 * edge, lower.z + 0.5 * edge};
   map.edge = edge;

@@ -25,8 +25,8 @@ Distance bulb_shape();
 /// The inside of the bony orbit: a cone that narrows to the apex, with a floor that rises to the back.
 Distance cavity_shape();
 Distance bone_shape();
-/// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is where it lies around the axis of the
-/// orbit.
+/// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is where it lies around the axis of
+/// the orbit.
 Distance rectus_shape(double angle, double gap);
 Distance nerve_shape(double gap);
 /// What skin lies on: bulb and bones with the hollow between them filled.
