@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -49,8 +50,8 @@ std::vector<Region> regions_of(const TissueBody& body) {
     if (tissue == main_tissue(body)) continue;
     const auto [first, last] = std::ranges::equal_range(body.tissue_of_tet, tissue);
     TetSelection run;
-    run.first = static_cast<Index>(first - body.tissue_of_tet.begin());
-    run.count = static_cast<Index>(last - first);
+    run.indices.resize(static_cast<std::size_t>(last - first));
+    std::iota(run.indices.begin(), run.indices.end(), static_cast<Index>(first - body.tissue_of_tet.begin()));
     regions.push_back({run, first_tissue});
   }
   return regions;

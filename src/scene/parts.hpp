@@ -77,11 +77,9 @@ struct Fixation {
   std::string axes{"xyz"};  ///< along which they do not move: x, y and z, each at most once
 };
 
-/// Selects tets by their 0-based index in the body's own mesh: a list, or a run where `count` is above 0.
+/// Selects tets by their 0-based index in the body's own mesh.
 struct TetSelection {
   std::vector<Index> indices;
-  Index first = 0;
-  Index count = 0;
 };
 /// The tets of a region: by index, or all whose centre (mean of the corners) is in the box or ball.
 using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection>;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -82,15 +81,7 @@ struct Selector {
     return checked(list.indices, path);
   }
   [[nodiscard]] std::vector<Index> select(const TetSelection& list, const std::string& path) const {
-    if (list.count == 0) return checked(list.indices, path);
-    if (static_cast<std::size_t>(list.first) + static_cast<std::size_t>(list.count) > points.size()) {
-      throw Error(scene.source, path + ".tets",
-                  "first " + std::to_string(list.first) + ", count " + std::to_string(list.count),
-                  "a run of the " + std::to_string(points.size()) + " tets");
-    }
-    std::vector<Index> run(static_cast<std::size_t>(list.count));
-    std::iota(run.begin(), run.end(), list.first);
-    return run;
+    return checked(list.indices, path);
   }
   [[nodiscard]] std::vector<Index> select(const NearSelection& near, const std::string& path) const {
     const Index other = body_named(scene, near.body, path + ".near.body", body);

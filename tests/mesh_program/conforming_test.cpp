@@ -130,7 +130,7 @@ TEST_F(Conforming, TissuesThatAreGrownTogetherAreRegionsOfABodyThatRuns) {
   output_of({"run", "out/scene.json", "--steps", "2", "--no-picture", "--set",
              "bodies[0].regions[0].tets.count=3"});
   expect_error(2, {"info", "out/scene.json", "--set", "bodies[0].regions[0].tets.count=99999"},
-               {"bodies[0].regions[0].tets", "count 99999", "a run of the"});
+               {"bodies[0].regions[0].tets", "a tet index in [0, "});
 }
 
 TEST_F(Conforming, SoftTissueIsGluedToBoneAtTheirCommonPoints) {
@@ -207,6 +207,18 @@ TEST_F(Conforming, SizesOfAnInterfaceAndInAFocus) {
   EXPECT_LT(
       conforming("balls.seg.nrrd", {"--size", "4", "--focus", "200,0,0,6=0.8"})["interfaces"][0]["triangles"],
       focused);
+}
+
+/// The label map that every user can make, coarse.
+TEST_F(Conforming, TheEyeOfOurShapesRuns) {
+  output_of({"generate", "eye-labels", "--voxel", "2", "--out", "eye.seg.nrrd"});
+  const Json report =
+      conforming("eye.seg.nrrd", {"--rigid", "bone", "--relation", "slides", "--tets", "12000"});
+  EXPECT_EQ(report["bodies"].size(), 9U);
+  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_GE(report["min_dihedral_angle"].get<double>(), 8.0);
+  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
+  EXPECT_EQ(Json::parse(read("results/eye/run.json"))["bodies"].size(), 9U);
 }
 
 TEST_F(Conforming, WarnsOfLabelsThatAreCutOrScattered) {
