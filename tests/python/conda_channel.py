@@ -1,7 +1,7 @@
 """Builds and tests a conda recipe by rattler-build where conda-forge cannot be reached, with packages of its names that are filled from this Debian.
 
 Usage: conda_channel.py RECIPE FOLDER SITE NUMPY_SITE; called by the Python that makes wheels, with patchelf in PATH. SITE and NUMPY_SITE are
-the site-packages that have the build's tools and NumPy. Prints the package. Compilers, libraries and headers are Debian's: their packages
+the site-packages that have the build's tools and NumPy. Prints what the tests said, and the package. Compilers, libraries and headers are Debian's: their packages
 here are empty, with the versions that Debian has. So the solver, the script of the recipe, what gets into the package and its tests are real;
 whether it compiles with the libraries of conda-forge is not told.
 """
@@ -129,7 +129,7 @@ def main(recipe, folder, site, numpy_site):
     except conda.RattlerBuildError as error:
         logs = "\n".join(log.read_text()[-4000:] for log in (folder / "out").glob("bld/*/work/conda_build.log"))
         raise SystemExit(f"{logs}\n{error}")
-    print(*built.packages)
+    print(*built.log, *built.packages, sep="\n")
 
 
 if __name__ == "__main__":

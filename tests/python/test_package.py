@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -54,8 +55,11 @@ def test_the_sdist_compiles_in_a_fresh_environment(root, tmp_path):
     assert os.path.getsize(sdist) < 2e6
     run(sys.executable, "-m", "venv", tmp_path / "venv")
     python = tmp_path / "venv/bin/python"
-    # pip unpacks the sdist where it likes: ccache, where there is one, knows nothing of that place.
-    run(python, "-m", "pip", "wheel", sdist, "--no-deps", "--quiet", "--disable-pip-version-check", "--wheel-dir", tmp_path)
+    flags, environment = [], {**os.environ, "TMPDIR": str(tmp_path)}
+    if shutil.which("ccache"):  # the compiler and flags of ./dev wheel, so that ccache knows most of it
+        environment |= {"CXX": "c++", "CMAKE_CXX_COMPILER_LAUNCHER": "ccache", "CCACHE_BASEDIR": str(tmp_path), "CCACHE_NOHASHDIR": "1"}
+        flags = ["--config-settings", "cmake.define.PALPATE_WERROR=ON"]
+    run(python, "-m", "pip", "wheel", sdist, "--no-deps", "--quiet", "--disable-pip-version-check", "--wheel-dir", tmp_path, *flags, env=environment)
     wheel, = tmp_path.glob(f"palpate-{version}-*.whl")
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
     check_wheel(wheel, root, tmp_path, python)
