@@ -6,10 +6,9 @@ elasticity: 32.27 (CalculiX, Elmer), 32.20 (Code_Aster), as the CoFEA benchmark 
 
 import numpy as np
 import pytest
+import skfem
 
 import palpate
-
-skfem = pytest.importorskip("skfem")
 
 YOUNG, FORCE, PUBLISHED = 70.0, 100.0, 32.27
 LITTLE = 1e-4  # of the force: linear elasticity

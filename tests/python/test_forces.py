@@ -99,13 +99,13 @@ def test_stress_is_that_of_the_law():
 
 
 def test_tables_and_grids(simulation):
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     frame = simulation.acting_contacts.to_dataframe()
     assert isinstance(frame, pandas.DataFrame) and len(frame) == len(simulation.acting_contacts)
     np.testing.assert_array_equal(frame["force_z"], simulation.acting_contacts.force[:, 2])
     assert {"weights_3", "status", "depth"} <= set(frame.columns)
     assert {"direction_x", "certainty"} <= set(simulation.contacts.to_dataframe().columns)
-    pytest.importorskip("pyvista")
     grid = simulation.to_pyvista(["von_mises", "stress", "contact_pressure", "reaction"])
     np.testing.assert_array_equal(grid.cell_data["von_mises"], simulation.tissue().von_mises)
     np.testing.assert_array_equal(grid.point_data["von_mises"], simulation.tissue_at_points().von_mises)
@@ -121,7 +121,8 @@ def test_a_frame_of_the_command_has_the_same_fields(tmp_path, command):
     import json
     import subprocess
 
-    pyvista = pytest.importorskip("pyvista")
+    import pyvista
+
     scene = {
         "name": "fields", "units": {"length": "mm", "mass": "g"}, "duration": 0.2,
         "output": {"fields": ["von_mises", "contact_pressure"], "pairs": [{"bodies": ["ball", "block"]}]},

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+import skfem
 
 import palpate
-
-skfem = pytest.importorskip("skfem")
 
 YOUNG, DENSITY, GRAVITY = 2e5, 1000.0, 9.81
 

@@ -4,7 +4,6 @@ import { spawnSync } from "node:child_process";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { root } from "../browser.mjs";
 import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
 
 // One corner of a tet in a box: three border edges, each through its top.
@@ -363,23 +362,5 @@ test("a pull is no harder than the tissue can take, and the page says so", async
   await page.mouse.up();
   noComplaints(page);
   await page.close();
-  await server.end();
-});
-
-test("has no violations of accessibility that axe finds, wide and narrow, light and dark", async () => {
-  const axe = readFileSync(join(root, "viewer/node_modules/axe-core/axe.min.js"), "utf8");
-  const server = await serve("patient.json", { flags: ["--paused"] });
-  for (const size of [{ width: 1440, height: 900 }, { width: 390, height: 844 }]) {
-    for (const colorScheme of ["light", "dark"]) {
-      const page = await open(server.address, { viewport: size, colorScheme, bypassCSP: true });
-      if (!(await page.isVisible("#panel"))) await page.click("#panel-toggle");
-      await page.evaluate(() => document.querySelectorAll("details").forEach((section) => (section.open = true)));
-      await page.selectOption("#colouring", "von_mises");
-      await page.evaluate(axe);
-      const { violations } = await page.evaluate(() => window.axe.run());
-      assert.deepEqual(violations.map((v) => [v.id, v.nodes[0].html]), []);
-      await page.close();
-    }
-  }
   await server.end();
 });

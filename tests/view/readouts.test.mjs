@@ -47,6 +47,18 @@ test("small lengths read in millimetres", async () => {
   await server.end();
 });
 
+test("what a slider reads is not cut off", async () => {
+  const server = await serve("glued.json", { flags: ["--paused"] });
+  const page = await open(server.address, { viewport: { width: 1440, height: 900 } });
+  const cut = await page.$$eval(".slider output", (outputs) => outputs.filter((o) => o.checkVisibility()).map((o) => {
+    o.textContent = "-0.131 mm";
+    return o.scrollWidth > o.clientWidth;
+  }));
+  assert.ok(cut.length > 0 && !cut.includes(true), `${cut.length} sliders`);
+  await page.close();
+  await server.end();
+});
+
 /** The middle of the blue body and its size, as parts of the view, and its pixels. */
 async function seenBody(page) {
   const { width, height } = await page.locator("#canvas").boundingBox();
