@@ -3,6 +3,7 @@
 /// All of the library. A program that needs only a part includes that: compilation is quicker.
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
+#include <palpate/fibres.hpp>
 #include <palpate/forces.hpp>
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>

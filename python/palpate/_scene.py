@@ -157,6 +157,14 @@ class Model(_core.Model):
         """
         self._set_fibres(body, _arrays.points(directions, "directions"))
 
+    def set_fibres_between(self, body: int, start: ArrayLike, end: ArrayLike) -> None:
+        """Lets the fibres of a body run from some of its points to others (indices or masks, in its own numbers), along
+        the body also where it is bent: as those of a muscle from one attachment to the other.
+
+        Directions are the gradient of the harmonic function that is 0 at the points of start and 1 at those of end.
+        """
+        self._set_fibres_between(body, self._selection(body, start, "points"), self._selection(body, end, "points"))
+
     def attach(self, body: int, points: ArrayLike, to: int, *, stiffness: float | None = None) -> None:
         """Lets another body hold points of a body (indices or a mask, in its own numbers): glued to one with a motion
         (tissue on a bone), or tied by springs to one that deforms, each to the nearest tet, where it is at the start.

@@ -164,6 +164,10 @@ void bind_model(nb::module_& m) {
           nb::arg("ramp").none())
       .def("_set_fibres", [](Model& model, Index body,
                              const PointsIn& directions) { model.set_fibres(body, points_of(directions)); })
+      .def("_set_fibres_between",
+           [](Model& model, Index body, const ArrayIn<Index, -1>& start, const ArrayIn<Index, -1>& end) {
+             model.set_fibres_between(body, values_of(start), values_of(end));
+           })
       .def("_set_velocities",
            [](Model& model, Index body, const PointsIn& velocities) {
              model.set_velocities(body, points_of(velocities));

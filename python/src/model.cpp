@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <palpate/error.hpp>
+#include <palpate/fibres.hpp>
 #include <palpate/io/cell_vectors.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
@@ -117,6 +118,10 @@ void Model::set_fibres(Index body, std::span<const Vec3> directions) {
   }
   data_.fibre_of_tet.resize(data_.bodies.tets().size());
   std::ranges::copy(directions, data_.fibre_of_tet.begin() + range.begin);
+}
+
+void Model::set_fibres_between(Index body, std::span<const Index> start, std::span<const Index> end) {
+  set_fibres(body, fibres_between(data_.bodies, body, start, end));
 }
 
 void Model::attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness) {

@@ -35,6 +35,8 @@ class Model {
   /// Directions of fibres (n_tets of the body x 3), in place of those of the materials; zero: that of the
   /// material.
   void set_fibres(Index body, std::span<const Vec3> directions);
+  /// The directions of fibres_between().
+  void set_fibres_between(Index body, std::span<const Index> start, std::span<const Index> end);
   /// To a body with a motion, or by springs to one that deforms.
   void attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness);
   /// Returns the number of the motion.

@@ -1,7 +1,11 @@
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <palpate/error.hpp>
 
@@ -19,7 +23,11 @@ enum class Version { v1, v2, v40, v41 };
 
 class GmshReader {
  public:
-  explicit GmshReader(TextScanner& scanner) : scanner_(scanner) { mesh_.source = scanner.source(); }
+  /// \param name  of $ElementData whose vectors are read too; or empty
+  explicit GmshReader(TextScanner& scanner, std::string name = {})
+      : scanner_(scanner), name_(std::move(name)) {
+    mesh_.source = scanner.source();
+  }
 
   MeshFile read() {
     read_head();
@@ -28,6 +36,21 @@ class GmshReader {
     require_section(has_elements_, version_ == Version::v1 ? "$ELM" : "$Elements");
     require_tets(mesh_.file, scanner_.source());
     return std::move(mesh_.file);
+  }
+
+  /// After read(): the vector of the element that each tet is of.
+  [[nodiscard]] std::vector<Vec3> vectors_of_tets() const {
+    if (!step_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
+    std::vector<Vec3> vectors;
+    for (const std::int64_t element : mesh_.element_of_tet) {
+      const auto found = vectors_.find(element);
+      if (found == vectors_.end()) {
+        throw Error(scanner_.source(), fmt::format("cell data {}, element {}", name_, element), "nothing",
+                    "a vector for each element with a volume");
+      }
+      vectors.push_back(found->second);
+    }
+    return vectors;
   }
 
  private:
@@ -80,6 +103,8 @@ class GmshReader {
       if (!has_nodes_) scanner_.fail("the nodes before the elements");
       claim_once(has_elements_);
       read_elements();
+    } else if (name == "$ElementData" && !name_.empty()) {
+      if (!read_data()) return skip_to_end(name.substr(1));
     } else {
       return skip_to_end(name.substr(1));
     }
@@ -109,6 +134,45 @@ class GmshReader {
     if (version_ == Version::v1) return read_elements_1(scanner_, count, mesh_);
     if (!binary_) return read_elements_2(scanner_, count, mesh_);
     in_binary([&](BinaryScanner& binary) { read_elements_2(binary, count, mesh_); });
+  }
+
+  /// Data of the wanted name; false, and nothing taken but the head, where it is another or of another time.
+  bool read_data() {
+    if (read_name() != name_) return false;
+    skip_line_end();
+    const Index reals = scanner_.count("the number of real tags", 2);
+    for (Index i = 0; i < reals; ++i) scanner_.number("a real tag");
+    const Index tags = scanner_.count("the number of integer tags", 2);
+    if (tags < 3) scanner_.fail("3 or more: time step, components and rows");
+    const std::int64_t step = scanner_.integer("a time step");
+    if (step_.value_or(step) != step) return false;
+    step_ = step;
+    const std::int64_t components = scanner_.integer("the number of components");
+    if (components != 3) scanner_.fail(fmt::format("{} components", components), "3: a vector for each cell");
+    const Index rows = scanner_.count("the number of rows", binary_ ? 28 : 8);
+    for (Index i = 3; i < tags; ++i) scanner_.integer("an integer tag");
+    const auto read = [&](auto& scanner) { read_vectors(scanner, rows, vectors_); };
+    binary_ ? in_binary(read) : read(scanner_);
+    return true;
+  }
+
+  /// The first string tag, without its quotes; the rest of the lines of tags is skipped.
+  std::string_view read_name() {
+    const Index count = scanner_.count("the number of string tags", 2);
+    std::string_view name;
+    for (Index i = 0; i < count; ++i) {
+      skip_line_end();
+      const std::string_view rest = scanner_.text().substr(scanner_.position());
+      const std::size_t first = rest.find('"');
+      const std::size_t last = first == rest.npos ? rest.npos : rest.find('"', first + 1);
+      if (last == rest.npos || last > rest.find('\n')) {
+        scanner_.word("a string tag");
+        scanner_.fail("a name in double quotes");
+      }
+      if (i == 0) name = rest.substr(first + 1, last - first - 1);
+      scanner_.set_position(scanner_.position() + last + 1);
+    }
+    return name;
   }
 
   /// Runs `read` on the bytes behind this line and goes on behind what it took.
@@ -152,6 +216,9 @@ class GmshReader {
   TextScanner& scanner_;
   GmshMesh mesh_;
   Version version_ = Version::v1;
+  std::string name_;
+  std::map<std::int64_t, Vec3> vectors_;
+  std::optional<std::int64_t> step_{};  ///< time step of the data, once there was some
   bool binary_ = false;
   bool swapped_ = false;
   bool has_nodes_ = false;
@@ -164,6 +231,14 @@ MeshFile read_gmsh(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, "a Gmsh mesh file");
   TextScanner scanner(path.string(), bytes);
   return GmshReader(scanner).read();
+}
+
+std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name) {
+  const std::string bytes = read_file(path, "a Gmsh mesh file");
+  TextScanner scanner(path.string(), bytes);
+  GmshReader reader(scanner, name);
+  reader.read();
+  return reader.vectors_of_tets();
 }
 
 }  // namespace palpate::io

@@ -66,7 +66,8 @@ const GmshCellType& read_cell_type(Scanner& scanner) {
 
 /// Reads the nodes of one element, with `take` for one number; keeps the corners of those with a volume.
 template <class Scanner, class Take>
-void read_element(Scanner& scanner, const GmshCellType& type, Take take, GmshMesh& mesh) {
+void read_element(Scanner& scanner, std::int64_t number_of_it, const GmshCellType& type, Take take,
+                  GmshMesh& mesh) {
   const std::size_t wanted = volume_corners(type.kind);
   std::array<Index, 8> corners{};
   for (std::size_t node = 0; node < static_cast<std::size_t>(type.nodes); ++node) {
@@ -78,6 +79,7 @@ void read_element(Scanner& scanner, const GmshCellType& type, Take take, GmshMes
   }
   if (wanted == 0) return count_dropped(mesh.file, type.kind);
   add_volume_cell(mesh.file, type.kind, std::span(corners).first(wanted));
+  mesh.element_of_tet.resize(mesh.file.mesh.tets.size(), number_of_it);
 }
 
 void fail_sum(const std::string& source, const char* what, std::int64_t found, Index expected) {
@@ -158,8 +160,8 @@ void read_elements_40(Scanner& scanner, GmshMesh& mesh) {
     const Index count =
         scanner.count("the number of elements in the block", least_bytes<Scanner>(1 + nodes, 0, 0));
     for (Index i = 0; i < count; ++i) {
-      read_int(scanner, "an element number");
-      read_element(scanner, type, read_int<Scanner>, mesh);
+      const std::int64_t number = read_int(scanner, "an element number");
+      read_element(scanner, number, type, read_int<Scanner>, mesh);
     }
     found += count;
   }
@@ -181,8 +183,8 @@ void read_elements_41(Scanner& scanner, GmshMesh& mesh) {
     const Index count =
         scanner.count("the number of elements in the block", least_bytes<Scanner>(0, 1 + nodes, 0));
     for (Index i = 0; i < count; ++i) {
-      read_size(scanner, "an element number");
-      read_element(scanner, type, read_size<Scanner>, mesh);
+      const std::int64_t number = read_size(scanner, "an element number");
+      read_element(scanner, number, type, read_size<Scanner>, mesh);
     }
     found += count;
   }
@@ -191,22 +193,22 @@ void read_elements_41(Scanner& scanner, GmshMesh& mesh) {
 
 void read_elements_1(TextScanner& scanner, Index count, GmshMesh& mesh) {
   for (Index i = 0; i < count; ++i) {
-    scanner.integer("an element number");
+    const std::int64_t number = scanner.integer("an element number");
     const GmshCellType& type = read_cell_type(scanner);
     scanner.integer("a physical region");
     scanner.integer("an elementary region");
     scanner.integer("the number of nodes of that element type", type.nodes, type.nodes);
-    read_element(scanner, type, read_int<TextScanner>, mesh);
+    read_element(scanner, number, type, read_int<TextScanner>, mesh);
   }
 }
 
 void read_elements_2(TextScanner& scanner, Index count, GmshMesh& mesh) {
   for (Index i = 0; i < count; ++i) {
-    scanner.integer("an element number");
+    const std::int64_t number = scanner.integer("an element number");
     const GmshCellType& type = read_cell_type(scanner);
     const Index tags = scanner.count("the number of tags", least_bytes<TextScanner>(1, 0, 0));
     for (Index tag = 0; tag < tags; ++tag) scanner.integer("a tag of an element");
-    read_element(scanner, type, read_int<TextScanner>, mesh);
+    read_element(scanner, number, type, read_int<TextScanner>, mesh);
   }
 }
 
@@ -218,11 +220,19 @@ void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh) {
     const auto tags = in_range(scanner, "the number of tags", scanner.integer32("the number of tags"), 0,
                                static_cast<std::int64_t>(scanner.bytes_left() / 4));
     for (std::int64_t i = 0; i < in_block; ++i) {
-      scanner.integer32("an element number");
+      const std::int64_t number = scanner.integer32("an element number");
       for (std::int64_t tag = 0; tag < tags; ++tag) scanner.integer32("a tag of an element");
-      read_element(scanner, type, read_int<BinaryScanner>, mesh);
+      read_element(scanner, number, type, read_int<BinaryScanner>, mesh);
     }
     done += in_block;
+  }
+}
+
+template <class Scanner>
+void read_vectors(Scanner& scanner, Index count, std::map<std::int64_t, Vec3>& vectors) {
+  for (Index i = 0; i < count; ++i) {
+    const std::int64_t element = read_int(scanner, "an element number");
+    vectors[element] = scanner.point();
   }
 }
 
@@ -236,5 +246,7 @@ template void read_nodes_41(TextScanner&, GmshMesh&);
 template void read_nodes_41(BinaryScanner&, GmshMesh&);
 template void read_elements_41(TextScanner&, GmshMesh&);
 template void read_elements_41(BinaryScanner&, GmshMesh&);
+template void read_vectors(TextScanner&, Index, std::map<std::int64_t, Vec3>&);
+template void read_vectors(BinaryScanner&, Index, std::map<std::int64_t, Vec3>&);
 
 }  // namespace palpate::io

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
+#include <vector>
+
 #include <palpate/io/mesh_reader.hpp>
 
 #include "io/gmsh_cells.hpp"
@@ -11,6 +15,7 @@ struct GmshMesh {
   std::string source;
   MeshFile file;
   GmshNodeNumbers numbers;
+  std::vector<std::int64_t> element_of_tet;  ///< number of the element that each tet is of
 };
 
 /// Reads the inside of one section, from behind the line of its name up to before its $End line.
@@ -35,5 +40,10 @@ class TextScanner;
 void read_elements_1(TextScanner& scanner, Index count, GmshMesh& mesh);
 void read_elements_2(TextScanner& scanner, Index count, GmshMesh& mesh);
 void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh);
+
+/// Rows of $ElementData of three components: the vector of each element by its number. A row that comes again
+/// takes the place of the first.
+template <class Scanner>
+void read_vectors(Scanner& scanner, Index count, std::map<std::int64_t, Vec3>& vectors);
 
 }  // namespace palpate::io

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <palpate/io/mesh_reader.hpp>
 
@@ -31,5 +32,13 @@ MeshFile read_vtk_legacy(const std::filesystem::path& path);
 MeshFile read_vtu(const std::filesystem::path& path);
 /// The same of the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
+
+/// What is behind read_cell_vectors(), one a format; each keeps its promises.
+std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name);
+std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name);
+std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name);
+/// The same of the text of a file; `source` is its name for messages.
+std::vector<Vec3> read_vtu_vectors_text(const std::string& source, std::string_view text,
+                                        const std::string& name);
 
 }  // namespace palpate::io

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include <palpate/error.hpp>
+#include <palpate/io/cell_vectors.hpp>
 #include <palpate/io/mesh_reader.hpp>
 
 #include "io/mesh_formats.hpp"
@@ -15,11 +16,12 @@ namespace {
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
+  std::vector<Vec3> (*read_vectors)(const std::filesystem::path&, const std::string&) = nullptr;
 };
 
-constexpr std::array<Format, 6> formats{{{".vtu", read_vtu},
-                                         {".vtk", read_vtk_legacy},
-                                         {".msh", read_gmsh},
+constexpr std::array<Format, 6> formats{{{".vtu", read_vtu, read_vtu_vectors},
+                                         {".vtk", read_vtk_legacy, read_vtk_legacy_vectors},
+                                         {".msh", read_gmsh, read_gmsh_vectors},
                                          {".node", read_tetgen},
                                          {".ele", read_tetgen},
                                          {".mesh", read_medit}}};
@@ -59,6 +61,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
               expected);
 }
 
+const Format& format_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto format = std::find_if(formats.begin(), formats.end(),
+                                   [&](const Format& known) { return known.extension == extension; });
+  if (format == formats.end()) fail_extension(path, extension);
+  return *format;
+}
+
 }  // namespace
 
 std::span<const std::string_view> mesh_extensions() {
@@ -66,13 +78,16 @@ std::span<const std::string_view> mesh_extensions() {
 }
 
 MeshFile read_mesh(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto format = std::find_if(formats.begin(), formats.end(),
-                                   [&](const Format& known) { return known.extension == extension; });
-  if (format == formats.end()) fail_extension(path, extension);
-  return format->read(path);
+  return format_of(path).read(path);
+}
+
+std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name) {
+  const Format& format = format_of(path);
+  if (format.read_vectors == nullptr) {
+    throw Error(path.string(), "cell data " + name, "the extension " + std::string(format.extension),
+                ".vtu, .vtk or .msh: of other files vectors of cells are not read");
+  }
+  return format.read_vectors(path, name);
 }
 
 }  // namespace palpate::io

@@ -62,24 +62,28 @@ class CellAppender {
   CellAppender(const VtkCells& cells, const std::string& source, std::int64_t first_cell)
       : cells_(cells), source_(source), first_cell_(first_cell) {}
 
-  void append(Index first_point, Index n_points, MeshFile& file) const {
+  std::vector<Index> append(Index first_point, Index n_points, MeshFile& file) const {
     if (cells_.ends.size() != cells_.types.size()) {
       throw Error(source_, "",
                   fmt::format("{} cells and {} cell types", cells_.ends.size(), cells_.types.size()),
                   "as many of both");
     }
+    std::vector<Index> tets_of_cells;
     std::int64_t begin = 0;
     for (std::size_t cell = 0; cell < cells_.ends.size(); ++cell) {
+      const std::size_t before = file.mesh.tets.size();
       const std::span<const std::int64_t> corners = corners_of(cell, begin);
       begin = cells_.ends[cell];
       check_corners(cell, corners, n_points);
       append_cell(cell, corners, first_point, file);
+      tets_of_cells.push_back(static_cast<Index>(file.mesh.tets.size() - before));
     }
     const auto length = static_cast<std::int64_t>(cells_.connectivity.size());
     if (begin != length) {
       throw Error(source_, "", fmt::format("{} entries of connectivity", length),
                   fmt::format("{}, where the last cell ends", begin));
     }
+    return tets_of_cells;
   }
 
  private:
@@ -150,9 +154,17 @@ class CellAppender {
 
 }  // namespace
 
-void append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points, std::int64_t first_cell,
-                      const std::string& source, MeshFile& file) {
-  CellAppender(cells, source, first_cell).append(first_point, n_points, file);
+std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points,
+                                    std::int64_t first_cell, const std::string& source, MeshFile& file) {
+  return CellAppender(cells, source, first_cell).append(first_point, n_points, file);
+}
+
+void append_cell_vectors(std::span<const double> values, std::span<const Index> tets_of_cells,
+                         std::vector<Vec3>& vectors) {
+  for (std::size_t cell = 0; cell < tets_of_cells.size(); ++cell) {
+    const Vec3 vector{values[3 * cell], values[3 * cell + 1], values[3 * cell + 2]};
+    vectors.insert(vectors.end(), static_cast<std::size_t>(tets_of_cells[cell]), vector);
+  }
 }
 
 }  // namespace palpate::io

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <palpate/io/mesh_reader.hpp>
 
@@ -16,12 +17,16 @@ struct VtkCells {
 };
 
 /// Appends the tets among the cells to the mesh, and those of other cells with a volume; counts the rest.
-/// Point numbers get `first_point` added.
+/// Point numbers get `first_point` added. Returns how many tets each cell became.
 ///
 /// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) for ends
 /// that do not ascend to the length of the connectivity, unknown types, a number of corners that the type
 /// does not have, and point numbers outside [0, n_points).
-void append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points, std::int64_t first_cell,
-                      const std::string& source, MeshFile& file);
+std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points,
+                                    std::int64_t first_cell, const std::string& source, MeshFile& file);
+
+/// Appends the vector of each cell (n_cells x 3 numbers) once for each tet that the cell became.
+void append_cell_vectors(std::span<const double> values, std::span<const Index> tets_of_cells,
+                         std::vector<Vec3>& vectors);
 
 }  // namespace palpate::io

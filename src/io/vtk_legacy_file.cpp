@@ -1,7 +1,5 @@
 #include "io/vtk_legacy_file.hpp"
 
-#include <bit>
-#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
 #include <string_view>
@@ -10,22 +8,14 @@
 #include <palpate/error.hpp>
 
 #include "io/text_scanner.hpp"
-#include "io/vtk_scalars.hpp"
+#include "io/vtk_legacy_numbers.hpp"
 
 namespace palpate::io {
 namespace {
 
-constexpr bool binary_is_swapped = std::endian::native == std::endian::little;  // legacy files are big-endian
-
-std::string upper_case(std::string_view word) {
-  std::string result(word);
-  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return result;
-}
-
 class LegacyFileReader {
  public:
-  explicit LegacyFileReader(TextScanner& scanner) : scanner_(scanner) {}
+  explicit LegacyFileReader(TextScanner& scanner) : scanner_(scanner), numbers_(scanner) {}
 
   VtkLegacyFile read() {
     read_head();
@@ -36,6 +26,7 @@ class LegacyFileReader {
       if (!has_types_) scanner_.fail_end("the section CELL_TYPES");
     }
     if (!file_.binary) require_line_end(scanner_.source(), scanner_.text());
+    file_.data_begin = scanner_.position();
     return std::move(file_);
   }
 
@@ -52,12 +43,18 @@ class LegacyFileReader {
     const std::string encoding = upper_case(scanner_.word("ASCII or BINARY"));
     if (encoding != "ASCII" && encoding != "BINARY") scanner_.fail("ASCII or BINARY");
     file_.binary = encoding == "BINARY";
+    numbers_.set_binary(file_.binary);
   }
 
   /// False at the first section that no mesh data follows.
   bool read_section() {
-    const std::string name = upper_case(scanner_.word(""));
+    const std::string name = upper_case(scanner_.peek());
     if (name == "POINT_DATA" || name == "CELL_DATA") return false;
+    if (name == "METADATA") {
+      numbers_.skip_metadata();
+      return true;
+    }
+    scanner_.word("");
     if (name == "DATASET") {
       claim_once(has_dataset_);
       read_dataset();
@@ -75,12 +72,10 @@ class LegacyFileReader {
       read_cells(unused);
     } else if (name == "CELL_TYPES") {
       claim_once(has_types_);
-      const Index count = scanner_.count("the number of cell types", least_bytes(4));
+      const Index count = scanner_.count("the number of cell types", numbers_.least_bytes(4));
       file_.cells.types = read_integers(count, *scalar_type("int"));
     } else if (name == "FIELD") {
       skip_field();
-    } else if (name == "METADATA") {
-      skip_metadata();
     } else {
       scanner_.fail("a section such as POINTS or CELLS");
     }
@@ -101,40 +96,26 @@ class LegacyFileReader {
     seen = true;
   }
 
-  /// The least that a number of so many bytes in binary files takes in this file.
-  [[nodiscard]] std::size_t least_bytes(std::size_t binary_bytes) const {
-    return file_.binary ? binary_bytes : 2;
-  }
-
-  const ScalarType& read_type() {
-    std::string name(scanner_.word("a type of numbers"));
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    // Files of version 5 say vtktypeint64 where they mean 64 bits; vtkIdType itself is always written as int.
-    const ScalarType* type = scalar_type(name == "vtkidtype" ? "int" : name);
-    if (type == nullptr) scanner_.fail("a type of numbers such as float or int");
-    return *type;
-  }
-
   void read_points() {
-    const Index count = scanner_.count("the number of points", 3 * least_bytes(1));
-    const ScalarType& type = read_type();
+    const Index count = scanner_.count("the number of points", 3 * numbers_.least_bytes(1));
+    const ScalarType& type = numbers_.read_type();
     file_.points.reserve(static_cast<std::size_t>(count));
     if (!file_.binary) {
       for (Index i = 0; i < count; ++i) file_.points.push_back(scanner_.point());
       return;
     }
-    const std::string_view bytes = read_bytes(3 * static_cast<std::size_t>(count), type.bytes);
-    const std::vector<double> values = decode_reals(bytes, type, binary_is_swapped);
+    const std::vector<double> values =
+        numbers_.reals(3 * static_cast<std::size_t>(count), type, "a coordinate");
+    const std::size_t begin = scanner_.position() - values.size() * type.bytes;
     for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
       const Vec3 point{values[i], values[i + 1], values[i + 2]};
-      if (!std::isfinite(point.x + point.y + point.z)) check_finite(point, bytes, i * type.bytes);
+      if (!std::isfinite(point.x + point.y + point.z)) check_finite(point, begin + i * type.bytes);
       file_.points.push_back(point);
     }
   }
 
-  void check_finite(const Vec3& point, std::string_view bytes, std::size_t offset) {
+  void check_finite(const Vec3& point, std::size_t byte) {
     if (std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z)) return;
-    const auto byte = static_cast<std::size_t>(bytes.data() - scanner_.text().data()) + offset;
     throw Error(scanner_.source(), fmt::format("byte {}", byte),
                 fmt::format("the point ({}, {}, {})", point.x, point.y, point.z), "finite coordinates");
   }
@@ -145,8 +126,8 @@ class LegacyFileReader {
 
   /// Before version 5: each cell is its number of corners and those.
   void read_cells_with_counts(VtkCells& cells) {
-    const Index count = scanner_.count("the number of cells", least_bytes(4));
-    const Index size = scanner_.count("the size of the cell list", least_bytes(4));
+    const Index count = scanner_.count("the number of cells", numbers_.least_bytes(4));
+    const Index size = scanner_.count("the size of the cell list", numbers_.least_bytes(4));
     const std::vector<std::int64_t> list = read_integers(size, *scalar_type("int"));
     cells.ends.reserve(static_cast<std::size_t>(count));
     cells.connectivity.reserve(list.size());
@@ -170,10 +151,10 @@ class LegacyFileReader {
 
   /// From version 5 on: where each cell begins, and the end of the last; then all corners.
   void read_cells_with_offsets(VtkCells& cells) {
-    const Index offsets = scanner_.count("the number of cell offsets", least_bytes(4));
-    const Index size = scanner_.count("the size of the connectivity", least_bytes(4));
+    const Index offsets = scanner_.count("the number of cell offsets", numbers_.least_bytes(4));
+    const Index size = scanner_.count("the size of the connectivity", numbers_.least_bytes(4));
     scanner_.keyword("OFFSETS");
-    cells.ends = read_integers(offsets, read_type());
+    cells.ends = read_integers(offsets, numbers_.read_type());
     if (!cells.ends.empty()) {
       if (cells.ends.front() != 0) {
         throw Error(scanner_.source(), "OFFSETS", fmt::format("{} first", cells.ends.front()), "0 first");
@@ -181,35 +162,11 @@ class LegacyFileReader {
       cells.ends.erase(cells.ends.begin());
     }
     scanner_.keyword("CONNECTIVITY");
-    cells.connectivity = read_integers(size, read_type());
+    cells.connectivity = read_integers(size, numbers_.read_type());
   }
 
   std::vector<std::int64_t> read_integers(Index count, const ScalarType& type) {
-    if (type.kind == ScalarType::Kind::real) scanner_.fail("a type of whole numbers");
-    if (file_.binary) {
-      return decode_integers(read_bytes(static_cast<std::size_t>(count), type.bytes), type,
-                             binary_is_swapped);
-    }
-    std::vector<std::int64_t> values(static_cast<std::size_t>(count));
-    for (std::int64_t& value : values) value = scanner_.integer("a number of a cell");
-    return values;
-  }
-
-  /// The bytes of a binary array, from behind this line.
-  std::string_view read_bytes(std::size_t count, std::size_t bytes_each) {
-    if (!scanner_.at_line_end()) {
-      scanner_.word("");
-      scanner_.fail("the end of the line");
-    }
-    scanner_.skip_line();
-    if (count > scanner_.bytes_left() / bytes_each) {
-      throw Error(scanner_.source(), fmt::format("byte {}", scanner_.position()),
-                  fmt::format("{} bytes and the end of the file", scanner_.bytes_left()),
-                  fmt::format("{} numbers of {} bytes", count, bytes_each));
-    }
-    const std::string_view bytes = scanner_.text().substr(scanner_.position(), count * bytes_each);
-    scanner_.set_position(scanner_.position() + bytes.size());
-    return bytes;
+    return numbers_.integers(static_cast<std::size_t>(count), type, "a number of a cell");
   }
 
   /// A field before the mesh, as VTK writes the time step.
@@ -220,26 +177,14 @@ class LegacyFileReader {
       scanner_.word("the name of an array");
       const auto components = static_cast<std::size_t>(scanner_.count("the number of components", 1));
       const auto tuples = static_cast<std::size_t>(scanner_.count("the number of tuples", 1));
-      const ScalarType& type = read_type();
-      if (file_.binary) {
-        read_bytes(components * tuples, type.bytes);
-      } else {
-        for (std::size_t i = 0; i < components * tuples; ++i) scanner_.number("a number of a field");
-      }
-      if (upper_case(scanner_.peek()) == "METADATA") {
-        scanner_.word("");
-        skip_metadata();
-      }
+      const ScalarType& type = numbers_.read_type();
+      numbers_.skip(components * tuples, type);
+      numbers_.skip_metadata();
     }
   }
 
-  /// Free lines up to an empty one.
-  void skip_metadata() {
-    scanner_.skip_line();
-    while (scanner_.bytes_left() > 0 && !scanner_.at_line_end()) scanner_.skip_line();
-  }
-
   TextScanner& scanner_;
+  LegacyNumbers numbers_;
   VtkLegacyFile file_;
   bool has_offsets_ = false;
   bool has_dataset_ = false;

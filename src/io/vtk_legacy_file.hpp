@@ -15,9 +15,10 @@ struct VtkLegacyFile {
   enum class Dataset { unstructured_grid, poly_data };
   Dataset dataset = Dataset::unstructured_grid;
   bool binary = false;
-  std::vector<Vec3> points;  ///< finite
-  VtkCells cells;            ///< of an unstructured grid, or the polygons of PolyData, which have no types
-  VtkCells strips;           ///< triangle strips of PolyData, without types
+  std::vector<Vec3> points;    ///< finite
+  VtkCells cells;              ///< of an unstructured grid, or the polygons of PolyData, which have no types
+  VtkCells strips;             ///< triangle strips of PolyData, without types
+  std::size_t data_begin = 0;  ///< byte of the first POINT_DATA or CELL_DATA, or the end
 };
 
 /// Reads an unstructured grid or PolyData, ASCII or binary, of file versions up to 5.1 (VTK file formats,
@@ -25,5 +26,10 @@ struct VtkLegacyFile {
 /// lines of PolyData are passed over. An ASCII file must end with a line end: the format has no end mark.
 /// Throws Error naming the line or byte.
 VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);
+
+/// The cell data of that name with three components (VECTORS, NORMALS or an array of a FIELD): n_cells x 3
+/// finite numbers, of the file that `file` was read from. Throws Error where there is none, and as above.
+std::vector<double> read_vtk_legacy_vectors(const std::string& source, std::string_view bytes,
+                                            const VtkLegacyFile& file, const std::string& name);
 
 }  // namespace palpate::io

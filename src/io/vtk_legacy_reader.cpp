@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <palpate/error.hpp>
 
@@ -12,22 +14,50 @@
 
 namespace palpate::io {
 
-MeshFile read_vtk_legacy(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, "a VTK legacy unstructured grid");
-  const std::string source = path.string();
-  if (is_xml(bytes)) return read_vtu_text(source, bytes);
+namespace {
+
+VtkLegacyFile read_grid(const std::string& source, const std::string& bytes) {
   VtkLegacyFile vtk = read_vtk_legacy_file(source, bytes);
   if (vtk.dataset == VtkLegacyFile::Dataset::poly_data) {
     throw Error(
         source, "", "PolyData, a surface",
         fmt::format("an unstructured grid with tets; 'palpate mesh {}' makes tets of a surface", source));
   }
+  return vtk;
+}
+
+/// Returns how many tets each cell became.
+std::vector<Index> append(VtkLegacyFile& vtk, const std::string& source, MeshFile& file) {
+  file.mesh.points = std::move(vtk.points);
+  std::vector<Index> tets_of_cells =
+      append_vtk_cells(vtk.cells, 0, static_cast<Index>(file.mesh.points.size()), 0, source, file);
+  require_tets(file, source);
+  return tets_of_cells;
+}
+
+}  // namespace
+
+MeshFile read_vtk_legacy(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, "a VTK legacy unstructured grid");
+  const std::string source = path.string();
+  if (is_xml(bytes)) return read_vtu_text(source, bytes);
+  VtkLegacyFile vtk = read_grid(source, bytes);
   MeshFile file;
   file.format = vtk.binary ? "VTK legacy binary" : "VTK legacy ASCII";
-  file.mesh.points = std::move(vtk.points);
-  append_vtk_cells(vtk.cells, 0, static_cast<Index>(file.mesh.points.size()), 0, source, file);
-  require_tets(file, source);
+  append(vtk, source, file);
   return file;
+}
+
+std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name) {
+  const std::string bytes = read_file(path, "a VTK legacy unstructured grid");
+  const std::string source = path.string();
+  if (is_xml(bytes)) return read_vtu_vectors_text(source, bytes, name);
+  VtkLegacyFile vtk = read_grid(source, bytes);
+  MeshFile file;
+  const std::vector<Index> tets_of_cells = append(vtk, source, file);
+  std::vector<Vec3> vectors;
+  append_cell_vectors(read_vtk_legacy_vectors(source, bytes, vtk, name), tets_of_cells, vectors);
+  return vectors;
 }
 
 }  // namespace palpate::io

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <palpate/error.hpp>
-#include <palpate/io/cell_vectors.hpp>
 
 #include "io/cell_counts.hpp"
 #include "io/file_bytes.hpp"
@@ -38,7 +37,8 @@ class VtuReader {
   }
 
  private:
-  void append(const VtuPiece& piece, std::size_t number) {
+  /// Returns how many tets each cell became.
+  std::vector<Index> append(const VtuPiece& piece, std::size_t number) {
     const auto first_point = static_cast<std::int64_t>(file_.mesh.points.size());
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
     if (piece.points > most - first_point || piece.cells.count > most - n_cells_) {
@@ -47,7 +47,7 @@ class VtuReader {
                   fmt::format("at most {} of each in all pieces", most));
     }
     append_points(piece, number);
-    append_cells(piece, number, static_cast<Index>(first_point));
+    return append_cells(piece, number, static_cast<Index>(first_point));
   }
 
   [[nodiscard]] const VtuArray& require(const std::optional<VtuArray>& array, const char* name,
@@ -82,17 +82,17 @@ class VtuReader {
     return cells;
   }
 
-  void append_cells(const VtuPiece& piece, std::size_t number, Index first_point) {
-    const VtkCells cells = cells_of(piece, number);
-    append_vtk_cells(cells, first_point, static_cast<Index>(piece.points), n_cells_, source_, file_);
+  std::vector<Index> append_cells(const VtuPiece& piece, std::size_t number, Index first_point) {
+    const std::int64_t first_cell = n_cells_;
     n_cells_ += piece.cells.count;
+    return append_vtk_cells(cells_of(piece, number), first_point, static_cast<Index>(piece.points),
+                            first_cell, source_, file_);
   }
 
   /// The vector of each tet that a cell becomes.
   void append_vectors(const VtuPiece& piece, std::size_t number, const std::string& name,
                       std::vector<Vec3>& vectors) {
-    const auto first_point = static_cast<Index>(file_.mesh.points.size());
-    append(piece, number);
+    const std::vector<Index> tets_of_cells = append(piece, number);
     if (piece.cells.count == 0) return;
     const auto array = std::ranges::find(piece.cell_data, name, &VtuArray::name);
     if (array == piece.cell_data.end()) {
@@ -103,31 +103,7 @@ class VtuReader {
       throw Error(source_, "cell data " + name, fmt::format("{} components", array->components),
                   "3: a vector for each cell");
     }
-    const std::vector<double> values = arrays_.reals(*array, 3 * piece.cells.count);
-    const std::vector<Index> counts = tets_of_cells(cells_of(piece, number), piece, first_point);
-    for (std::size_t cell = 0; cell < counts.size(); ++cell) {
-      const Vec3 vector{values[3 * cell], values[3 * cell + 1], values[3 * cell + 2]};
-      vectors.insert(vectors.end(), static_cast<std::size_t>(counts[cell]), vector);
-    }
-  }
-
-  /// How many tets each cell becomes: one by one, since a cell's are its own alone. The cells are good.
-  [[nodiscard]] std::vector<Index> tets_of_cells(const VtkCells& cells, const VtuPiece& piece,
-                                                 Index first_point) const {
-    std::vector<Index> counts;
-    MeshFile alone;
-    alone.mesh.points = file_.mesh.points;
-    std::int64_t begin = 0;
-    for (std::size_t cell = 0; cell < cells.ends.size(); ++cell) {
-      const auto place = [&](std::int64_t i) { return cells.connectivity.begin() + i; };
-      const VtkCells one{
-          {place(begin), place(cells.ends[cell])}, {cells.ends[cell] - begin}, {cells.types[cell]}};
-      const std::size_t before = alone.mesh.tets.size();
-      append_vtk_cells(one, first_point, static_cast<Index>(piece.points), 0, source_, alone);
-      counts.push_back(static_cast<Index>(alone.mesh.tets.size() - before));
-      begin = cells.ends[cell];
-    }
-    return counts;
+    append_cell_vectors(arrays_.reals(*array, 3 * piece.cells.count), tets_of_cells, vectors);
   }
 
   const std::string& source_;
@@ -147,12 +123,13 @@ MeshFile read_vtu_text(const std::string& source, std::string_view text) {
   return VtuReader(source, text).read();
 }
 
-std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name) {
-  if (!path.extension().string().ends_with("vtu") && !path.extension().string().ends_with("VTU")) {
-    throw Error(path.string(), "cell data " + name, "the extension " + path.extension().string(),
-                ".vtu: of other files vectors of cells are not read");
-  }
-  return VtuReader(path.string(), read_file(path, "a VTK XML unstructured grid")).read_cell_vectors(name);
+std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name) {
+  return read_vtu_vectors_text(path.string(), read_file(path, "a VTK XML unstructured grid"), name);
+}
+
+std::vector<Vec3> read_vtu_vectors_text(const std::string& source, std::string_view text,
+                                        const std::string& name) {
+  return VtuReader(source, text).read_cell_vectors(name);
 }
 
 }  // namespace palpate::io

@@ -1,13 +1,16 @@
 #include "scene/fibre_fields.hpp"
 
+#include <algorithm>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include <palpate/error.hpp>
+#include <palpate/fibres.hpp>
 
 #include "geometry/vector.hpp"
 #include "scene/json_text.hpp"
+#include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
@@ -48,7 +51,42 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
   }
 }
 
+/// The points of all selections of an end, in the body's own numbers.
+std::vector<Index> points_of(const Selector& select, const std::vector<FibreEnd>& ends,
+                             const std::string& path) {
+  std::vector<Index> points;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const std::vector<Index> more = select(ends[i].points, element_path(path, i));
+    points.insert(points.end(), more.begin(), more.end());
+  }
+  return points;
+}
+
+void add_ends(const Scene& scene, std::size_t b, const FibreEnds& ends, Model& model) {
+  const Body& body = model.bodies.bodies()[b];
+  const auto index = static_cast<Index>(b);
+  const Selector select{scene, model.bodies, index,
+                        model.bodies.points_rest().subspan(static_cast<std::size_t>(body.points.begin),
+                                                           static_cast<std::size_t>(body.points.size())),
+                        "point"};
+  const std::string path = element_path("bodies", b) + ".fibre_ends";
+  const std::vector<Index> from = points_of(select, ends.from, path + ".from");
+  const std::vector<Index> to = points_of(select, ends.to, path + ".to");
+  model.fibre_of_tet.resize(model.bodies.tets().size());
+  try {
+    std::ranges::copy(fibres_between(model.bodies, index, from, to),
+                      model.fibre_of_tet.begin() + body.tets.begin);
+  } catch (const Error& error) {
+    throw Error(scene.source, path + "." + error.where(), error.found(), error.expected());
+  }
+}
+
 }  // namespace
+
+void add_fibre_ends(const Scene& scene, Model& model) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].fibre_ends) add_ends(scene, b, *scene.bodies[b].fibre_ends, model);
+}
 
 void add_fibre_fields(const Scene& scene, const VectorReader& read_vectors, Model& model) {
   auto next = static_cast<Index>(scene.bodies.size());  // materials of regions follow those of bodies

@@ -12,4 +12,8 @@ namespace palpate {
 /// model already. Throws Error naming the scene, the key and the file. O(tets).
 void add_fibre_fields(const Scene& scene, const VectorReader& read_vectors, Model& model);
 
+/// Gives the tets of bodies with SceneBody::fibre_ends the directions of fibres_between(). Throws Error
+/// naming the scene and the key.
+void add_fibre_ends(const Scene& scene, Model& model);
+
 }  // namespace palpate

@@ -160,6 +160,19 @@ void describe(Visitor& v, Fixation& fixation) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, FibreEnd& end) {
+  v.one_of(end.points, {"box", "sphere", "points", "near"});
+}
+
+template <class Visitor>
+void describe(Visitor& v, FibreEnds& ends) {
+  v.list("from", ends.from);
+  v.list("to", ends.to);
+  v.rule(!ends.from.empty(), "from", "none", "one or more");
+  v.rule(!ends.to.empty(), "to", "none", "one or more");
+}
+
+template <class Visitor>
 void describe(Visitor& v, Region& region) {
   v.one_of(region.tets, {"box", "sphere", "tets"});
   v.required("material", region.material);
@@ -225,6 +238,14 @@ void describe(Visitor& v, SceneGrab& grab) {
   v.required("stiffness", grab.stiffness, above(0));
 }
 
+/// Whether the fibres of any material of a body are so.
+template <class Test>
+bool has_fibres(const SceneBody& body, Test test) {
+  return (body.material && test(body.material->fibres)) ||
+         std::ranges::any_of(body.regions,
+                             [&](const Region& region) { return test(region.material.fibres); });
+}
+
 template <class Visitor>
 void describe(Visitor& v, SceneBody& body) {
   v.field("name", body.name);
@@ -237,6 +258,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("gravity", body.gravity);
   v.optional("material", body.material);
   v.list("regions", body.regions);
+  v.optional("fibre_ends", body.fibre_ends);
   v.list("fixed", body.fixed);
   v.list("prescribed", body.prescribed);
   v.field("absent", body.absent);
@@ -264,6 +286,10 @@ void describe(Visitor& v, SceneBody& body) {
   only_soft(body.attached, "attached");
   only_soft(body.loads, "loads");
   only_soft(body.grabs, "grabs");
+  v.rule(!body.fibre_ends || has_fibres(body, [](const Fibres& fibres) { return fibres.any(); }),
+         "fibre_ends", "it in a body without fibres", "'fibres' in its material or that of a region");
+  v.rule(!body.fibre_ends || !has_fibres(body, [](const Fibres& fibres) { return !fibres.field.empty(); }),
+         "fibre_ends", "it beside 'fibres.field'", "one of the two");
 }
 
 template <class Visitor>

@@ -98,6 +98,7 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorRe
   }
   add_all_regions(scene, model);
   add_fibre_fields(scene, read_vectors, model);
+  add_fibre_ends(scene, model);
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) fill_points(scene, b, motions, model);

@@ -113,6 +113,15 @@ struct Prescription {
   Selection points;
   SceneMotion motion;
 };
+/// Points at an end of the fibres of a body.
+struct FibreEnd {
+  Selection points;
+};
+/// Fibres that run from some points of a body to others; see fibres_between().
+struct FibreEnds {
+  std::vector<FibreEnd> from;  ///< the union of them
+  std::vector<FibreEnd> to;    ///< the union of them, none of `from`
+};
 /// A load on selected points, or on the surface triangles all of whose corners are selected: one of three.
 struct Load {
   std::optional<Vec3> force{};       ///< shared equally by the points

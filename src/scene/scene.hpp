@@ -29,12 +29,13 @@ struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
-  std::optional<Material> material;  ///< always there for a body that is not an obstacle
-  Vec3 velocity{};                   ///< of all free points at the start, m/s
-  Vec3 angular_velocity{};           ///< besides, about the centre of mass at the start, rad/s
-  std::optional<Vec3> gravity{};     ///< in place of that of the scene
-  std::vector<Region> regions;       ///< other materials; of several for a tet the last counts
-  std::vector<Fixation> fixed;       ///< points that do not move: the union of them
+  std::optional<Material> material;       ///< always there for a body that is not an obstacle
+  Vec3 velocity{};                        ///< of all free points at the start, m/s
+  Vec3 angular_velocity{};                ///< besides, about the centre of mass at the start, rad/s
+  std::optional<Vec3> gravity{};          ///< in place of that of the scene
+  std::vector<Region> regions;            ///< other materials; of several for a tet the last counts
+  std::optional<FibreEnds> fibre_ends{};  ///< fibres run between them, in place of their direction
+  std::vector<Fixation> fixed;            ///< points that do not move: the union of them
   std::vector<Prescription> prescribed;
   bool absent = false;                ///< not there before a stage brings it in
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion

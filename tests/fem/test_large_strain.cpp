@@ -75,12 +75,13 @@ struct Equilibrium {
   std::vector<Vec3> positions;
   std::vector<Vec3> forces;
 };
-Equilibrium equilibrium(const Bodies& bodies, const Material& m, const std::vector<std::uint8_t>& held,
+Equilibrium equilibrium(const Bodies& bodies, const Materials& materials,
+                        const std::vector<std::uint8_t>& held,
                         const std::function<Vec3(const Vec3&)>& place) {
-  Dynamics dynamics = Scene{m, held, 1}.dynamics(bodies);
+  Dynamics dynamics(bodies, materials, held, std::vector<std::uint8_t>(1, 0), parallel::Threads(1));
   dynamics.set_positions(mapped(bodies, place));
   settle(dynamics, {}, 5, 1e-8, 4000);
-  Elements elements(bodies, std::vector<Material>(1, m), std::vector<std::uint8_t>(1, 0));
+  Elements elements(bodies, materials, std::vector<std::uint8_t>(1, 0));
   elements.update(parallel::Threads(1), dynamics.positions());
   Equilibrium found{{dynamics.positions().begin(), dynamics.positions().end()}, point_forces(elements)};
   double rest = 0.0;
@@ -97,7 +98,7 @@ Errors sphere_errors(const Material& m, int n, int layers) {
   const auto rest = bodies.points_rest();
   const auto held = select(bodies, [](const Vec3& p) { return length(p) < inner + 1e-9; });
   const Equilibrium found =
-      equilibrium(bodies, m, held, [&](const Vec3& p) { return (expected.at(length(p)) / length(p)) * p; });
+      equilibrium(bodies, {m}, held, [&](const Vec3& p) { return (expected.at(length(p)) / length(p)) * p; });
   double force = 0.0;
   double way = 0.0;
   int count = 0;
@@ -180,6 +181,26 @@ TEST(LargeStrain, TheReferenceOfTorsionHasTheClosedFormAsItsLimit) {
   }
 }
 
+/// Fibres on helices round the z axis, at an angle to it: what `direction` is for the law in radial axes.
+constexpr double helix_angle = pi / 6.0;
+Fibres helices(double angle, double exponent) {
+  return {.direction = {0.0, std::sin(angle), std::cos(angle)}, .stiffness = 1e4, .exponent = exponent};
+}
+
+/// The same fibres, in each tet by its centre; none where the material has none.
+Materials with_helices(const Bodies& bodies, const Material& m) {
+  Materials materials{m};
+  if (!m.fibres.any()) return materials;
+  const auto rest = bodies.points_rest();
+  for (const Tet& t : bodies.tets()) {
+    Vec3 centre{};
+    for (const Index corner : t) centre += 0.25 * at(rest, corner);
+    const Vec3 around = normalized(Vec3{-centre.y, centre.x, 0.0});
+    materials.fibre_of_tet.push_back(m.fibres.direction.y * around + Vec3{0.0, 0.0, m.fibres.direction.z});
+  }
+  return materials;
+}
+
 double torque_error(const Material& m, int across) {
   constexpr double twist = 0.6;
   constexpr double height = 1.0;
@@ -187,7 +208,7 @@ double torque_error(const Material& m, int across) {
   const RadialSolution expected = twisted(m, twist, 200);
   const auto rest = bodies.points_rest();
   const auto held = select(bodies, [](const Vec3& p) { return p.z == 0.0 || p.z == height; });
-  const Equilibrium found = equilibrium(bodies, m, held, [&](const Vec3& p) {
+  const Equilibrium found = equilibrium(bodies, with_helices(bodies, m), held, [&](const Vec3& p) {
     const double radius = std::hypot(p.x, p.y);
     const double scale = radius > 0.0 ? expected.at(radius) / radius : 1.0;
     return palpate::test::rotated({scale * p.x, scale * p.y, p.z}, {0.0, 0.0, 1.0}, twist * p.z);
@@ -197,6 +218,38 @@ double torque_error(const Material& m, int across) {
     if (rest[i].z == height) sum -= cross(found.positions[i], found.forces[i]).z;
   }
   return sum / torque(m, twist) - 1.0;
+}
+
+/// What fibres on helices add to the torque where the volume stays, with E = 2 t R s c + t^2 R^2 c^2 for the
+/// twist t: 2 pi times the integral of R k1 E exp(k2 E^2) dE/dt. Fibres along the axis with k2 = 0 have
+/// 2/3 pi k1 t^3.
+double fibre_torque(const Material& m, double twist) {
+  const double s = m.fibres.direction.y;
+  const double c = m.fibres.direction.z;
+  double sum = 0.0;
+  constexpr int n = 4000;
+  for (int i = 0; i < n; ++i) {
+    const double radius = (i + 0.5) / n;
+    const double strain = 2.0 * twist * radius * s * c + std::pow(twist * radius * c, 2);
+    const double slope = 2.0 * radius * s * c + 2.0 * twist * std::pow(radius * c, 2);
+    sum += 2.0 * pi * radius * m.fibres.stiffness * strain * std::exp(m.fibres.exponent * strain * strain) *
+           slope / n;
+  }
+  return sum;
+}
+
+TEST(LargeStrain, TheReferenceOfTorsionWithFibresHasTheClosedFormAsItsLimit) {
+  constexpr double twist = 0.8;
+  for (const auto& [angle, exponent] : {std::pair{0.0, 0.0}, {0.0, 1.0}, {helix_angle, 1.0}}) {
+    Material m = tissue(MaterialModel::stable_neo_hookean, 0.49999);
+    m.fibres = helices(angle, exponent);
+    const double fibres = fibre_torque(m, twist);
+    if (angle == 0.0 && exponent == 0.0) {
+      EXPECT_NEAR(fibres / (2.0 / 3.0 * pi * m.fibres.stiffness * std::pow(twist, 3)), 1.0, 1e-6);
+    }
+    EXPECT_GT(fibres / incompressible_torque(m, twist), 0.2);
+    EXPECT_NEAR(torque(m, twist) / (incompressible_torque(m, twist) + fibres), 1.0, 1e-3);
+  }
 }
 
 /// Errors of second order: what they extrapolate to is the torque.
@@ -209,6 +262,21 @@ TEST(LargeStrain, ACylinderTwistedBy34Degrees) {
     const double extrapolated = (2.25 * fine - coarse) / 1.25;
     std::printf("torsion, nu %.2f: torque %.2f %%, %.2f %%; extrapolated %.2f %%\n", m.poisson_ratio,
                 100.0 * coarse, 100.0 * fine, 100.0 * extrapolated);
+    EXPECT_LT(std::abs(extrapolated), 0.01);
+    EXPECT_GT(std::abs(coarse / fine), 1.8);
+  }
+}
+
+/// With fibres along the axis and on helices, which the cylinder that keeps its length stretches.
+TEST(LargeStrain, ACylinderWithFibresTwistedBy34Degrees) {
+  for (const double angle : {0.0, helix_angle}) {
+    Material m = tissue(MaterialModel::stable_neo_hookean, 0.3);
+    m.fibres = helices(angle, 1.0);
+    const double coarse = torque_error(m, 8);
+    const double fine = torque_error(m, 12);
+    const double extrapolated = (2.25 * fine - coarse) / 1.25;
+    std::printf("torsion with fibres at %.0f degrees: torque %.2f %%, %.2f %%; extrapolated %.2f %%\n",
+                180.0 / pi * angle, 100.0 * coarse, 100.0 * fine, 100.0 * extrapolated);
     EXPECT_LT(std::abs(extrapolated), 0.01);
     EXPECT_GT(std::abs(coarse / fine), 1.8);
   }

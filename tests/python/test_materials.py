@@ -71,6 +71,149 @@ def test_a_field_of_the_mesh_file_is_what_set_fibres_does(tmp_path):
         palpate.Simulation(scene)
 
 
+FORMATS = [("a.vtu", {}), ("a.vtk", {"file_format": "vtk42", "binary": True}), ("a.vtk", {"file_format": "vtk42", "binary": False}),
+           ("a.vtk", {"file_format": "vtk51", "binary": True}), ("a.msh", {"file_format": "gmsh22", "binary": True}), ("a.msh", {"file_format": "gmsh", "binary": True})]
+
+
+@pytest.mark.parametrize(("name", "options"), FORMATS)
+def test_a_field_is_read_from_files_that_meshio_writes(tmp_path, name, options):
+    """Two kinds of cells, arrays before and behind the wanted one, and data of points: the same bits as set_fibres()."""
+    import meshio
+
+    points, tets = palpate.box((2, 1, 1), (0.2, 0.1, 0.1))
+    more = np.array([[x, y, z] for z in (0.0, 0.1) for x, y in ((0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1))]) + [1.0, 0.0, 0.0]
+    cells = [("tetra", tets), ("hexahedron", np.arange(8)[None] + len(points))]
+    field = np.random.default_rng(5).normal(size=(len(tets) + 1, 3))
+    parts = [field[:-1], field[-1:]]
+    data = {"number": [np.arange(len(part), dtype=float) for part in parts], "way": parts, "other": [2.0 * part for part in parts]}
+    of_points = {"way": np.ones((len(points) + 8, 3))}
+    if name.endswith("msh"):
+        of_points["gmsh:dim_tags"] = np.array([[3, 1]] * len(points) + [[3, 2]] * 8)
+        data |= {tag: [np.full(len(tets), 1), np.full(1, 2)] for tag in ("gmsh:geometrical", "gmsh:physical")}
+    meshio.write(tmp_path / name, meshio.Mesh(np.vstack([points, more]), cells, cell_data=data, point_data=of_points), **options)
+    fibres = {"stiffness": 1e4, "active_stress": 2e4, "field": "way"}
+    scene = {"time_step": 0.01, "bodies": [{"mesh": str(tmp_path / name), "material": {"model": "stable-neo-hookean", "fibres": fibres}}]}
+    by_field = palpate.Simulation(scene)
+    del fibres["field"]
+    model = palpate.Model.from_scene(scene)
+    count = model.bodies[0].tets.stop
+    model.set_fibres(0, np.vstack([field[:-1], np.repeat(field[-1:], count - len(tets), axis=0)]))
+    by_hand = palpate.Simulation(model, time_step=0.01)
+    for simulation in (by_field, by_hand):
+        simulation.run(3)
+    assert (by_field.positions == by_hand.positions).all()
+    for wrong, message in (("away", "no cell data of the name 'away'"), ("number", "components|rows")):
+        fibres["field"] = wrong
+        with pytest.raises(palpate.Error, match=f"fibres.field.*({message})") as caught:
+            palpate.Simulation(scene)
+        assert "\n" not in str(caught.value)
+
+
+GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$ElementData
+1
+"other way"
+0
+3
+0
+3
+1
+7 1 1 1
+$EndElementData
+$Nodes
+5
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+5 1 1 1
+$EndNodes
+$Elements
+2
+9 4 2 0 0 1 2 3 4
+7 4 2 0 0 2 3 4 5
+$EndElements
+$ElementData
+2
+"my way"
+"x"
+1
+0.5
+4
+0
+3
+2
+0
+7 1 0 0
+9 0 3 4
+$EndElementData
+$ElementData
+1
+"my way"
+1
+1.0
+3
+1
+3
+2
+7 5 5 5
+9 5 5 5
+$EndElementData
+"""
+
+
+def test_vectors_of_a_gmsh_file_go_by_the_numbers_of_its_elements(tmp_path):
+    """Of a file written by hand: of two time steps the first counts; what is missing is refused in one line."""
+    (tmp_path / "a.msh").write_text(GMSH)
+    fibres = {"active_stress": 2e4, "field": "my way"}
+    scene = {"gravity": [0, 0, 0], "bodies": [
+        {"mesh": str(tmp_path / "a.msh"), "material": {"model": "stable-neo-hookean", "fibres": fibres}}]}
+    by_field = palpate.Simulation(scene)
+    model = palpate.Model.from_scene({**scene, "bodies": [
+        {"mesh": str(tmp_path / "a.msh"), "material": {"model": "stable-neo-hookean", "fibres": {"active_stress": 2e4}}}]})
+    model.set_fibres(0, [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
+    by_hand = palpate.Simulation(model, gravity=(0, 0, 0), time_step=by_field.time_step)
+    for simulation in (by_field, by_hand):
+        simulation.run(3)
+    assert np.abs(by_field.positions - by_hand.positions).max() < 1e-12 * np.abs(by_hand.positions).max()
+    fibres["field"] = "other way"
+    with pytest.raises(palpate.Error, match="cell data other way, element 9: found nothing, expected a vector for each element"):
+        palpate.Simulation(scene)
+
+
+def test_fibres_between_two_ends_follow_a_bend(tmp_path):
+    """A half ring between its cut faces: round the axis, by set_fibres_between() and by a scene alike."""
+    points, tets = palpate.box((16, 3, 3), (1.0, 1.0, 1.0))
+    angle, radius = np.pi * (points[:, 0] + 0.5), points[:, 1] + 2.0
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]])
+    ends = points[:, 0] < -0.499, points[:, 0] > 0.499
+    material = palpate.Material(model="stable-neo-hookean", fibres=palpate.Fibres(active_stress=2e4))
+
+    def run(simulation):
+        simulation.run(3)
+        return simulation.positions
+
+    model = palpate.Model()
+    model.add_body(ring, tets, material=material)
+    model.set_fibres_between(0, *ends)
+    between = run(palpate.Simulation(model, gravity=(0, 0, 0), time_step=0.01))
+    centres = ring[tets].mean(axis=1)
+    model.set_fibres(0, np.column_stack([-centres[:, 1], centres[:, 0], np.zeros(len(tets))]))
+    around = run(palpate.Simulation(model, gravity=(0, 0, 0), time_step=0.01))
+    assert np.abs(between - around).max() < 0.1 * np.abs(around - ring).max()
+    with pytest.raises(palpate.Error, match="fibres_between: to: .*ends that do not touch"):
+        model.set_fibres_between(0, ends[0], ends[0])
+    meshio = pytest.importorskip("meshio")
+    meshio.write(tmp_path / "ring.vtu", meshio.Mesh(ring, [("tetra", tets)]))
+    boxes = [{"box": {"lower": [x - 1, -0.01, -1], "upper": [x + 1, 0.01, 1]}} for x in (2, -2)]
+    scene = {"gravity": [0, 0, 0], "time_step": 0.01, "bodies": [{
+        "mesh": str(tmp_path / "ring.vtu"), "fibre_ends": {"from": boxes[:1], "to": boxes[1:]},
+        "material": {"model": "stable-neo-hookean", "fibres": {"active_stress": 2e4}}}]}
+    assert (run(palpate.Simulation(scene)) == between).all()
+
+
 def test_viscosity_says_what_it_is_and_is_refused_where_it_is_none():
     viscosity = palpate.Viscosity(fractions=[0.3, 0.2], times=[0.1, 2.0])
     material = palpate.Material(viscosity=viscosity)

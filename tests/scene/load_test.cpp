@@ -128,6 +128,45 @@ TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
             "expected one with 'mesh'");
 }
 
+/// A box of four cells along x.
+Scene bar(const std::string& ends, const std::string& fibres = R"({"stiffness": 1})") {
+  return read_scene_text(
+      R"({"bodies": [{"box": {"cells": [4, 1, 1], "size": [4, 1, 1]}, "material": {"model": "mooney-rivlin", "fibres": )" +
+          fibres + R"(}, "fibre_ends": )" + ends + "}]}",
+      "s.json");
+}
+std::string end_at(double x) {
+  return R"([{"box": {"lower": [)" + std::to_string(x - 0.1) + R"(, -9, -9], "upper": [)" +
+         std::to_string(x + 0.1) + R"(, 9, 9]}}])";
+}
+
+TEST(LoadFibres, RunBetweenTheEndsOfABody) {
+  const auto ends = [](double from, double to) {
+    return R"({"from": )" + end_at(from) + R"(, "to": )" + end_at(to) + "}";
+  };
+  const auto problem = [](const std::string& key, const std::string& fibres = R"({"stiffness": 1})") {
+    return message_of([&] { load_model(bar(key, fibres), {}); });
+  };
+  const Model model = load_model(bar(ends(-2, 2)), {});
+  ASSERT_EQ(model.fibre_of_tet.size(), model.bodies.tets().size());
+  for (const Vec3& fibre : model.fibre_of_tet) EXPECT_LT(length(fibre - Vec3{1, 0, 0}), 1e-12);
+  EXPECT_EQ(
+      problem(ends(-2, 9)),
+      "s.json: bodies[0].fibre_ends.to[0]: found no point of 'body 0', expected one or more points selected");
+  EXPECT_EQ(
+      problem(R"({"from": [{"points": [3]}], "to": [{"points": [2, 3]}]})"),
+      "s.json: bodies[0].fibre_ends.to: found point 3, which is in 'from' too, expected ends that do not "
+      "touch");
+  EXPECT_EQ(problem(R"({"from": [], "to": []})"),
+            "s.json: bodies[0].fibre_ends.from: found none, expected one or more");
+  EXPECT_EQ(problem(ends(-2, 2), R"({"stiffness": 1, "field": "way"})"),
+            "s.json: bodies[0].fibre_ends: found it beside 'fibres.field', expected one of the two");
+  EXPECT_EQ(
+      problem(ends(-2, 2), "{}"),
+      "s.json: bodies[0].fibre_ends: found it in a body without fibres, expected 'fibres' in its material "
+      "or that of a region");
+}
+
 TEST(LoadBodies, SelectsInWorldCoordinatesWithTheBoundary) {
   EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"box": {"lower": [-1, -1, 1], "upper": [1, 1, 1]}}])"), 9);
   EXPECT_EQ(fixed_count(box + R"(, "fixed": [{"sphere": {"center": [0, 0, 0], "radius": 1}}])"), 7);

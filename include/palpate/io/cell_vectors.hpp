@@ -11,9 +11,10 @@ namespace palpate::io {
 /// Vectors of the cells of a mesh file, as directions of fibres: one for each tet that read_mesh() makes of
 /// it, in that order; tets that a cell was cut into have that of the cell.
 ///
-/// \param name  of an array of three components in the cell data of a `.vtu` file
+/// \param name  of cell data of three components: an array of a `.vtu` file; VECTORS, NORMALS or an array of a
+///              FIELD of a `.vtk` file; $ElementData of a `.msh` file (its first time step)
 /// Throws Error as read_mesh(), and where the file is of another format, has no such array, or not three
-/// finite numbers a cell. O(file size).
+/// finite numbers for each cell with a volume. O(file size).
 std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace palpate::io
