@@ -8,7 +8,7 @@
 
 namespace palpate::app {
 
-/// Parts of a lattice whose points have the same label and hang together along its edges.
+/// Parts of a lattice whose points have the same label and are connected along its edges.
 struct Components {
   std::vector<std::int32_t> of;       ///< (n_points), from 0; -1 where the label is 0
   std::vector<std::size_t> sizes;     ///< (n_components), points

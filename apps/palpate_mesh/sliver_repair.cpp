@@ -121,9 +121,9 @@ class Repairer {
     const Vec3 here = place;
     Vec3 chosen = here;
     for_points({3, 3, 3}, [&](int i, int j, int k) {
-      const Vec3 way{i - 1.0, j - 1.0, k - 1.0};
-      if (way == Vec3{}) return;
-      place = here + (step / length(way)) * way;
+      const Vec3 direction{i - 1.0, j - 1.0, k - 1.0};
+      if (direction == Vec3{}) return;
+      place = here + (step / length(direction)) * direction;
       if (length(place - start_[point]) > room_[point]) return;
       const double worst = worst_at(point);
       if (worst < best) {

@@ -19,8 +19,8 @@ constexpr std::size_t domain_grain = 128;
 constexpr std::size_t point_grain = 64;
 constexpr std::array<std::array<std::size_t, 2>, 6> edges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
-/// Of a tet's volume in its domain `place`: edges come first.
-constexpr double share_of(std::size_t place) {
+/// Fraction of the volume of a tet in its domain `place`: edges come first.
+constexpr double volume_fraction(std::size_t place) {
   return place < edges.size() ? 1.0 / 6.0 : 1.0 / 4.0;
 }
 
@@ -85,15 +85,15 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   densities_.resize(size());
   scales_.resize(size());
   rotations_.resize(size());
-  turning_.resize(size());
-  turned_.resize(points_.size());
+  twist_stiffness_.resize(size());
+  rotated_.resize(points_.size());
   tangents_.resize(std::ranges::any_of(tets_, &SmoothedTet::hyperelastic) ? size() : 0);
   changes_.resize(size());
 }
 
 void SmoothingDomains::add_domain(std::span<const Member> members) {
   const auto domain = static_cast<std::uint32_t>(size());
-  const double share = share_of(members.front().place);
+  const double share = volume_fraction(members.front().place);
   double volume = 0.0;
   const std::size_t first = points_.size();
   for (const Member& m : members) {
@@ -218,8 +218,8 @@ HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matr
 /// (Smith, de Goes & Kim 2019, section 4.1 for the first), and along all else that at fixed R. Negative ones
 /// are zero, as those at fixed R are. Where stretches s of opposite signs cancel, the second has no bound; it
 /// goes on as if their sum were a half.
-SmoothingDomains::Turning SmoothingDomains::turning_of(std::size_t domain, const Matrix3& f,
-                                                       const Matrix3& rotation, double fraction) const {
+SmoothingDomains::Twists SmoothingDomains::twists_of(std::size_t domain, const Matrix3& f,
+                                                     const Matrix3& rotation, double fraction) const {
   constexpr double least_sum = 0.5;
   const SmoothedTet& tet = first_tet(domain);
   const auto [strains, axes] = symmetric_eigen(corotated_strain(f, rotation));
@@ -240,9 +240,9 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const M
     return;
   }
   rotations_[domain] = rotation;
-  const Turning turning = turning_of(domain, plus_identity(h), rotation, fraction);
-  turning_[domain] =
-      scales_[domain] * outer_square(transposed(from_rows(turning[0], turning[1], turning[2])));
+  const Twists twists = twists_of(domain, plus_identity(h), rotation, fraction);
+  twist_stiffness_[domain] =
+      scales_[domain] * outer_square(transposed(from_rows(twists[0], twists[1], twists[2])));
   const auto quad = [](const Vec3& a) {
     return simd::Quad{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
   };
@@ -250,8 +250,8 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const M
   const double root = std::sqrt(scales_[domain]);
   for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
     const Vec3 a = rotation * rest_gradients_[k];
-    turned_[k].strain = quad(scale * a);
-    for (std::size_t n = 0; n < 3; ++n) turned_[k].turn[n] = quad(root * cross(turning[n], a));
+    rotated_[k].strain = quad(scale * a);
+    for (std::size_t n = 0; n < 3; ++n) rotated_[k].twist[n] = quad(root * cross(twists[n], a));
   }
 }
 
@@ -332,7 +332,7 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
     const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * t];
     double sum = 0.0;
     for (std::size_t k = 0; k < domains_of_tet; ++k) {
-      if (domains[k] < size()) sum += share_of(k) * densities_[domains[k]];
+      if (domains[k] < size()) sum += volume_fraction(k) * densities_[domains[k]];
     }
     at(energies, tets_[t].element) += tets_[t].volume * sum;
   });
@@ -357,7 +357,7 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
       for (int j = 0; j < 3; ++j) change(i, j) = modul * (b(i, j) + b(j, i));
     }
   }
-  const Vec3 w = turning_[domain] * Vec3{b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1)};
+  const Vec3 w = twist_stiffness_[domain] * Vec3{b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1)};
   const Matrix3 turn = from_rows({0.0, -w.z, w.y}, {w.z, 0.0, -w.x}, {-w.y, w.x, 0.0});
   for (std::size_t k = 0; k < 9; ++k) change.values[k] += turn.values[k];
   return times_transposed(change, transposed(r));
@@ -427,7 +427,7 @@ std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Th
     for (std::size_t k = 0; k < domains_of_tet; ++k) {
       const std::uint32_t d = domain_of_tet_[domains_of_tet * t + k];
       if (d >= size()) continue;
-      const double share = share_of(k);
+      const double share = volume_fraction(k);
       of_tets[t].energy_density += share * of_domains[d].energy_density;
       for (std::size_t n = 0; n < 9; ++n)
         of_tets[t].stress.values[n] += share * of_domains[d].stress.values[n];

@@ -42,7 +42,7 @@ struct SmoothedTet {
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
 /// Forces are -V P b_i, stiffness blocks V b_i : dP/dF : b_j, as those of a tet are; that
-/// of corotational ones without its negative part (turning_of).
+/// of corotational ones without its negative part (twists_of).
 ///
 /// Deviations: the two parts are split by Lame's constants and not by deviator and trace, so that each alone
 /// has no stress at rest, also in laws that are not linear.
@@ -134,7 +134,7 @@ class SmoothingDomains {
       for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
     } else {
       const bool volume = is_node(entry.domain);
-      for_others([&](std::size_t k) { return corotational_block(turned_[own], turned_[k], volume); });
+      for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
   /// The same at rest, turned by a rotation.
@@ -161,16 +161,16 @@ class SmoothingDomains {
   void set_law(std::span<const Member> members);
   [[nodiscard]] Block hyperelastic_block(std::size_t domain, std::size_t a, std::size_t b) const;
   /// A point's place in a corotational domain, so that blocks are sums of products of two of them.
-  struct Turned {
-    simd::Quad strain;               ///< sqrt(factor V modulus) R b_i
-    std::array<simd::Quad, 3> turn;  ///< sqrt(factor V) a_k x R b_i, a_k of Turning
+  struct RotatedGradient {
+    simd::Quad strain;                ///< sqrt(factor V modulus) R b_i
+    std::array<simd::Quad, 3> twist;  ///< sqrt(factor V) a_k x R b_i, a_k of Twists
   };
   static void add_outer_product(const simd::Quad& a, const simd::Quad& b, Block& block) {
     const Block product{a.x * b.x, a.x * b.y, a.x * b.z, a.y * b.x, a.y * b.y,
                         a.y * b.z, a.z * b.x, a.z * b.y, a.z * b.z};
     for (std::size_t k = 0; k < 9; ++k) block[k] += product[k];
   }
-  static Block corotational_block(const Turned& a, const Turned& b, bool volume) {
+  static Block corotational_block(const RotatedGradient& a, const RotatedGradient& b, bool volume) {
     Block block{};
     if (volume) {
       add_outer_product(a.strain, b.strain, block);
@@ -179,7 +179,7 @@ class SmoothingDomains {
       for (std::size_t k = 0; k < 9; k += 4) block[k] = trace;
       add_outer_product(b.strain, a.strain, block);
     }
-    for (std::size_t k = 0; k < 3; ++k) add_outer_product(a.turn[k], b.turn[k], block);
+    for (std::size_t k = 0; k < 3; ++k) add_outer_product(a.twist[k], b.twist[k], block);
     return block;
   }
   /// All of a domain have one material.
@@ -200,9 +200,9 @@ class SmoothingDomains {
                                                     double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
   /// Principal axes at the positions, each with the root of the stiffness of the twist about it, Pa.
-  using Turning = std::array<Vec3, 3>;
-  [[nodiscard]] Turning turning_of(std::size_t domain, const Matrix3& f, const Matrix3& rotation,
-                                   double fraction) const;
+  using Twists = std::array<Vec3, 3>;
+  [[nodiscard]] Twists twists_of(std::size_t domain, const Matrix3& f, const Matrix3& rotation,
+                                 double fraction) const;
   void set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation, double fraction);
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
 
@@ -221,14 +221,15 @@ class SmoothingDomains {
   ViscousElements viscosity_;           ///< its elements are domains
   std::vector<Index> smoothed_points_;  ///< with an entry
   // As of the last update().
-  std::vector<Matrix3> stresses_;              ///< V P, N m
-  std::vector<double> densities_;              ///< of energy, J/m^3
-  std::vector<double> scales_;                 ///< factor V
-  std::vector<Matrix3> rotations_;             ///< of corotational tissue
-  std::vector<SymmetricMatrix3> turning_;      ///< factor V sum a_k a_k^T of Turning, of corotational tissue
-  simd::AlignedVector<Turned> turned_;         ///< as points_, of corotational tissue
-  std::vector<HyperelasticTangent> tangents_;  ///< of hyperelastic tissue
-  mutable std::vector<Matrix3> changes_;       ///< scratch
+  std::vector<Matrix3> stresses_;   ///< V P, N m
+  std::vector<double> densities_;   ///< of energy, J/m^3
+  std::vector<double> scales_;      ///< factor V
+  std::vector<Matrix3> rotations_;  ///< of corotational tissue
+  std::vector<SymmetricMatrix3>
+      twist_stiffness_;  ///< factor V sum a_k a_k^T of Twists, of corotational tissue
+  simd::AlignedVector<RotatedGradient> rotated_;  ///< as points_, of corotational tissue
+  std::vector<HyperelasticTangent> tangents_;     ///< of hyperelastic tissue
+  mutable std::vector<Matrix3> changes_;          ///< scratch
 };
 
 }  // namespace palpate::fem
