@@ -167,12 +167,12 @@ TEST_F(Conforming, OpenTissuesHaveAGap) {
 }
 
 TEST_F(Conforming, LayersOfOneVoxelStayWhole) {
-  // A flat sheet, and a shell that meets the lattice at all angles.
+  // A flat sheet, and a shell of 1.5 voxels that meets the lattice at all angles.
   const TestMap map({24, 24, 24}, [](int i, int j, int k) {
     const double r = std::sqrt((i - 11.5) * (i - 11.5) + (j - 11.5) * (j - 11.5) + (k - 14.0) * (k - 14.0));
     if (i < 2 || j < 2 || i > 21 || j > 21 || k < 2 || k > 21) return 0;
     if (k == 4) return 1;
-    return r >= 5.5 && r < 6.6 ? 2 : 3;
+    return r >= 5.5 && r < 7.0 ? 2 : 3;
   });
   write("sheets.nrrd", nrrd(map));
   const Json report = conforming("sheets.nrrd", {"--relation", "slides", "--size", "4"});
