@@ -17,9 +17,10 @@ namespace palpate::app {
 namespace {
 
 /// Size of triangles over the thickness of the tissue there, at most: with larger ones, both sides of a layer
-/// meet. In layers of few voxels it is as much as they have voxels.
+/// meet. Less in layers of few voxels, which stay whole with these (tests, Conforming.LayersOfOneVoxel...).
 constexpr double of_thickness = 4.0;
 constexpr double of_one_voxel = 1.2;
+constexpr double of_each_more = 1.6;
 /// Of triangles from the interface: of their size, and of a voxel.
 constexpr double distance_share = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
@@ -64,7 +65,8 @@ std::vector<float> layers_of(const Tissues& tissues, double most) {
       if (tissues.voxel(v[0], v[1], v[2]) == tissue)
         thick = std::max(thick, thickness[tissues.voxel_index(v[0], v[1], v[2])]);
     });
-    const double share = std::clamp(static_cast<double>(thick) / voxel, of_one_voxel, of_thickness);
+    const double voxels = std::max(static_cast<double>(thick) / voxel, 1.0);
+    const double share = std::min(of_one_voxel + of_each_more * (voxels - 1.0), of_thickness);
     layers.push_back(thick * static_cast<float>(share / of_thickness));
   });
   return layers;
@@ -115,13 +117,15 @@ class ConformingMesher {
     return voxels * std::max({map.map.spacing.x, map.map.spacing.y, map.map.spacing.z});
   }
 
-  /// Meshes at a general size; layers have their own. Slivers are improved where `wanted` takes the tets.
+  /// Meshes at a general size; layers have their own, and stay whole unless a number of tets was given.
+  /// Slivers are improved where `wanted` takes the tets.
   void mesh(double size, const std::function<bool(std::size_t)>& wanted) {
     progress_->starts(size);
     made_.size = size;
     TissueSizes sizes = plan_->sizes;
     sizes.general = size;
-    sizes.of_thickness = of_thickness * std::min(scale_of(size), 1.0);
+    sizes.of_thickness =
+        of_thickness * (options_->fineness.tets > 0.0 ? scale_of(size) : std::min(scale_of(size), 1.0));
     sizes_ = size_field(tissues_, sizes, layers_);
     domain_.seeds = tissues_.seeds(size);
     const Fineness& fineness = options_->fineness;
