@@ -5,8 +5,8 @@
 // Runs the scene for so many steps without a budget, and with each; one thread. At the end: how far points
 // are from where they are without a budget (the paper's Table 2). Then MANY_STEPS with each budget and with
 // disturbances (disturbances.hpp). Then detection alone, FRAMES times: the positions of the run without a
-// budget, to and fro, each time with a tremble of its own. For each step or detection: its time, the share of
-// the clusters asked, and whether the system put the thread aside meanwhile, which no program can foresee.
+// budget, to and fro, each time with a tremble of its own. For each step or detection: its time, the fraction
+// of the clusters asked, and whether the system put the thread aside meanwhile, which no program can foresee.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -47,7 +47,7 @@ struct Series {
 
 struct Run {
   Series steps;  ///< all detections of each
-  std::int64_t without_foresight = 0;
+  std::int64_t without_prediction = 0;
   std::vector<Vec3> end;
   std::vector<std::vector<Vec3>> frames;  ///< of each step
 };
@@ -67,7 +67,7 @@ Run run(const std::string& scene, int steps, const std::optional<Budget>& budget
     const std::int64_t before = bench::preemptions();
     const StepMetrics& m = simulation.step();
     result.steps.add(total(m.detection_seconds), bench::preemptions() - before, m.detection);
-    result.without_foresight += m.looks_ahead ? 0 : 1;
+    result.without_prediction += m.looks_ahead ? 0 : 1;
     result.end.assign(simulation.positions().begin(), simulation.positions().end());
     if (keep_frames) result.frames.push_back(result.end);
   }
@@ -100,10 +100,10 @@ Series detect(const std::string& scene, const std::vector<std::vector<Vec3>>& fr
   return series;
 }
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   std::ranges::sort(values);
   const auto last = static_cast<double>(values.size() - 1);
-  return values[static_cast<std::size_t>(std::ceil(share * last))];
+  return values[static_cast<std::size_t>(std::ceil(fraction * last))];
 }
 
 Json spread(const std::vector<double>& values) {
@@ -141,15 +141,15 @@ Json kept(const Series& series, double budget) {
     undisturbed.push_back(series.milliseconds[i]);
     within_undisturbed += in_time ? 1 : 0;
   }
-  const auto share = [](std::int64_t part, std::size_t all) {
+  const auto fraction = [](std::int64_t part, std::size_t all) {
     return static_cast<double>(part) / static_cast<double>(std::max<std::size_t>(all, 1));
   };
   return {{"count", series.milliseconds.size()},
           {"time", spread(series.milliseconds)},
           {"put_aside", series.milliseconds.size() - undisturbed.size()},
           {"time_undisturbed", undisturbed.empty() ? Json() : spread(undisturbed)},
-          {"share_within", share(within, series.milliseconds.size())},
-          {"share_within_undisturbed", share(within_undisturbed, undisturbed.size())},
+          {"share_within", fraction(within, series.milliseconds.size())},
+          {"share_within_undisturbed", fraction(within_undisturbed, undisturbed.size())},
           {"completeness", spread(series.completeness)},
           {"least_completeness", *std::ranges::min_element(series.completeness)},
           {"rough_depths", spread(series.rough)},
@@ -183,7 +183,7 @@ void measure(int argc, char** argv) {
     const Series series = detect(scene, exact.frames, frames, Budget{.milliseconds = budget});
     json["budgets"].push_back({{"budget", budget},
                                {"steps", kept(limited.steps, budget)},
-                               {"steps_without_foresight", limited.without_foresight},
+                               {"steps_without_foresight", limited.without_prediction},
                                {"deviation", deviation(limited, exact)},
                                {"many_steps", kept(disturbed.steps, budget)},
                                {"many_steps_milliseconds", disturbed.steps.milliseconds},

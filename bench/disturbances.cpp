@@ -19,7 +19,7 @@ Vec3 Random::in_ball(double radius) {
 
 Disturbances::Disturbances(const Simulation& simulation, std::vector<Motion> motions,
                            std::span<const std::uint8_t> rigid, std::uint64_t seed)
-    : random_(seed), rails_(std::move(motions)) {
+    : random_(seed), motions_(std::move(motions)) {
   const Bodies& bodies = simulation.bodies();
   edge_ = mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
   for (Index b = 0; b < bodies.body_count(); ++b) {
@@ -28,7 +28,7 @@ Disturbances::Disturbances(const Simulation& simulation, std::vector<Motion> mot
     const double h = simulation.settings().time_step;
     soft_.push_back({points, at(simulation.masses(), b) / static_cast<double>(points.size()) / (h * h)});
   }
-  for (const Motion& motion : rails_) poses_.push_back(pose_at(motion, 0.0));
+  for (const Motion& motion : motions_) poses_.push_back(pose_at(motion, 0.0));
 }
 
 void Disturbances::apply(Simulation& simulation, std::span<Simulation> others) {
@@ -61,15 +61,15 @@ void Disturbances::hold(Simulation& simulation) {
 /// From where they are, in 80 steps, to a place near another one of their path.
 void Disturbances::redirect(Simulation& simulation, std::span<Simulation> others) {
   const double now = simulation.metrics().time;
-  for (std::size_t m = 0; m < rails_.size(); ++m) {
+  for (std::size_t m = 0; m < motions_.size(); ++m) {
     Keyframe begin = poses_[m];
-    Keyframe end = pose_at(rails_[m], random_.uniform(0.0, rails_[m].keyframes.back().time));
+    Keyframe end = pose_at(motions_[m], random_.uniform(0.0, motions_[m].keyframes.back().time));
     end.translate += random_.in_ball(0.2 * edge_);
     begin.time = now;
     end.time = now + 80.0 * simulation.settings().time_step;
-    const Motion way{rails_[m].center, {begin, end}, Interpolation::smooth};
-    simulation.set_motion(static_cast<Index>(m), way);
-    for (Simulation& other : others) other.set_motion(static_cast<Index>(m), way);
+    const Motion segment{motions_[m].center, {begin, end}, Interpolation::smooth};
+    simulation.set_motion(static_cast<Index>(m), segment);
+    for (Simulation& other : others) other.set_motion(static_cast<Index>(m), segment);
     poses_[m] = end;
   }
 }

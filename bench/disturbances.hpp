@@ -20,8 +20,8 @@ class Random {
   std::uint64_t state_;
 };
 
-/// Pushes, grabs and other ways for what moves on rails, by the sizes of the scene and drawn from a seed:
-/// every few steps a point is pushed, or grabbed, drawn about and let go; what moves on rails (jaws, plates)
+/// Pushes, grabs and other paths for prescribed bodies, by the sizes of the scene and drawn from a seed:
+/// every few steps a point is pushed, or grabbed, moved about and released; prescribed bodies (jaws, plates)
 /// goes to and fro near its path.
 class Disturbances {
  public:
@@ -45,7 +45,7 @@ class Disturbances {
   std::pair<Index, double> any_point();
 
   Random random_;
-  std::vector<Motion> rails_;    ///< as the scene has them
+  std::vector<Motion> motions_;  ///< as the scene has them
   std::vector<Keyframe> poses_;  ///< where each is going
   std::vector<Soft> soft_;
   double edge_ = 0.0;  ///< mean, m

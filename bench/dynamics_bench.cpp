@@ -36,7 +36,7 @@ struct Body {
   std::string name;
   Bodies bodies;
   Material material;
-  double held_share = 0.0;  ///< of the height, from below: fixed
+  double held_fraction = 0.0;  ///< of the height, from below: fixed
   int frames = 0;
   bool direct = true;
 };
@@ -124,7 +124,7 @@ Json measure(const Body& c) {
   std::vector<std::uint8_t> free(rest.size(), 1);
   const auto [low, high] = std::ranges::minmax(rest, {}, &Vec3::z);
   for (std::size_t p = 0; p < rest.size(); ++p) {
-    const bool held = c.held_share > 0.0 && rest[p].z <= low.z + c.held_share * (high.z - low.z);
+    const bool held = c.held_fraction > 0.0 && rest[p].z <= low.z + c.held_fraction * (high.z - low.z);
     if (held || masses[p] == 0.0) free[p] = 0;
   }
   EigenDynamics eigen(c.bodies, c.material, free, masses, OurDynamics::time_step);
@@ -215,7 +215,7 @@ Body stacking() {
 }
 
 Body head(const std::filesystem::path& folder) {
-  Body body{.name = "skull", .bodies = {}, .material = {2e5, 0.4, 1000.0, 0.0, 0.002}, .held_share = 0.05};
+  Body body{.name = "skull", .bodies = {}, .material = {2e5, 0.4, 1000.0, 0.0, 0.002}, .held_fraction = 0.05};
   for (const char* part : {"skull", "lower", "upper", "soft"}) {
     TetMesh mesh = io::read_mesh(folder / ("hq_" + std::string(part) + ".mesh")).mesh;
     for (Vec3& p : mesh.points) p = 1e-3 * p;  // the files are in mm
@@ -228,7 +228,7 @@ Body block() {
   Body body{.name = "block",
             .bodies = {},
             .material = {2e4, 0.4, 1000.0, 0.0, 0.002},
-            .held_share = 0.01,
+            .held_fraction = 0.01,
             .direct = false};
   body.bodies.add("block", make_box({58, 58, 58}, {0.5, 0.5, 0.5}));
   return body;

@@ -42,8 +42,8 @@ def product_rows(cases):
     yield "|---|---:|---:|---:|---:|"
     for case in cases:
         product = case["product"]
-        share = product["GB_per_s"] / product["read_GB_per_s"]
-        yield f"| {case['name']} | {product['bytes'] / 1e6:.1f} | {product['ms']:.3f} | {product['GB_per_s']:.1f} | {100 * share:.0f} % |"
+        fraction = product["GB_per_s"] / product["read_GB_per_s"]
+        yield f"| {case['name']} | {product['bytes'] / 1e6:.1f} | {product['ms']:.3f} | {product['GB_per_s']:.1f} | {100 * fraction:.0f} % |"
 
 
 def table(report):

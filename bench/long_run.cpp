@@ -104,12 +104,12 @@ int work(int argc, char** argv) {
   try {
     while (simulation.metrics().step < steps && seconds() < most_seconds) {
       disturbances.apply(simulation, {&second, 1});
-      const bool look = simulation.metrics().step % interval == interval - 1;
-      if (look) second.restore(simulation.save());
+      const bool compares = simulation.metrics().step % interval == interval - 1;
+      if (compares) second.restore(simulation.save());
       simulation.step();
       check_step(simulation);
       most_contacts = std::max(most_contacts, simulation.metrics().detection.contacts);
-      if (!look) continue;
+      if (!compares) continue;
       check_contacts(simulation, brute);
       second.step();
       require(second.save() == simulation.save(), "a resumed run has other bits", simulation.metrics().step);

@@ -18,8 +18,8 @@ OurDynamics::OurDynamics(const Bodies& bodies, const Material& material,
       multigrid(matrix),
       right_side(free.size()),
       solution(free.size()) {
-  const double share = time_step * (material.stiffness_damping + time_step);
-  elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), share));
+  const double scale = time_step * (material.stiffness_damping + time_step);
+  elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), scale));
   couplings.set({}, time_step, free);
 }
 

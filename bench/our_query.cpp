@@ -11,14 +11,14 @@ namespace palpate::bench {
 Setting::Setting(const measure::QueryScene& s)
     : scene(s),
       immovable(s.immovable()),
-      takes_part(s.places.size(), 1),
+      included(s.places.size(), 1),
       course{s, immovable, Task::points_in_tets} {
   marks.resize(s.places.size());
   for (std::size_t p = 0; p < marks.size(); ++p) marks[p] = at(immovable, s.bodies.body_of_point()[p]);
   parallel::Threads one(1);
   const Clusters clusters = make_tet_clusters(s.bodies);
   cell_size =
-      choose_cell_size(one, s.bodies, s.places, takes_part, CellSizeRule::automatic, &clusters).cell_size;
+      choose_cell_size(one, s.bodies, s.places, included, CellSizeRule::automatic, &clusters).cell_size;
   Box bounds;
   for (const Vec3& p : s.places) bounds.extend(p);
   const Vec3 pad{2 * cell_size, 2 * cell_size, 2 * cell_size};
@@ -30,7 +30,7 @@ OurQuery::OurQuery(const Setting& setting, int threads, bool coherent)
       coherent_(coherent),
       threads_(threads),
       query_(setting.scene.bodies),
-      fixed_(setting.takes_part, setting.marks) {}
+      fixed_(setting.included, setting.marks) {}
 
 std::span<const PointInTet> OurQuery::find(std::span<const Vec3> positions) {
   const Bodies& bodies = setting_->scene.bodies;

@@ -22,7 +22,7 @@ struct Setting {
 
   const measure::QueryScene& scene;
   std::vector<std::uint8_t> immovable;  ///< per body
-  std::vector<std::uint8_t> takes_part;
+  std::vector<std::uint8_t> included;
   std::vector<std::uint8_t> marks;  ///< per point: of an immovable body
   Course course;
   double cell_size = 0.0;

@@ -34,7 +34,7 @@ constexpr std::size_t most_tets_of_all = 2'000'000;
 /// Frames before the first measured one let memory grow, and give the repair sort its last order.
 constexpr std::uint32_t warm_up = 2;
 /// Frames in a row of one competitor, before it is the next one's turn.
-constexpr std::uint32_t turn = 6;
+constexpr std::uint32_t batch = 6;
 
 /// One way to find the pairs of a frame.
 struct Competitor {
@@ -77,7 +77,7 @@ Competitor single_tets(const Setting& setting) {
   const auto state = std::make_shared<State>();
   return {"single tets", [state, &setting](std::span<const Vec3> positions) {
             State& s = *state;
-            const Box bounds = bounds_of(s.threads, positions, setting.takes_part, s.scratch);
+            const Box bounds = bounds_of(s.threads, positions, setting.included, s.scratch);
             if (!setting.lattice.domain().contains(bounds.lower))
               throw std::logic_error("positions beyond the lattice");
             s.grid.build_points(s.threads, setting.lattice, positions.size(), [&](Index p) {
@@ -135,7 +135,7 @@ bool equal(const std::vector<PointInTet>& a, const std::vector<PointInTet>& b) {
 }
 
 /// Gives frames [first, last) to a competitor; returns whether it finds what the first one found.
-bool take_turn(const QueryScene& scene, Competitor& c, std::uint32_t first, std::uint32_t last,
+bool run_batch(const QueryScene& scene, Competitor& c, std::uint32_t first, std::uint32_t last,
                std::vector<std::vector<PointInTet>>& expected) {
   std::vector<Vec3> positions;
   for (std::uint32_t frame = first; frame < last; ++frame) {
@@ -159,11 +159,11 @@ Json measure(const QueryScene& scene, std::uint32_t count) {
   // Embree works in the thread that measures.
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   std::vector<std::vector<PointInTet>> expected;
-  for (std::uint32_t first = 0; first < warm_up + count; first += turn) {
-    const std::uint32_t last = std::min(first + turn, warm_up + count);
+  for (std::uint32_t first = 0; first < warm_up + count; first += batch) {
+    const std::uint32_t last = std::min(first + batch, warm_up + count);
     for (std::size_t i = 0; i < all.size(); ++i) {
-      Competitor& c = all[(i + first / turn) % all.size()];
-      if (!take_turn(scene, c, first, last, expected))
+      Competitor& c = all[(i + first / batch) % all.size()];
+      if (!run_batch(scene, c, first, last, expected))
         throw Error("benchmark", scene.name, "other pairs by '" + c.name + "'", "those that the others find");
     }
   }

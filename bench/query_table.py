@@ -26,14 +26,14 @@ def row(scene):
     mode, embree = embree_of(times)
     single = times.get("single tets")
 
-    def share(name):
+    def relative_time(name):
         return f"{ours / times[name]:.0%}" if name in times else "–"
 
     cells = [
         scene["name"], f"{scene['tets']}", f"{scene['points']}", f"{scene['pairs']}", f"{ours:.3f}", f"{coherent:.3f}" if coherent else "–",
         f"{single:.2f} ({times_faster(single, ours)})" if single else "–", f"{embree:.2f}, {mode}" if embree else "–",
         f"**{times_faster(embree, ours)}**", f"**{times_faster(embree, coherent)}**", f"{1e6 * ours / scene['tets']:.1f}",
-        share("clustered, AVX2"), share("clustered, SSE4"),
+        relative_time("clustered, AVX2"), relative_time("clustered, SSE4"),
         f"{least['clustered, 1 thread'] / least['clustered, 2 threads']:.2f}×" if single else "–",
     ]
     return "| " + " | ".join(cells) + " |"

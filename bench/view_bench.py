@@ -4,7 +4,7 @@ and without a page, in turns: the same first steps of the scene each time.
 Usage: view_bench.py PALPATE RESULT.json SCENE... [--steps N] [--rounds N] [--threads N]
 
 The page is stood in for by a client that takes a frame, says at once that it has drawn it, and does nothing else: what
-it costs is the server's part alone. A browser on the same machine takes its own share of the cores on top.
+it costs is the server's part alone. A browser on the same machine needs cores of its own on top.
 
 Beside the wall clock counts the time that the thread of the simulation was on a core for a step (what a machine that is busy
 with other work does not disturb), and that of the thread of the server.

@@ -1,4 +1,4 @@
-"""A simulation that is built in code: a soft block is pressed by a plate on rails, and a hook pulls at its side."""
+"""A simulation that is built in code: a plate with a prescribed motion presses a soft block, and a hook pulls at its side."""
 
 import numpy as np
 

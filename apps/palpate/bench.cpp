@@ -122,7 +122,7 @@ int scaling(const ScalingOptions& options) {
                  {"step-growth", [&] { return measure::step_growth(effort, options.most_tets); }}});
 }
 
-/// What both subcommands are told.
+/// Options of both subcommands.
 void add_report_options(CLI::App& app, ReportOptions& options, std::span<const std::string_view> items) {
   auto* quick = app.add_flag("--quick", options.quick, "a few minutes on two cores (default)");
   app.add_flag("--full", options.full, "more frames, rounds or sizes: half an hour")->excludes(quick);

@@ -30,7 +30,7 @@ struct ForcesOfStep {
 /// The forces on all bodies, and those of pairs that a scene names.
 class ForceProbe {
  public:
-  /// Notes which bodies are held. \param obstacles  (n_bodies) as the model has them
+  /// Finds which bodies are held. \param obstacles  (n_bodies) as the model has them
   ForceProbe(const Scene& scene, const Model& model);
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
@@ -52,7 +52,7 @@ class ForceProbe {
                                     const Vec3& center) const;
 
   std::vector<std::string> names_;
-  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed, if only along an axis, or on rails
+  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed, if only along an axis, or prescribed
   std::vector<Index> motions_;      ///< (n_bodies) the body's own motion, or -1
   std::vector<Pair> pairs_;
 };

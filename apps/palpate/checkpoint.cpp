@@ -61,7 +61,7 @@ void describe(Archive& archive, RunOutcome& o) {
   archive(o.steps, o.contacts, o.border_edges, o.crossings, o.edge_contacts, o.candidates, o.movers,
           o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
           o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
-          o.late_steps, o.least_completeness, o.steps_without_foresight, o.solver_iterations,
+          o.late_steps, o.least_completeness, o.steps_without_prediction, o.solver_iterations,
           o.steps_not_converged, o.steps_too_far, o.thinnest, o.largest_forces, o.stages, o.outcomes);
 }
 
@@ -162,7 +162,7 @@ void CheckpointWriter::write(const fs::path& path, const Simulation& simulation,
   ArchiveWriter writer;
   writer(checkpoint);
   const std::vector<std::byte> bytes = sealed(checkpoint_seal, writer.take());
-  // Not the folder of results: where it has vanished, a new one with a checkpoint alone would tell of a run
+  // Not the folder of results: where it has vanished, a new one with a checkpoint alone would look like a run
   // that can be gone on with.
   std::error_code failed;
   fs::create_directory(path.parent_path(), failed);

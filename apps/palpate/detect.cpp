@@ -17,7 +17,7 @@
 #include "run_report.hpp"
 #include "scene_input.hpp"
 #include "sim/holds.hpp"
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 #include "subcommands.hpp"
 
 namespace palpate::app {
@@ -111,14 +111,14 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
 int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
   options.detection.apply(input.scene.settings.detection);
-  // As a run starts: bodies on rails are where their motion is at time 0.
+  // As a run starts: prescribed bodies are where their motion is at time 0.
   const Model& model = input.model;
   const Bodies& bodies = model.bodies;
   const Detector detector = as_input([&] {
     Detector made(bodies, without_absent(input.scene.settings.detection, model.absent), model.obstacles,
                   options.threads);
-    Rails rails(model.motions, model.motion_of_point, bodies.points_rest());
-    made.detect(rails.start_positions(parallel::Threads(options.threads), bodies.points_rest()));
+    PrescribedMotions prescribed(model.motions, model.motion_of_point, bodies.points_rest());
+    made.detect(prescribed.start_positions(parallel::Threads(options.threads), bodies.points_rest()));
     return made;
   });
   const Contacts& contacts = detector.contacts();
@@ -132,12 +132,12 @@ int detect(const DetectOptions& options) {
   const DetectionCounts& counts = detector.counts();
   const std::string edges =
       counts.edge_contacts > 0 ? counted(counts.edge_contacts, "edge contact") + ", " : "";
-  say_note(fmt::format("{}, {}{}, {}, {} tested", counted(counts.contacts, "contact"), edges,
-                       counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
-                       counted(counts.candidates, "candidate")));
+  print_note(fmt::format("{}, {}{}, {}, {} tested", counted(counts.contacts, "contact"), edges,
+                         counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
+                         counted(counts.candidates, "candidate")));
   if (counts.late_clusters > 0) {
-    say_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
-                         short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));
+    print_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
+                           short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));
   }
   return exit_done;
 }

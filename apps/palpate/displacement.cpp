@@ -12,14 +12,14 @@ Displacement displacement_of(const Simulation& simulation, Index body) {
   const Range points = at(simulation.bodies().bodies(), body).points;
   Displacement result;
   for (Index p = points.begin; p < points.end; ++p) {
-    const Vec3 way = at(simulation.positions(), p) - at(simulation.bodies().points_rest(), p);
-    result.mean += way;
-    result.mean_length += length(way);
-    result.largest = std::max(result.largest, length(way));
+    const Vec3 moved = at(simulation.positions(), p) - at(simulation.bodies().points_rest(), p);
+    result.mean += moved;
+    result.mean_length += length(moved);
+    result.largest = std::max(result.largest, length(moved));
   }
-  const double share = points.size() > 0 ? 1.0 / points.size() : 0.0;
-  result.mean = share * result.mean;
-  result.mean_length *= share;
+  const double scale = points.size() > 0 ? 1.0 / points.size() : 0.0;
+  result.mean = scale * result.mean;
+  result.mean_length *= scale;
   return result;
 }
 

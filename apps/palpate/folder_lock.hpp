@@ -9,7 +9,7 @@ namespace palpate::app {
 class FolderLock {
  public:
   /// Creates the folder where it is not there. Throws Error where another run holds it, or where it cannot be
-  /// written. On file systems that know no locks nothing is held.
+  /// written. On file systems without locks there is none.
   explicit FolderLock(const std::filesystem::path& folder);
   /// Removes the file.
   ~FolderLock();

@@ -20,7 +20,7 @@ struct FramesSoFar {
   std::vector<FieldMaximum> maxima{};
 };
 
-/// Writes the states of a run as a series of .vtu frames: every so many steps, and those it is told to.
+/// Writes the states of a run as a series of .vtu frames: every so many steps, and those that are asked for.
 class FrameWriter {
  public:
   /// \param output  how often, and with which fields

@@ -96,7 +96,7 @@ Subcommand add_stacking(CLI::App& generate) {
             [&stacking](const std::string& flag, const std::string& text) {
               stacking.gap = parse_number(flag, text, scene_format::at_least(0.0));
             });
-  add_value(*app, "--seed", "N", "of the small shifts and turns; default: 1",
+  add_value(*app, "--seed", "N", "of the small shifts and rotations; default: 1",
             [&stacking](const std::string& flag, const std::string& text) {
               constexpr auto most = std::numeric_limits<std::uint32_t>::max();
               stacking.seed = static_cast<std::uint32_t>(parse_integer(flag, text, 0, most));

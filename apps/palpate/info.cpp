@@ -75,12 +75,12 @@ int mesh_info(const InfoOptions& options) {
                         statistics_text(statistics, options.unit ? unit.name : ""), parts_text(parts),
                         size_text(unit, options.unit.has_value(), side),
                         notes.empty() ? "" : fmt::format("note            {}\n", notes)));
-  say_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
-                       input.record.file));
+  print_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
+                         input.record.file));
   return exit_done;
 }
 
-/// What info tells of a scene.
+/// The output of info for a scene.
 struct SceneFacts {
   SceneInput input;
   Simulation simulation;  ///< at the start
@@ -206,7 +206,7 @@ Subcommand add_info(CLI::App& command) {
   auto options = std::make_shared<InfoOptions>();
   add_path(*app, "FILE", options->what.file, "mesh or scene; '-': a scene from standard input");
   add_changes(*app, options->what.changes);
-  add_value(*app, "--unit", "m|cm|mm|um", "what the numbers of a mesh are in; default: told as a guess",
+  add_value(*app, "--unit", "m|cm|mm|um", "unit of the numbers of a mesh; default: a guess, which is printed",
             [options](const std::string& flag, const std::string& text) {
               options->unit = parse_mesh_unit(flag, text);
             });

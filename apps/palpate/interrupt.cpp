@@ -14,7 +14,7 @@ volatile std::sig_atomic_t interrupt_requested = 0;
 extern "C" void request_interrupt(int) {
   interrupt_requested = 1;
   for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
-  ::signal(SIGHUP, SIG_IGN);  // a lost terminal is told twice, by the system and by the shell
+  ::signal(SIGHUP, SIG_IGN);  // a lost terminal is reported twice, by the system and by the shell
 }
 
 bool is_ignored(int signal) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "exit_codes.hpp"
 #include "option_values.hpp"
 
 namespace palpate::app {
@@ -25,7 +26,8 @@ void take_value(const std::string& flag, const std::string& text, double& for_al
 }
 
 void add_fineness(CLI::App& app, Fineness& fineness) {
-  add_repeated(app, "--tets", "N|ORGAN=N", "tets of all organs together, or of one; default: 10000 together",
+  add_repeated(app, "--tets", "N|ORGAN=N",
+               "tets of all organs together, or of one; default: 10000 together, 50000 with --conforming",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.tets, fineness.named_tets);
                });
@@ -33,7 +35,8 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
             [&](const std::string& flag, const std::string& text) {
               fineness.tets_each = parse_number(flag, text, above(0.0));
             });
-  add_repeated(app, "--size", "MM|ORGAN=MM", "size of the triangles in place of a number of tets",
+  add_repeated(app, "--size", "MM|ORGAN=MM",
+               "size of the triangles in place of a number of tets; A:B=MM: where two organs touch",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.size, fineness.sizes);
                });
@@ -49,10 +52,12 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
 }
 
 void add_shaping(CLI::App& app, Shaping& shaping) {
-  add_value(app, "--smoothing", "S", "blur of label borders, in voxels; 0: none; default: 0.7",
+  add_value(app, "--smoothing", "S",
+            "blur of label borders, in voxels; 0: none; default: 0.7, or 0.5 with --conforming",
             [&](const std::string& flag, const std::string& text) {
               constexpr scene_format::Limits limits{.low = 0.0, .high = 5.0};
               shaping.smoothing = parse_number(flag, text, limits);
+              shaping.smoothing_given = true;
             });
   add_value(app, "--gap", "MM", "distance to leave between organs that touch; default: 0",
             [&](const std::string& flag, const std::string& text) {
@@ -70,11 +75,51 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
             });
 }
 
+/// "X,Y,Z,RADIUS=MM"
+Conformity::Focus parse_focus(const std::string& flag, const std::string& text) {
+  std::array<double, 5> numbers{};
+  std::size_t begin = 0;
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    const std::size_t end = n < 3 ? text.find(',', begin) : (n == 3 ? text.find('=', begin) : text.size());
+    if (end == std::string::npos) throw BadInput(flag, "", "'" + text + "'", "X,Y,Z,RADIUS=MM");
+    const std::string number = text.substr(begin, end - begin);
+    numbers[n] = parse_number(flag, number, n < 3 ? scene_format::Limits{} : above(0.0));
+    begin = end + 1;
+  }
+  return {{numbers[0], numbers[1], numbers[2]}, numbers[3], numbers[4]};
+}
+
+/// "KIND" for all pairs of organs, or "A:B=KIND" for one.
+void take_relation(const std::string& flag, const std::string& text, Conformity& conformity) {
+  const auto equals = text.rfind('=');
+  const std::string kind = equals == std::string::npos ? text : text.substr(equals + 1);
+  const auto relation = static_cast<Relation>(parse_choice(flag, kind, relation_names));
+  if (equals == std::string::npos) {
+    conformity.general = relation;
+  } else {
+    conformity.pairs.push_back({text.substr(0, equals), relation});
+  }
+}
+
+void add_conformity(CLI::App& app, Conformity& conformity) {
+  app.add_flag("--conforming", conformity.wanted,
+               "one mesh of all labels of a map, without gaps: organs that touch share triangles");
+  add_repeated(
+      app, "--relation", "KIND|A:B=KIND",
+      "what organs that touch do: grown (one body; the default), slides, or open (--gap apart)",
+      [&](const std::string& flag, const std::string& text) { take_relation(flag, text, conformity); });
+  add_repeated(app, "--focus", "X,Y,Z,RADIUS=MM", "smaller triangles and tets in a ball, growing around it",
+               [&](const std::string& flag, const std::string& text) {
+                 conformity.focuses.push_back(parse_focus(flag, text));
+               });
+}
+
 }  // namespace
 
 constexpr const char* examples = R"(Examples:
   palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs-bodies/scene.json
   palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
+  palpate mesh eye.seg.nrrd --conforming --rigid bone --relation bulb:fat=slides
   palpate mesh skull.stl skin.stl --size 4 --out head && palpate run head/scene.json
 
 Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene is in mm, g and s.)";
@@ -105,6 +150,7 @@ void add_mesh_options(CLI::App& app, MeshOptions& options) {
                keep(options.rigid));
   add_fineness(app, options.fineness);
   add_shaping(app, options.shaping);
+  add_conformity(app, options.conformity);
   add_value(app, "--space", "lps|ras",
             "axes of the meshes; default: lps, as DICOM, ITK and files of 3D Slicer",
             [&](const std::string& flag, const std::string& text) {

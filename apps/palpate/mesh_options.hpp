@@ -1,12 +1,15 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <palpate/types.hpp>
 
 namespace palpate::app {
 
@@ -28,11 +31,39 @@ struct Fineness {
 
 /// How the shape of an organ is taken from voxels or a surface.
 struct Shaping {
-  double smoothing = 0.7;             ///< standard deviation of the blur, voxels; 0: none
+  double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
+  bool smoothing_given = false;
   double gap = 0.0;                   ///< mm between the surfaces of organs that touch
   std::optional<double> close_holes;  ///< mm, largest holes of surfaces to close; none: by their size
   double unit_millimeters = 1.0;      ///< of the coordinates of surfaces
   bool unit_given = false;
+};
+
+/// What holds between two tissues that touch.
+enum class Relation {
+  grown,   ///< they share points: one body, or soft tissue that is glued to a rigid one
+  slides,  ///< two bodies in contact, with the same triangles on both sides
+  open     ///< two bodies with a gap between them
+};
+inline constexpr std::array<std::string_view, 3> relation_names{"grown", "slides", "open"};
+
+/// How one mesh of all labels is made and cut into bodies.
+struct Conformity {
+  struct Pair {
+    std::string organs;  ///< "A:B"
+    Relation relation;
+  };
+  /// A ball, in the axes of the meshes, in which tets are small.
+  struct Focus {
+    Vec3 center;
+    double radius = 0.0;  ///< mm
+    double size = 0.0;    ///< mm
+  };
+  bool wanted = false;
+  std::optional<Relation> general;  ///< of pairs that are not named; none: they are grown together
+  std::vector<Pair> pairs{};
+  std::vector<Focus> focuses{};
+  std::vector<Fineness::Named> interface_sizes{};  ///< of "A:B", mm
 };
 
 /// What `palpate mesh` was asked for.
@@ -45,6 +76,7 @@ struct MeshOptions {
   std::vector<std::string> rigid;               ///< organs that become obstacles
   Fineness fineness;
   Shaping shaping;
+  Conformity conformity;
   bool ras = false;  ///< meshes in RAS in place of LPS
   bool json = false;
   bool quiet = false;

@@ -48,7 +48,7 @@ void say_warning(std::string_view message) {
   say("palpate: " + coloured("warning:", Colour::yellow, STDERR_FILENO) + " %v", message);
 }
 
-void say_note(std::string_view message) {
+void print_note(std::string_view message) {
   say("palpate: %v", message);
 }
 

@@ -12,7 +12,7 @@ void say_error(std::string_view message);
 void say_warning(std::string_view message);
 
 /// Writes "palpate: MESSAGE" to stderr: what is worth knowing beside the output.
-void say_note(std::string_view message);
+void print_note(std::string_view message);
 
 /// Writes a line with the time of day to stderr, for logs.
 void say_progress(std::string_view message);

@@ -53,10 +53,10 @@ int write_new(const NewOptions& options) {
   Scene written = made.first.scene;
   written.name = path.stem().string();  // results go to a folder of this name
   written.source = path.string();
-  load_scene_input(written);  // as 'run' will: what it refuses or warns of is told now
+  load_scene_input(written);  // as 'run' will, so that its errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
   print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
-  say_note(
+  print_note(
       fmt::format("next: 'palpate view {0}' shows it and lets you pull at it, 'palpate run {0}' simulates it",
                   path.string()));
   return exit_done;

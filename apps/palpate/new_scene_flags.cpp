@@ -17,7 +17,7 @@ namespace palpate::app {
 namespace {
 
 /// Takes an answer of the user into the request: a unit, or a length such as "0.3"; empty leaves the guess.
-void take_answer(const std::string& answer, NewSceneRequest& request) {
+void apply_answer(const std::string& answer, NewSceneRequest& request) {
   if (answer.empty()) return;
   request.unit = mesh_unit(answer);
   if (request.unit) return;
@@ -54,7 +54,7 @@ void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags) {
       ->excludes(unit);
   app.add_flag("--drop", flags.request.drop,
                "let it fall onto a floor, in place of holding its lowest tenth");
-  app.add_flag("--yes", flags.yes, "take the guess, do not ask");
+  app.add_flag("--yes", flags.yes, "use the guess, do not ask");
 }
 
 void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found) {
@@ -76,13 +76,13 @@ NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
   const Vec3& size = made.first.size;
   const std::string guess =
       made.unit.name.empty() ? "no unit fits; scaled it is" : fmt::format("in {} that is", made.unit.name);
-  say_note(
+  print_note(
       fmt::format("{} is {} long: {} {} and {}. Enter: so be it; or m, cm, mm, um, or a length in metres:",
                   request.mesh.string(), short_text(made.longest_side), guess,
                   length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass)));
   const auto answer = read_line();
   if (!answer) throw BadInput("the answer", "", "the end of the input", "a unit, a length or an empty line");
-  take_answer(*answer, request);
+  apply_answer(*answer, request);
   return answer->empty() ? made : new_scene_of(request);
 }
 

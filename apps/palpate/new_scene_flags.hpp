@@ -18,7 +18,7 @@ void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags);
 /// Throws BadInput naming a flag that was given, where `found` is no mesh.
 void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found);
 
-/// The first scene of a mesh. Asks for the unit where no flag tells it and somebody is there to answer: stdin
+/// The first scene of a mesh. Asks for the unit where no flag gives it and a user can answer: stdin
 /// and stderr are a terminal.
 NewScene new_scene_as_agreed(const NewSceneFlags& flags);
 

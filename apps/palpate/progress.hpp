@@ -10,8 +10,8 @@
 
 namespace palpate::app {
 
-/// Tells on stderr how far a run is: on a terminal one line that is rewritten in place, else a line every few
-/// seconds and one at the end.
+/// Prints the progress of a run on stderr: on a terminal one line that is rewritten in place, else a line
+/// every few seconds and one at the end.
 class Progress {
  public:
   /// \param first_step  at which it begins

@@ -26,9 +26,9 @@ std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, int thr
     return 0;
   });
   if (!report.relaxed) {
-    say_note(fmt::format("{}: overlaps of {} {} are left after relaxing, more than the {} {} allowed",
-                         scene.source, short_text(report.deepest_after), scene.units.length,
-                         short_text(report.allowed_depth), scene.units.length));
+    print_note(fmt::format("{}: overlaps of {} {} are left after relaxing, more than the {} {} allowed",
+                           scene.source, short_text(report.deepest_after), scene.units.length,
+                           short_text(report.allowed_depth), scene.units.length));
   }
   return report;
 }

@@ -9,7 +9,7 @@
 
 namespace palpate::app {
 
-/// Removes the overlaps at the start where the scene asks for it, and tells on stderr what is left. Ctrl-C
+/// Removes the overlaps at the start where the scene asks for it, and prints on stderr what is left. Ctrl-C
 /// ends it with an exception; what the scene is to blame for is a BadInput.
 std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, int threads, bool quiet);
 

@@ -70,7 +70,7 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
 }
 
 /// Puts the simulation where the checkpoint has it, if there is one.
-void take_up(const Begin& begin, Simulation& simulation, StageRun& stages) {
+void resume_stages(const Begin& begin, Simulation& simulation, StageRun& stages) {
   if (!begin.checkpoint) return;
   try {
     simulation.restore(begin.checkpoint->checkpoint.simulation);
@@ -124,24 +124,24 @@ RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOut
   } catch (const Error& error) {
     const std::optional<std::int64_t> step = outputs.checkpoints.last_step();
     if (!step || !has_checkpoints(begin.folder)) throw;
-    throw std::runtime_error(
-        fmt::format("{}; the last checkpoint is of step {}: {}", error.what(), *step, way_on(begin.folder)));
+    throw std::runtime_error(fmt::format("{}; the last checkpoint is of step {}: {}", error.what(), *step,
+                                         resume_hint(begin.folder)));
   }
 }
 
 void say_where_it_begins(const Begin& begin, std::int64_t step) {
   if (begin.from_stage) {
-    say_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
-                         *begin.from_stage));
+    print_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
+                           *begin.from_stage));
   } else {
-    say_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
+    print_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
   }
 }
 
 void say_missing_frames(const FrameWriter& frames) {
   const auto& missing = frames.missing();
   if (missing.empty()) return;
-  say_note(fmt::format(
+  print_note(fmt::format(
       "{}: {} frame{} from before not there any more (the first is number {}), left out of it",
       frames.collection().string(), missing.size(), missing.size() == 1 ? " is" : "s are", missing.front()));
 }
@@ -149,9 +149,9 @@ void say_missing_frames(const FrameWriter& frames) {
 /// What nobody is to overlook.
 void say_warnings(const RunReport& report) {
   if (const std::string warning = not_converged_text(report.outcome); !warning.empty())
-    say_note(fmt::format("{}: {}", report.folder.string(), warning));
+    print_note(fmt::format("{}: {}", report.folder.string(), warning));
   for (const std::string& stage : report.not_reached)
-    say_note(fmt::format("{}: {}", report.folder.string(), stage));
+    print_note(fmt::format("{}: {}", report.folder.string(), stage));
 }
 
 std::string write_results(const RunReport& report) {
@@ -175,7 +175,7 @@ int run(const RunOptions& options) {
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
   const OutcomeProbe outcomes = as_input([&] { return OutcomeProbe(scene, simulation.bodies()); });
   StageRun stages = as_input([&] { return StageRun(scene, simulation); });
-  take_up(begin, simulation, stages);
+  resume_stages(begin, simulation, stages);
   const std::optional<std::int64_t> first =
       begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
   if (first && !options.quiet) say_where_it_begins(begin, *first);
@@ -221,7 +221,7 @@ int run(const RunOptions& options) {
   std::vector<fs::path> pictures;
   if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     try {
-      take_pictures({folder, scene, simulation, start, outcome, options.threads}, options.quiet);
+      render_pictures({folder, scene, simulation, start, outcome, options.threads}, options.quiet);
       pictures = picture_paths(folder, scene);
     } catch (const Error& error) {  // the run itself is done
       outcome.failure = error.what();
@@ -263,7 +263,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
             "the results that have the end of the stage; default: the folder of the results",
             [&options](const std::string&, const std::string& text) { options.from = text; })
       ->needs(from_stage);
-  app.add_flag("--report", options.report, "write report.html: a page that tells of the run");
+  app.add_flag("--report", options.report, "write report.html: a page about the run");
   app.add_flag("--strict", options.strict,
                "exit with 1 where a step did not converge or a stage ended by its time; results are written "
                "all the same");

@@ -31,7 +31,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
   outcome.inverted_tets.add(static_cast<std::size_t>(m.inverted_tets));
   outcome.late_steps += m.detection.late_clusters > 0 ? 1 : 0;
   outcome.least_completeness = std::min(outcome.least_completeness, m.detection.completeness);
-  outcome.steps_without_foresight += m.looks_ahead ? 0 : 1;
+  outcome.steps_without_prediction += m.looks_ahead ? 0 : 1;
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_not_converged += m.solver_converged ? 0 : 1;
   if (m.passes > 0 || (!continuous && m.pairs_that_could_pass > 0)) {
@@ -70,7 +70,7 @@ bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs
   return true;
 }
 
-/// Notes a stage that ended with this step, and keeps its end.
+/// Records a stage that ended with this step, and keeps its end.
 void end_stage(const Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs,
                const std::string& name, bool keep) {
   const StageEnding& ending = outputs.stages.progress().endings.back();

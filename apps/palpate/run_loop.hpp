@@ -78,7 +78,7 @@ struct RunOutcome {
   Tally inverted_tets;
   std::int64_t late_steps = 0;  ///< in which a budget did not suffice for all clusters
   double least_completeness = 1.0;
-  std::int64_t steps_without_foresight = 0;
+  std::int64_t steps_without_prediction = 0;
   std::int64_t solver_iterations = 0;
   std::int64_t steps_not_converged = 0;  ///< in which a solve ended above the tolerance
   /// Steps in which something may have passed through a body unseen: left on the wrong side, or without

@@ -108,7 +108,7 @@ Coloured coloured(const RunImages& run, const View& view, bool at_start, std::sp
   return {.values = std::vector<double>(positions.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
-io::Image take_view(const RunImages& run, const View& view, bool at_start, int width) {
+io::Image render_view(const RunImages& run, const View& view, bool at_start, int width) {
   const auto all = [](const SceneBody&) { return true; };
   const std::span<const Vec3> positions = at_start ? run.start : run.simulation.positions();
   const Coloured shown = coloured(run, view, at_start, positions);
@@ -132,14 +132,14 @@ io::Image take_view(const RunImages& run, const View& view, bool at_start, int w
   const double time = at_start ? 0.0 : run.simulation.metrics().time;
   settings.caption = fmt::format("{}, t = {} {}", run.scene.name, short_text(time), run.scene.units.time);
   settings.scale = shown.scale;
-  return io::take_picture({.positions = surface.points,
-                           .triangles = surface.triangles,
-                           .body_of_point = surface.body_of_point,
-                           .contact_points = dots,
-                           .body_colours = colours(run.scene),
-                           .values = surface.values,
-                           .edges = surface.edges},
-                          settings, parallel::Threads(run.threads));
+  return io::render_picture({.positions = surface.points,
+                             .triangles = surface.triangles,
+                             .body_of_point = surface.body_of_point,
+                             .contact_points = dots,
+                             .body_colours = colours(run.scene),
+                             .values = surface.values,
+                             .edges = surface.edges},
+                            settings, parallel::Threads(run.threads));
 }
 
 io::Image side_by_side(const io::Image& left, const io::Image& right) {
@@ -151,10 +151,11 @@ io::Image side_by_side(const io::Image& left, const io::Image& right) {
   return both;
 }
 
-io::Image take_view(const RunImages& run, const View& view) {
+io::Image render_view(const RunImages& run, const View& view) {
   const int width = view.size[0];
-  if (view.when != ViewTime::both) return take_view(run, view, view.when == ViewTime::start, width);
-  return side_by_side(take_view(run, view, true, width / 2), take_view(run, view, false, width - width / 2));
+  if (view.when != ViewTime::both) return render_view(run, view, view.when == ViewTime::start, width);
+  return side_by_side(render_view(run, view, true, width / 2),
+                      render_view(run, view, false, width - width / 2));
 }
 
 }  // namespace
@@ -169,12 +170,12 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
 namespace {
 
 /// The whole scene. Where a body is not there, the bodies that are.
-void take_main_picture(const RunImages& run, const fs::path& path) {
+void render_main_picture(const RunImages& run, const fs::path& path) {
   const Picture& picture = run.scene.output.picture;
   const std::vector<std::uint8_t> there = present(run, false);
   if (std::ranges::count(there, 0) > 0) {
     const View view{.name = {}, .size = picture.size, .camera = picture.camera, .contacts = true};
-    return io::write_png(path, take_view(run, view));
+    return io::write_png(path, render_view(run, view));
   }
   io::render_picture(path, run.simulation.bodies(), run.simulation.positions(),
                      run.simulation.detector().contacts().point, colours(run.scene),
@@ -188,13 +189,13 @@ void take_main_picture(const RunImages& run, const fs::path& path) {
 
 }  // namespace
 
-void take_pictures(const RunImages& run, bool quiet) {
+void render_pictures(const RunImages& run, bool quiet) {
   StatusLine status(quiet);
   status.show([](std::size_t width) { return std::string("drawing the picture ...").substr(0, width); });
   const std::vector<fs::path> paths = picture_paths(run.folder, run.scene);
-  take_main_picture(run, paths.front());
+  render_main_picture(run, paths.front());
   for (std::size_t i = 0; i < run.scene.output.views.size(); ++i)
-    io::write_png(paths[i + 1], take_view(run, run.scene.output.views[i]));
+    io::write_png(paths[i + 1], render_view(run, run.scene.output.views[i]));
   status.clear();
 }
 
@@ -210,11 +211,11 @@ void StagePictures::take(const std::string& stage, const RunOutcome& outcome) co
   const RunImages run{folder_, scene_, simulation_, start_, outcome, threads_};
   fs::create_directories(folder_ / "stages");
   const std::vector<fs::path> paths = stage_picture_paths(folder_, scene_, stage);
-  take_main_picture(run, paths.front());
+  render_main_picture(run, paths.front());
   for (std::size_t i = 0; i < scene_.output.views.size(); ++i) {
     View view = scene_.output.views[i];
     view.when = ViewTime::end;
-    io::write_png(paths[i + 1], take_view(run, view));
+    io::write_png(paths[i + 1], render_view(run, view));
   }
 }
 

@@ -25,7 +25,7 @@ struct RunImages {
 std::vector<std::filesystem::path> picture_paths(const std::filesystem::path& folder, const Scene& scene);
 
 /// Takes all of them, and says so meanwhile if not quiet. Throws Error where one cannot be taken or written.
-void take_pictures(const RunImages& run, bool quiet);
+void render_pictures(const RunImages& run, bool quiet);
 
 /// Pictures of the ends of stages: RESULTS/stages/NAME.png and NAME.VIEW.png for each view of an end.
 class StagePictures {

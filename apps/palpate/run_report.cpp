@@ -168,7 +168,7 @@ Json budget_json(const RunReport& report) {
   if (!report.simulation.settings().detection.budget) return {};
   return {{"late_steps", report.outcome.late_steps},
           {"least_completeness", report.outcome.least_completeness},
-          {"steps_without_foresight", report.outcome.steps_without_foresight},
+          {"steps_without_foresight", report.outcome.steps_without_prediction},
           {"late_bodies", late_body_names(report.simulation.bodies(), report.simulation.detector())}};
 }
 

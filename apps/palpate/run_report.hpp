@@ -16,7 +16,7 @@
 
 namespace palpate::app {
 
-/// Everything that is told about a run at its end. Borrows what is large.
+/// All results of a run at its end. Large data are borrowed.
 struct RunReport {
   std::filesystem::path scene_file;
   const Scene& scene;  ///< with the settings that were used
@@ -66,7 +66,7 @@ std::string report_text(const RunReport& report);
 std::string pictures_text(std::span<const std::filesystem::path> pictures);
 
 /// How a run is taken up again.
-std::string way_on(const std::filesystem::path& folder);
+std::string resume_hint(const std::filesystem::path& folder);
 
 /// Ends a run: one that did not get to its end has results, but the exit code says that they are not all.
 /// Throws std::runtime_error where the simulation failed, and with `strict` where steps did not converge.

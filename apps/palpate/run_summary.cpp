@@ -35,10 +35,10 @@ std::string budget_lines(const RunReport& report) {
     if (!late.empty()) text += "; at the end in " + late;
     text += '\n';
   }
-  if (outcome.steps_without_foresight > 0) {
-    text +=
-        fmt::format("budget        no time to look ahead in {}: bodies that meet are noticed a step later\n",
-                    counted(static_cast<std::size_t>(outcome.steps_without_foresight), "step"));
+  if (outcome.steps_without_prediction > 0) {
+    text += fmt::format(
+        "budget        no time to search for speculative contacts in {}: new contacts act one step later\n",
+        counted(static_cast<std::size_t>(outcome.steps_without_prediction), "step"));
   }
   return text;
 }
@@ -181,7 +181,7 @@ std::string report_text(const RunReport& report) {
   return text + notes_lines(report) + places_text(report);
 }
 
-std::string way_on(const std::filesystem::path& folder) {
+std::string resume_hint(const std::filesystem::path& folder) {
   return "go on with: palpate run --resume " + folder.string();
 }
 
@@ -190,7 +190,7 @@ int exit_code(const RunReport& report, bool strict) {
   if (!outcome.failure.empty()) throw std::runtime_error(outcome.failure);
   if (outcome.interrupted) {
     say_error(fmt::format("interrupted after step {} of {}; results so far are in {}; {}", outcome.steps,
-                          report.most_steps, report.folder.string(), way_on(report.folder)));
+                          report.most_steps, report.folder.string(), resume_hint(report.folder)));
     return exit_failed;
   }
   if (strict && !report.not_reached.empty()) {

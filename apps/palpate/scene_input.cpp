@@ -62,7 +62,7 @@ void refuse_other_kinds(const std::filesystem::path& path) {
 
 /// All of standard input. Relative paths in it count from the current folder.
 std::string standard_input() {
-  if (::isatty(STDIN_FILENO) == 1) say_note("reading the scene from the terminal; Ctrl-D ends it");
+  if (::isatty(STDIN_FILENO) == 1) print_note("reading the scene from the terminal; Ctrl-D ends it");
   std::string text;
   std::array<char, 65536> bytes{};
   constexpr std::size_t most = std::size_t{1} << 30;

@@ -7,7 +7,7 @@
 
 namespace palpate::app {
 
-/// Tells on stderr how far work is: on a terminal one line that is rewritten in place, else a line every few
+/// Prints progress on stderr: on a terminal one line that is rewritten in place, else a line every few
 /// seconds.
 class StatusLine {
  public:

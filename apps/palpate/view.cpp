@@ -73,7 +73,7 @@ SceneInput scene_to_view(const ViewOptions& options) {
   NewSceneFlags mesh = options.mesh;
   mesh.request.mesh = options.what.file;
   const NewScene made = new_scene_as_agreed(mesh);
-  say_note(fmt::format("{}; '{}' writes this scene", description_of(made), command_of(made)));
+  print_note(fmt::format("{}; '{}' writes this scene", description_of(made), command_of(made)));
   return load_scene_input(made.first.scene);
 }
 
@@ -103,10 +103,10 @@ int serve(ViewOptions options) {
   const InterruptFlag interrupt;
   view::Server server(options.server, std::move(source), options.player);
   if (!is_loopback(options.server.host)) {
-    say_note(fmt::format(
-        "--host {}: every machine that reaches this one can use the page, if it knows the address; "
-        "what is sent is not encrypted",
-        options.server.host));
+    print_note(
+        fmt::format("--host {}: every machine that reaches this one can use the page, if it has the address; "
+                    "what is sent is not encrypted",
+                    options.server.host));
   }
   const std::string address = server.address();
   if (options.json) {
@@ -146,7 +146,7 @@ void add_flags(CLI::App& app, ViewOptions& options) {
             });
   app.add_flag_callback(
       "--paused", [&options] { options.player.playing = false; }, "wait for 'play'");
-  app.add_flag("--alone", options.player.alone, "run on while no page looks");
+  app.add_flag("--alone", options.player.alone, "run on while no page is open");
   app.add_flag("--no-browser", options.no_browser, "only print the address");
   add_threads(app, options.threads);
   add_json(app, options.json, "print the address as JSON");

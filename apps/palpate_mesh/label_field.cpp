@@ -73,13 +73,26 @@ Lattice lattice_of(const Image& image, const LabelMap& map, const Crop& crop) {
   return lattice;
 }
 
-/// About the distance in mm to the faces of the voxels of other labels, > 0 outside them; none where there
-/// are none.
-std::optional<Lattice> distance_to_others(const LabelMap& map, std::int32_t label, const Crop& crop,
-                                          double smoothing) {
+}  // namespace
+
+Lattice blurred_mask(const LabelMap& map, const LabelExtent& extent, const Shaping& shaping) {
+  const Crop crop = crop_of(extent, map, shaping);
+  const auto mask = mask_of<Image>(map, crop, [&](std::int32_t found) { return found == extent.label; });
+  return lattice_of(*blurred(mask, shaping.smoothing), map, crop);
+}
+
+double blur_width(const LabelMap& map, const Shaping& shaping) {
+  const double voxel = map.spacing.x * map.spacing.y * map.spacing.z;
+  return std::max(shaping.smoothing, 0.4) * std::cbrt(voxel) * std::sqrt(2.0 * std::numbers::pi);
+}
+
+std::optional<Lattice> distance_to_labels(const LabelMap& map, const LabelExtent& extent,
+                                          const Shaping& shaping,
+                                          const std::function<bool(std::int32_t)>& counts) {
+  const Crop crop = crop_of(extent, map, shaping);
   bool any = false;
   const auto others = mask_of<Mask>(map, crop, [&](std::int32_t found) {
-    const bool other = found != 0 && found != label;
+    const bool other = counts(found);
     any = any || other;
     return other;
   });
@@ -91,27 +104,22 @@ std::optional<Lattice> distance_to_others(const LabelMap& map, std::int32_t labe
   filter->SetInsideIsPositive(false);
   filter->SetNumberOfWorkUnits(1);
   filter->Update();
-  Lattice distance = lattice_of(*blurred(filter->GetOutput(), smoothing), map, crop);
+  Lattice distance = lattice_of(*blurred(filter->GetOutput(), shaping.smoothing), map, crop);
   // ITK measures to the middle of the border voxels: half a voxel beyond the face.
   const auto half = static_cast<float>(0.5 * std::max({map.spacing.x, map.spacing.y, map.spacing.z}));
   for (float& value : distance.values) value -= half;
   return distance;
 }
 
-}  // namespace
-
 Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shaping& shaping) {
-  const Crop crop = crop_of(extent, map, shaping);
-  const auto mask = mask_of<Image>(map, crop, [&](std::int32_t found) { return found == extent.label; });
-  Lattice field = lattice_of(*blurred(mask, shaping.smoothing), map, crop);
+  Lattice field = blurred_mask(map, extent, shaping);
   const double voxel = map.spacing.x * map.spacing.y * map.spacing.z;
   const double level = level_of_volume(field, static_cast<double>(extent.voxels) * voxel);
-  // A blurred step has the slope 1 / (s sqrt(2 pi)), so this is about a distance near the surface.
-  const double width =
-      std::max(shaping.smoothing, 0.4) * std::cbrt(voxel) * std::sqrt(2.0 * std::numbers::pi);
+  const double width = blur_width(map, shaping);
   for (float& value : field.values) value = static_cast<float>((static_cast<double>(value) - level) * width);
   if (shaping.gap <= 0.0) return field;
-  if (const auto distance = distance_to_others(map, extent.label, crop, shaping.smoothing)) {
+  const auto is_other = [&](std::int32_t found) { return found != 0 && found != extent.label; };
+  if (const auto distance = distance_to_labels(map, extent, shaping, is_other)) {
     const auto half_gap = static_cast<float>(0.5 * shaping.gap);
     for (std::size_t p = 0; p < field.values.size(); ++p) {
       field.values[p] = std::min(field.values[p], distance->values[p] - half_gap);

@@ -18,6 +18,7 @@
 #include <itkNrrdImageIO.h>
 #include <itkVersion.h>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -25,6 +26,7 @@
 
 #include <palpate/error.hpp>
 
+#include "geometry/vector.hpp"
 #include "io/file_bytes.hpp"
 #include "label_map.hpp"
 
@@ -257,6 +259,19 @@ std::int32_t label_of(double value, const std::string& source, std::size_t voxel
               "a whole number >= 0: a label map, not the image that was segmented");
 }
 
+/// Voxels are boxes: sizes, distances and volumes count on it.
+void check_axes(const Frame& frame, const std::string& source) {
+  constexpr double near = 1e-3;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double across = dot(frame.axes[a], frame.axes[(a + 1) % 3]);
+    if (std::abs(across) > near) {
+      throw Error(source, "header",
+                  fmt::format("axes at {:.4g} degrees", std::acos(across) * 180.0 / std::numbers::pi),
+                  "axes at right angles: resample the map");
+    }
+  }
+}
+
 LabelMap label_map_of(const Image& image, const std::string& source) {
   LabelMap map;
   const auto size = image.GetLargestPossibleRegion().GetSize();
@@ -267,6 +282,7 @@ LabelMap label_map_of(const Image& image, const std::string& source) {
     map.frame.origin.*components[a] = image.GetOrigin()[a];
     for (unsigned b = 0; b < 3; ++b) map.frame.axes[b].*components[a] = image.GetDirection()[a][b];
   }
+  check_axes(map.frame, source);
   const std::size_t voxels = image.GetLargestPossibleRegion().GetNumberOfPixels();
   map.labels.reserve(voxels);
   for (std::size_t v = 0; v < voxels; ++v)

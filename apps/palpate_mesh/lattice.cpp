@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
+
+#include "components.hpp"
+#include "thinner.hpp"
 
 namespace palpate::app {
 namespace {
@@ -111,62 +113,13 @@ double sample_volume(const Lattice& lattice) {
   return lattice.spacing.x * lattice.spacing.y * lattice.spacing.z / (samples * samples * samples);
 }
 
-/// The component of each positive point, from 0; -1 elsewhere. Filled from point to point along the edges.
-std::vector<std::int32_t> components_of(const Lattice& lattice, std::vector<std::size_t>& sizes) {
-  std::vector<std::int32_t> component(lattice.values.size(), -1);
-  const std::array<std::size_t, 3> strides{1, lattice.index(0, 1, 0), lattice.index(0, 0, 1)};
-  std::vector<std::size_t> open;
-  const auto reach = [&](std::size_t point) {
-    if (component[point] >= 0 || lattice.values[point] <= 0.0F) return;
-    component[point] = static_cast<std::int32_t>(sizes.size()) - 1;
-    ++sizes.back();
-    open.push_back(point);
-  };
-  for (std::size_t first = 0; first < component.size(); ++first) {
-    if (component[first] >= 0 || lattice.values[first] <= 0.0F) continue;
-    sizes.push_back(0);
-    reach(first);
-    while (!open.empty()) {
-      const std::size_t point = open.back();
-      open.pop_back();
-      for (std::size_t a = 0; a < 3; ++a) {
-        const auto along = point / strides[a] % static_cast<std::size_t>(lattice.size[a]);
-        if (along > 0) reach(point - strides[a]);
-        if (along + 1 < static_cast<std::size_t>(lattice.size[a])) reach(point + strides[a]);
-      }
-    }
-  }
-  return component;
+/// Of the positive points.
+Components positive_components(const Lattice& lattice) {
+  std::vector<std::uint16_t> positive;
+  positive.reserve(lattice.values.size());
+  for (const float value : lattice.values) positive.push_back(value > 0.0F ? 1 : 0);
+  return components_of(lattice.size, positive);
 }
-
-double squared_distance(const Vec3& a, const Vec3& b) {
-  const double x = a.x - b.x;
-  const double y = a.y - b.y;
-  const double z = a.z - b.z;
-  return x * x + y * y + z * z;
-}
-
-/// Takes points that are no closer than a distance to those that it has taken.
-class Thinner {
- public:
-  explicit Thinner(double distance) : distance_(distance) {}
-  bool take(const Vec3& p) {
-    const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / distance_)); };
-    const std::array<std::int64_t, 3> at{cell(p.x), cell(p.y), cell(p.z)};
-    bool free = true;
-    for_points({3, 3, 3}, [&](int i, int j, int k) {
-      const auto [begin, end] = taken_.equal_range({at[0] + i - 1, at[1] + j - 1, at[2] + k - 1});
-      for (auto it = begin; it != end; ++it)
-        free = free && squared_distance(it->second, p) >= distance_ * distance_;
-    });
-    if (free) taken_.emplace(at, p);
-    return free;
-  }
-
- private:
-  double distance_;
-  std::multimap<std::array<std::int64_t, 3>, Vec3> taken_;
-};
 
 }  // namespace
 
@@ -211,17 +164,16 @@ double positive_volume(const Lattice& lattice) {
 }
 
 SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {
-  std::vector<std::size_t> sizes;
-  const std::vector<std::int32_t> component = components_of(lattice, sizes);
+  const Components components = positive_components(lattice);
   std::vector<Thinner> thinners;
   const double point_volume = lattice.spacing.x * lattice.spacing.y * lattice.spacing.z;
-  for (const std::size_t size : sizes) {
+  for (const std::size_t size : components.sizes) {
     constexpr double of_a_small_one = 0.6;  // some dozen points on a ball
     thinners.emplace_back(
         std::min(spacing, of_a_small_one * std::cbrt(static_cast<double>(size) * point_volume)));
   }
   SurfaceSeeds seeds;
-  seeds.components = static_cast<int>(sizes.size());
+  seeds.components = static_cast<int>(components.sizes.size());
   for_points(lattice.size, [&](int i, int j, int k) {
     const std::size_t here = lattice.index(i, j, k);
     for (int a = 0; a < 3; ++a) {
@@ -235,7 +187,7 @@ SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {
       const Vec3 low = lattice.place(i, j, k);
       const Vec3 high = lattice.place(next[0], next[1], next[2]);
       const Vec3 seed{mixed(low.x, high.x, share), mixed(low.y, high.y, share), mixed(low.z, high.z, share)};
-      const auto part = static_cast<std::size_t>(std::max(component[here], component[there]));
+      const auto part = static_cast<std::size_t>(std::max(components.of[here], components.of[there]));
       if (thinners[part].take(seed)) seeds.points.push_back(seed);
     }
   });

@@ -10,6 +10,7 @@
 
 #include <palpate/version.hpp>
 
+#include "conforming_output.hpp"
 #include "exit_codes.hpp"
 #include "interrupt.hpp"
 #include "mesh_inputs.hpp"
@@ -39,41 +40,64 @@ fs::path output_folder(const MeshOptions& options) {
   return folder;
 }
 
+/// Shows on one line what is being meshed, and stops where the user asks for it.
+class Progress {
+ public:
+  explicit Progress(bool quiet) : status_(quiet) {}
+  void starts(std::string doing) {
+    doing_ = std::move(doing);
+    show();
+  }
+  void check() {
+    show();
+    if (interrupt_.requested()) throw std::runtime_error("interrupted; nothing was written");
+  }
+
+ private:
+  void show() {
+    status_.update([&](std::size_t width) { return doing_.substr(0, width); });
+  }
+  InterruptFlag interrupt_;
+  StatusLine status_;
+  std::string doing_;
+};
+
 std::vector<MeshedOrgan> mesh_with_progress(const std::vector<Organ>& organs, MeshOptions& options) {
   constexpr double default_tets = 10000.0;
   Fineness& fineness = options.fineness;
   if (fineness.size <= 0.0 && fineness.tets <= 0.0 && fineness.tets_each <= 0.0) fineness.tets = default_tets;
-  const InterruptFlag interrupt;
-  StatusLine status(options.quiet);
+  Progress progress(options.quiet);
   std::size_t meshings = 0;
-  std::string doing;
-  const auto line = [&](std::size_t width) { return doing.substr(0, width); };
   const auto starts = [&](std::size_t organ, double size) {
-    ++meshings;
-    doing = fmt::format("meshing {} ({} of {}), size {} mm, mesh number {}", organs[organ].name, organ + 1,
-                        organs.size(), short_text(size), meshings);
-    status.update(line);
+    progress.starts(fmt::format("meshing {} ({} of {}), size {} mm, mesh number {}", organs[organ].name,
+                                organ + 1, organs.size(), short_text(size), ++meshings));
   };
-  const auto check = [&] {
-    status.update(line);
-    if (interrupt.requested()) throw std::runtime_error("interrupted; nothing was written");
-  };
-  return mesh_organs(organs, fineness, starts, check);
+  return mesh_organs(organs, fineness, starts, [&] { progress.check(); });
+}
+
+/// What the reports of both kinds of meshes begin with.
+nlohmann::ordered_json report_head(const MeshOptions& options, const std::string& scene, double seconds,
+                                   const std::vector<std::string>& warnings) {
+  return {{"scene", utf8_text(scene)},
+          {"space", options.ras ? "RAS" : "LPS"},
+          {"unit", "mm"},
+          {"seconds", seconds},
+          {"warnings", warnings}};
+}
+
+void print_json(const nlohmann::ordered_json& json) {
+  constexpr int indent = 2;
+  print_out(json.dump(indent) + "\n");
 }
 
 void report(const MeshOptions& options, const fs::path& folder, const std::vector<OrganReport>& reports,
             const std::vector<std::string>& warnings, double seconds) {
   const std::string scene = (folder / "scene.json").string();
   if (options.json) {
-    nlohmann::ordered_json json{{"scene", utf8_text(scene)},
-                                {"space", options.ras ? "RAS" : "LPS"},
-                                {"unit", "mm"},
-                                {"seconds", seconds},
-                                {"warnings", warnings},
-                                {"organs", nlohmann::ordered_json::array()}};
+    nlohmann::ordered_json json = report_head(options, scene, seconds, warnings);
+    json["organs"] = nlohmann::ordered_json::array();
     for (const OrganReport& organ : reports) json["organs"].push_back(report_json(organ));
-    constexpr int indent = 2;
-    print_out(json.dump(indent) + "\n");
+    print_json(json);
   } else {
     Index tets = 0;
     for (const OrganReport& organ : reports) tets += organ.statistics.tets;
@@ -88,6 +112,47 @@ void report(const MeshOptions& options, const fs::path& folder, const std::vecto
   }
 }
 
+void mesh_each(MeshOptions& options, const fs::path& folder) {
+  Stopwatch watch;
+  const OrganList list = as_input([&] { return read_organs(options); });
+  std::vector<MeshedOrgan> meshed = mesh_with_progress(list.organs, options);
+  const auto reports = write_bodies(folder, options, list.organs, std::move(meshed));
+  report(options, folder, reports, list.warnings, watch.lap());
+}
+
+void mesh_together(MeshOptions& options, const fs::path& folder) {
+  constexpr double default_smoothing = 0.5;  // so that layers of one voxel stay
+  if (!options.shaping.smoothing_given) options.shaping.smoothing = default_smoothing;
+  Stopwatch watch;
+  const NamedMap map = as_input([&] { return read_named_map(options); });
+  const TissuePlan plan = plan_of(options, map);
+  Progress progress(options.quiet);
+  int meshings = 0;
+  const MeshingProgress told{
+      .starts =
+          [&](double size) {
+            progress.starts(fmt::format("meshing, size {} mm, mesh number {}", short_text(size), ++meshings));
+          },
+      .check = [&] { progress.check(); }};
+  ConformingMesh made = as_input([&] { return mesh_conforming(map, plan, options, told); });
+  const std::size_t tets = made.mesh.mesh.tets.size();
+  const ConformingReport made_report = write_conforming(folder, options, map, plan, std::move(made));
+  const double seconds = watch.lap();
+  std::vector<std::string> warnings = map.warnings;
+  for (const auto& more : {label_warnings(map), made_report.warnings})
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  const std::string scene = (folder / "scene.json").string();
+  if (options.json) {
+    nlohmann::ordered_json json = report_head(options, scene, seconds, warnings);
+    json.update(made_report.json);
+    print_json(json);
+  } else {
+    print_out(made_report.text +
+              fmt::format("{}: {}, {} s\n", scene, counted(tets, "tet"), short_text(seconds)));
+  }
+  for (const std::string& warning : warnings) say_warning(warning);
+}
+
 int work(int argc, const char* const* argv) {
   CLI::App command(std::string(mesh_description), "palpate mesh");
   command.set_version_flag("--version", [] { return "palpate mesh " PALPATE_VERSION; });
@@ -97,11 +162,7 @@ int work(int argc, const char* const* argv) {
   check_mesh_options(options);
   const fs::path folder = output_folder(options);
 
-  Stopwatch watch;
-  const OrganList list = as_input([&] { return read_organs(options); });
-  std::vector<MeshedOrgan> meshed = mesh_with_progress(list.organs, options);
-  const auto reports = write_bodies(folder, options, list.organs, std::move(meshed));
-  report(options, folder, reports, list.warnings, watch.lap());
+  options.conformity.wanted ? mesh_together(options, folder) : mesh_each(options, folder);
   return exit_done;
 }
 

@@ -23,6 +23,28 @@ void refuse_tet_mesh(const std::filesystem::path& input) {
                  "a label map or surfaces; make a scene of it with: palpate new " + input.string());
 }
 
+void check_conformity(const MeshOptions& options) {
+  const Conformity& conformity = options.conformity;
+  if (!conformity.wanted) {
+    if (conformity.general || !conformity.pairs.empty())
+      throw BadInput("--relation", "", "it without --conforming", "both");
+    if (!conformity.focuses.empty()) throw BadInput("--focus", "", "it without --conforming", "both");
+    return;
+  }
+  if (!is_label_map(options.inputs.front()))
+    throw BadInput("--conforming", "", "surfaces", "a label map: only its labels fill space without gaps");
+  const Fineness& fineness = options.fineness;
+  if (fineness.tets_each > 0.0 || !fineness.named_tets.empty())
+    throw BadInput("--tets", "", "tets of single organs with --conforming",
+                   "--tets N for the whole mesh, --size ORGAN=MM for one organ");
+  bool open = conformity.general == Relation::open;
+  for (const auto& pair : conformity.pairs) open = open || pair.relation == Relation::open;
+  if (open != (options.shaping.gap > 0.0))
+    throw BadInput(open ? "--relation" : "--gap", "",
+                   open ? "'open' without --gap" : "it with --conforming and no --relation that is open",
+                   "both: --relation A:B=open --gap MM");
+}
+
 }  // namespace
 
 void check_mesh_options(const MeshOptions& options) {
@@ -51,6 +73,7 @@ void check_mesh_options(const MeshOptions& options) {
       1) {
     throw BadInput("mesh", "", "several of --size, --tets, --tets-each for all organs", "one of them");
   }
+  check_conformity(options);
 }
 
 std::string input_name(const MeshOptions& options) {

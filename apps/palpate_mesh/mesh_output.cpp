@@ -1,7 +1,6 @@
 #include "mesh_output.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <fmt/format.h>
 #include <iterator>
 #include <set>
@@ -10,23 +9,13 @@
 #include "io/atomic_file.hpp"
 #include "io/vtu_writer.hpp"
 #include "mesh_inputs.hpp"
+#include "mesh_scene.hpp"
 #include "numbers.hpp"
-#include "scene/scene.hpp"
 
 namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A file name that every system takes, other than those that are used.
-std::string file_name(const std::string& organ, std::set<std::string>& used) {
-  std::string stem = organ;
-  std::ranges::replace_if(
-      stem, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '-');
-  std::string name = stem + ".vtu";
-  for (int other = 2; !used.insert(name).second; ++other) name = fmt::format("{}-{}.vtu", stem, other);
-  return name;
-}
 
 std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   constexpr double lost = 0.05;
@@ -50,45 +39,17 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   return warnings;
 }
 
-/// Soft tissue between fat and muscle, in Pa and g/mm^3; the user knows better.
-const Material tissue{.young_modulus = 20e3,
-                      .poisson_ratio = 0.45,
-                      .density = 1e-3,
-                      .mass_damping = 5.0,
-                      .stiffness_damping = 0.02};
-
-SceneBody body_of(const Organ& organ, const std::string& file, const MeshOptions& options) {
-  SceneBody body;
-  body.name = organ.name;
-  body.source = MeshFile{file};
-  body.color = organ.color;
-  body.obstacle = std::ranges::count(options.rigid, organ.name) > 0;
-  if (!body.obstacle) body.material = tissue;
-  return body;
-}
-
-/// In mm, g and s, so that stresses are in Pa; at rest, about to be given motions and loads.
-Scene empty_scene(const std::string& name) {
-  Scene scene;
-  scene.name = name;
-  scene.units = {"mm", "g", "s"};
-  scene.settings.gravity = {};
-  scene.settings.rest = {.speed = 0.1, .time = 0.1};
-  scene.duration = 2.0;
-  scene.relax = RelaxSettings{};
-  return scene;
-}
-
 }  // namespace
 
 std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions& options,
                                       const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed) {
   io::create_folder(folder);
-  Scene scene = empty_scene(input_name(options));
+  Scene scene = first_scene(input_name(options));
   std::vector<OrganReport> reports;
   std::set<std::string> used;
   for (std::size_t o = 0; o < organs.size(); ++o) {
-    OrganReport report{organs[o].name, file_name(organs[o].name, used), {}, organs[o].input_volume, {}, {}};
+    OrganReport report{
+        organs[o].name, mesh_file_name(organs[o].name, used), {}, organs[o].input_volume, {}, {}};
     const TetMesh mesh = std::exchange(meshed[o].mesh, {});
     io::write_vtu(
         folder / report.file,
@@ -99,7 +60,8 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
     report.meshed = std::move(meshed[o]);
     report.warnings = organs[o].remarks;
     std::ranges::move(warnings_of(report, options.shaping.gap > 0.0), std::back_inserter(report.warnings));
-    scene.bodies.push_back(body_of(organs[o], report.file, options));
+    const bool rigid = std::ranges::count(options.rigid, report.name) > 0;
+    scene.bodies.push_back(first_body(report.name, report.file, rigid, organs[o].color));
     reports.push_back(std::move(report));
   }
   io::write_atomically(folder / "scene.json", write_scene(scene));

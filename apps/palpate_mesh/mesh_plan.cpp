@@ -11,7 +11,8 @@
 
 #include <palpate/error.hpp>
 
-#include "organ_mesher.hpp"
+#include "domain_mesher.hpp"
+#include "size_search.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -67,7 +68,7 @@ class Mesher {
     if (!(volume > 0.0)) fail_volume(group.front());
     double size = std::cbrt(volume * tets_in_a_cube / wanted);
     const std::size_t most_points = points_for(wanted);
-    std::vector<std::pair<double, double>> tried;  // logarithms of size and of tets over what is wanted
+    SizeSearch tried;
     double best_off = std::numeric_limits<double>::infinity();
     std::vector<MeshedOrgan> best;
     double work = 0.0;
@@ -75,15 +76,15 @@ class Mesher {
       const std::optional<double> tets = mesh(group, size, most_points);
       const double off =
           std::log(std::max(tets.value_or(6.0 * static_cast<double>(most_points)), 1.0) / wanted);
-      tried.emplace_back(std::log(size), off);
+      tried.add(size, off);
       if (tets && std::abs(off) < best_off) {
         best_off = std::abs(off);
         best = meshes_of(group);
       }
       work += std::exp(off);
       if (std::abs(off) <= near || (work > most_work && !best.empty())) break;
-      if (coarser_does_not_help(tried)) break;
-      size = next_size(tried);
+      if (tried.coarser_does_not_help()) break;
+      size = tried.next();
     }
     if (best.empty()) fail_points(most_points);
     for (std::size_t g = 0; g < group.size(); ++g) {
@@ -108,13 +109,14 @@ class Mesher {
     Stopwatch watch;
     const Organ& organ = (*organs_)[index];
     const Lattice& field = organ.field;
-    ImplicitOrgan shape{
-        {}, field.origin, field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1), {}};
     int calls = 0;
-    shape.field = [&](const Vec3& p) {
+    LabelledDomain shape;
+    shape.lower = field.origin;
+    shape.upper = field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1);
+    shape.label = [&](const Vec3& p) {
       constexpr int calls_between = 1024;
       if (++calls % calls_between == 0) (*check_)();
-      return field(p);
+      return field(p) > 0.0 ? 1 : 0;
     };
     MeshedOrgan& meshed = meshed_[index];
     meshed.mesh = {};
@@ -123,13 +125,20 @@ class Mesher {
     double distance = fineness_->distance_share * size;
     constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not cross
     if (organ.thickness > 0.0) distance = std::min(distance, of_thickness * organ.thickness);
-    std::optional<OrganMesh> made;
+    const auto everywhere = [](double value) { return [value](const Vec3&) { return value; }; };
+    const MeshingCriteria criteria{.facet_size = everywhere(size),
+                                   .facet_distance = everywhere(fineness_->distance_share * size),
+                                   .cell_size = everywhere(fineness_->cell_share * size),
+                                   .max_points = most_points,
+                                   .manifold = true,
+                                   .wanted = {}};
+    std::optional<LabelledMesh> made;
     for (const double apart : seeds_apart) {
-      SurfaceSeeds seeds = surface_seeds(field, apart * size);
+      const SurfaceSeeds seeds = surface_seeds(field, apart * size);
       meshed.shape_components = seeds.components;
-      shape.seeds = std::move(seeds.points);
-      made = mesh_organ(shape,
-                        {size, fineness_->distance_share * size, fineness_->cell_share * size, most_points});
+      shape.seeds.clear();
+      for (const Vec3& point : seeds.points) shape.seeds.push_back({point, {0, 1}});
+      made = mesh_domain(shape, criteria);
       if (!made || !made->mesh.tets.empty()) break;
     }
     meshed.size = size;
@@ -177,34 +186,6 @@ class Mesher {
     meshes.reserve(group.size());
     for (const std::size_t organ : group) meshes.push_back(meshed_[organ]);
     return meshes;
-  }
-
-  /// A shape of many thin necks takes as many tets at any size.
-  static bool coarser_does_not_help(const std::vector<std::pair<double, double>>& tried) {
-    constexpr double much_coarser = 0.2;  // logarithms
-    constexpr double hardly_fewer = 0.1;
-    if (tried.size() < 2) return false;
-    const auto [size, off] = tried.back();
-    const auto [before, off_before] = tried[tried.size() - 2];
-    return off > 0.0 && size > before + much_coarser && off > off_before - hardly_fewer;
-  }
-
-  /// Where the line through the last two tries meets the wanted number; between the nearest tries on both
-  /// sides where there are any, so that the search cannot run away.
-  static double next_size(const std::vector<std::pair<double, double>>& tried) {
-    constexpr double power = -2.6;  // tets go with the size: -3 in thick organs, -2 in thin ones
-    double slope = power;
-    const auto [size, off] = tried.back();
-    if (tried.size() >= 2) {
-      const auto [before, off_before] = tried[tried.size() - 2];
-      slope = std::clamp((off - off_before) / (size - before), -4.0, -1.5);
-    }
-    double next = size - off / slope;
-    double low = -1e300;
-    double high = 1e300;
-    for (const auto& [s, o] : tried) (o > 0.0 ? low : high) = o > 0.0 ? std::max(low, s) : std::min(high, s);
-    if (low < high && (next <= low || next >= high)) next = 0.5 * (low + high);
-    return std::exp(next);
   }
 
   static void finish(const Organ& organ, MeshedOrgan& meshed) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -22,6 +23,19 @@ struct Organ {
   std::vector<std::string> remarks;  ///< what is worth telling of the input
   double thickness = 0.0;            ///< twice the volume over the area, mm; 0: not known
 };
+
+/// The mask of a label, 1 in it and 0 elsewhere, blurred; on voxel centres of its box with a margin. `map`
+/// must hold the label in `extent`. O(voxels of the box), 20 bytes each.
+Lattice blurred_mask(const LabelMap& map, const LabelExtent& extent, const Shaping& shaping);
+
+/// One over the slope of a blurred step, about: 1 / (s sqrt(2 pi)) for the blur s; mm.
+double blur_width(const LabelMap& map, const Shaping& shaping);
+
+/// About the distance in mm to the faces of the voxels of labels that count, > 0 outside them, on the points
+/// of blurred_mask(); none where there are none. Costs what blurred_mask() does.
+std::optional<Lattice> distance_to_labels(const LabelMap& map, const LabelExtent& extent,
+                                          const Shaping& shaping,
+                                          const std::function<bool(std::int32_t)>& counts);
 
 /// The smooth shape of a label: its blurred mask, cut at the value at which it has the volume of its voxels,
 /// and away from other labels by half the gap. `map` must hold the label in `extent`. O(voxels of the box),

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -16,12 +17,6 @@
 
 namespace palpate::app {
 namespace {
-
-/// A label that is in the map, with its name.
-struct NamedLabel {
-  LabelExtent extent;
-  LabelName name;
-};
 
 std::string expected_organ(const std::string& word, const std::vector<std::string>& names) {
   return expected_name(word, std::vector<std::string_view>(names.begin(), names.end()));
@@ -87,14 +82,6 @@ std::string empty_labels(const std::vector<NamedLabel>& labels, const std::vecto
                      count > most ? fmt::format(" and {} more of the table", count - most) : "");
 }
 
-Frame in_space(Frame frame, bool ras) {
-  if (!ras) return frame;
-  const auto turn = [](Vec3& v) { v = {-v.x, -v.y, v.z}; };
-  turn(frame.origin);
-  for (Vec3& axis : frame.axes) turn(axis);
-  return frame;
-}
-
 /// The number of a label is as good as its name.
 void use_names(MeshOptions& options, const std::vector<NamedLabel>& labels) {
   const auto use = [&](std::string& word) {
@@ -117,30 +104,28 @@ void check_gap(const LabelMap& map, const Shaping& shaping, const std::string& s
   }
 }
 
-OrganList organs_of_map(MeshOptions& options) {
-  const auto& input = options.inputs.front();
-  const LabelMap map = read_label_map(input);
-  check_gap(map, options.shaping, input.string());
-  const std::vector<LabelName> names = options.labels ? read_label_table(*options.labels) : map.names;
-  const std::vector<NamedLabel> labels = named_labels(map, names);
-  if (labels.empty()) throw Error(input.string(), "", "no voxel that is not 0", "labels");
-  use_names(options, labels);
-  std::vector<std::string> known;
-  known.reserve(labels.size());
-  for (const NamedLabel& label : labels) known.push_back(label.name.name);
-  check_named_organs(options, known);
+/// Sizes of interfaces, "A:B", go by themselves.
+void take_out_pairs(MeshOptions& options, const std::vector<std::string>& names) {
+  if (!options.conformity.wanted) return;
+  auto& sizes = options.fineness.sizes;
+  const auto is_pair = [&](const Fineness::Named& size) {
+    return std::ranges::count(names, size.organ) == 0 && size.organ.find(':') != std::string::npos;
+  };
+  std::ranges::copy_if(sizes, std::back_inserter(options.conformity.interface_sizes), is_pair);
+  std::erase_if(sizes, is_pair);
+}
 
+OrganList organs_of_map(MeshOptions& options) {
+  NamedMap read = read_named_map(options);
+  const Vec3& spacing = read.map.spacing;
   OrganList list;
-  if (std::string warning = empty_labels(labels, names); !warning.empty())
-    list.warnings.push_back(std::move(warning));
-  const double voxel = map.spacing.x * map.spacing.y * map.spacing.z;
-  for (const NamedLabel& label : labels) {
-    if (!options.only.empty() && std::ranges::count(options.only, label.name.name) == 0) continue;
+  list.warnings = std::move(read.warnings);
+  for (const NamedLabel& label : read.labels) {
     list.organs.push_back({label.name.name,
                            label.name.color,
-                           label_field(map, label.extent, options.shaping),
-                           in_space(map.frame, options.ras),
-                           static_cast<double>(label.extent.voxels) * voxel,
+                           label_field(read.map, label.extent, options.shaping),
+                           in_space(read.map.frame, options.ras),
+                           static_cast<double>(label.extent.voxels) * (spacing.x * spacing.y * spacing.z),
                            {},
                            0.0});
   }
@@ -169,6 +154,36 @@ OrganList organs_of_surfaces(const MeshOptions& options) {
 }
 
 }  // namespace
+
+Frame in_space(Frame frame, bool ras) {
+  if (!ras) return frame;
+  const auto turn = [](Vec3& v) { v = {-v.x, -v.y, v.z}; };
+  turn(frame.origin);
+  for (Vec3& axis : frame.axes) turn(axis);
+  return frame;
+}
+
+NamedMap read_named_map(MeshOptions& options) {
+  const auto& input = options.inputs.front();
+  NamedMap read{read_label_map(input), {}, {}};
+  check_gap(read.map, options.shaping, input.string());
+  const std::vector<LabelName> names = options.labels ? read_label_table(*options.labels) : read.map.names;
+  read.labels = named_labels(read.map, names);
+  if (read.labels.empty()) throw Error(input.string(), "", "no voxel that is not 0", "labels");
+  use_names(options, read.labels);
+  std::vector<std::string> known;
+  known.reserve(read.labels.size());
+  for (const NamedLabel& label : read.labels) known.push_back(label.name.name);
+  take_out_pairs(options, known);
+  check_named_organs(options, known);
+  if (std::string warning = empty_labels(read.labels, names); !warning.empty())
+    read.warnings.push_back(std::move(warning));
+  if (!options.only.empty()) {
+    std::erase_if(read.labels,
+                  [&](const NamedLabel& l) { return std::ranges::count(options.only, l.name.name) == 0; });
+  }
+  return read;
+}
 
 OrganList read_organs(MeshOptions& options) {
   return is_label_map(options.inputs.front()) ? organs_of_map(options) : organs_of_surfaces(options);

@@ -8,6 +8,26 @@
 
 namespace palpate::app {
 
+/// A label that is in a map, with its name.
+struct NamedLabel {
+  LabelExtent extent;
+  LabelName name;
+};
+
+/// A label map and those of its labels that are wanted.
+struct NamedMap {
+  LabelMap map;
+  std::vector<NamedLabel> labels;  ///< ascending; names are unique
+  std::vector<std::string> warnings;
+};
+
+/// Reads a label map; numbers of labels in the flags become their names. Throws Error where the file is
+/// refused, and BadInput where a flag names an organ that is not there.
+NamedMap read_named_map(MeshOptions& options);
+
+/// In LPS, or RAS.
+Frame in_space(Frame frame, bool ras);
+
 /// The organs to mesh, and what is worth telling of the input.
 struct OrganList {
   std::vector<Organ> organs;  ///< in the order of labels or files; names are unique

@@ -98,8 +98,8 @@ std::size_t count_missing(const std::vector<Pair>& wanted, const std::vector<Pai
 }
 
 /// Compares the answers with ours and counts them.
-void judge(const Course& course, const Prepared& prepared, std::vector<Pair> pairs,
-           Performance& performance) {
+void compare(const Course& course, const Prepared& prepared, std::vector<Pair> pairs,
+             Performance& performance) {
   std::vector<Pair> expected = prepared.expected;
   if (course.task == Task::points_in_tets) {
     if (performance.answer == Answer::exact) keep_lowest(course.scene.bodies, pairs);
@@ -137,7 +137,7 @@ double run_frame(const Course& course, Peer& peer, const Prepared& prepared, Per
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(performance.threads));
   const Spent spent = peer.find(prepared.frame(), pairs);
-  judge(course, prepared, std::move(pairs), performance);
+  compare(course, prepared, std::move(pairs), performance);
   return performance.threads == 1 ? spent.processor : spent.passed;
 }
 
@@ -189,18 +189,18 @@ ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, c
     }
   }
   const auto frames = static_cast<std::uint32_t>(std::clamp(effort.seconds / frame_seconds, 3.0, 41.0));
-  const std::uint32_t turn = std::clamp(frames / 2, 1U, 6U);
+  const std::uint32_t batch = std::clamp(frames / 2, 1U, 6U);
   result.hash = fnv1a({});
-  for (std::uint32_t done = 0; done < frames; done += turn) {
+  for (std::uint32_t done = 0; done < frames; done += batch) {
     block.clear();
-    for (std::uint32_t f = done; f < std::min(done + turn, frames); ++f) {
+    for (std::uint32_t f = done; f < std::min(done + batch, frames); ++f) {
       block.push_back(preparation.prepare(trial_frames + f));
       result.movers += preparation.movers() / frames;
       // How many frames there is time for differs from run to run; three there always are.
       if (f < 3) result.hash = fnv1a(std::as_bytes(std::span(block.back().expected)), result.hash);
     }
     for (std::size_t i = 0; i < runners.size(); ++i) {
-      Runner& runner = runners[(i + done / turn) % runners.size()];
+      Runner& runner = runners[(i + done / batch) % runners.size()];
       for (const Prepared& prepared : block)
         runner.performance.milliseconds.push_back(
             1e3 * run_frame(course, *runner.peer, prepared, runner.performance));

@@ -40,7 +40,7 @@ struct ContestResult {
   std::size_t edges = 0;    ///< border edges of the last frame
   std::size_t answers = 0;  ///< ours, of the last frame
   std::size_t frames = 0;
-  double movers = 0.0;     ///< mean share of points in another cell than in the frame before
+  double movers = 0.0;     ///< mean fraction of points in another cell than in the frame before
   std::uint64_t hash = 0;  ///< of our answers
   std::vector<Trial> trials;
   std::vector<Performance> performances;

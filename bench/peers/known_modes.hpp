@@ -7,7 +7,7 @@
 
 namespace palpate::bench {
 
-/// What is known of the modes of entrants from trials in scenes before: which need not be tried again. With
+/// Results of the modes of entrants in trials of earlier scenes: which need not be tried again. With
 /// some of them a frame of a million tets takes minutes.
 class KnownModes {
  public:

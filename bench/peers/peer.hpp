@@ -17,7 +17,7 @@ struct Spent {
   double processor = 0.0;
 };
 
-/// Finds the answers of frame after frame, in its own way.
+/// Finds the answers of frame after frame, by its own method.
 class Peer {
  public:
   Peer() = default;
@@ -36,7 +36,7 @@ enum class Answer {
   candidates,  ///< pairs that may meet, without a test: ours must be among them, or the benchmark fails
 };
 
-/// A way to use a peer; the fastest counts.
+/// A mode of a peer; the fastest counts.
 struct Mode {
   std::string name;
   std::function<std::unique_ptr<Peer>()> make;
@@ -50,7 +50,7 @@ struct Entrant {
   std::vector<Mode> modes{};
 };
 
-/// A peer that takes no part, and why.
+/// A peer that is left out, and why.
 struct Absentee {
   std::string name;
   std::string reason;

@@ -13,7 +13,7 @@ namespace palpate::bench {
 /// A scene of a contest.
 struct Heat {
   int cells = 0;         ///< of the stack of membranes; 0: the pile of balls and boxes
-  double movers = 0.02;  ///< wanted share
+  double movers = 0.02;  ///< wanted fraction
 };
 
 struct PeersEffort {
@@ -23,12 +23,12 @@ struct PeersEffort {
   double most_tets_of_trials = 0.0;  ///< of larger scenes modes are tried in the first heat only
   double python_most_tets = 1e300;   ///< peers in Python stay away from larger scenes
 };
-/// Up to a hundred thousand tets, all shares of movers at ten thousand; and up to a million, all shares of
-/// movers, more frames.
+/// Up to a hundred thousand tets, all fractions of movers at ten thousand; and up to a million, all fractions
+/// of movers, more frames.
 PeersEffort quick_effort();
 PeersEffort full_effort();
 
-/// Runs a task in all heats, and tells of each; who is absent is added to the list. `interrupted` is asked
+/// Runs a task in all heats, and reports each; absent peers are added to the list. `interrupted` is asked
 /// before each heat: where it says yes, throws measure::Interrupted.
 measure::Section contest_section(Task task, const PeersEffort& effort, const PythonPeers& python,
                                  std::vector<Absentee>& absent,

@@ -1,5 +1,5 @@
 // Instructions of the hot kernels, counted by valgrind's callgrind: a change that costs some is seen on the
-// busiest machine. Callgrind knows no AVX-512, so kernels run with AVX2.
+// busiest machine. Callgrind has no AVX-512, so kernels run with AVX2.
 #include <algorithm>
 #include <cstdlib>
 #include <fcntl.h>

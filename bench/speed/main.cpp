@@ -103,7 +103,7 @@ void check(const Options& options) {
     throw app::BadInput("--only", "", fmt::format("instructions, but {}", reason),
                         "a build and a machine with valgrind");
   }
-  app::say_note("instructions are left out: " + reason);
+  app::print_note("instructions are left out: " + reason);
 }
 
 /// What all files begin with.

@@ -14,7 +14,7 @@ namespace palpate::bench {
 
 using Json = nlohmann::ordered_json;
 
-/// What all parts are told.
+/// Options of all parts.
 struct SpeedEffort {
   std::optional<int> frames;  ///< that a figure is the median of; none: as many as each part wants
   double most_tets = 1e300;   ///< larger scenes are left out

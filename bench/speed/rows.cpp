@@ -25,7 +25,7 @@ bool reaches(const Goal& goal, double ratio, double bound) {
   return goal.at_most ? ratio <= bound : ratio >= bound;
 }
 
-Json judged(const Measured& row) {
+Json with_verdict(const Measured& row) {
   const auto* const goal = std::ranges::find(goals, row.work, &Goal::work);
   if (goal == std::end(goals)) throw std::logic_error("no goal for '" + row.work + "'");
   const char* verdict = reaches(*goal, row.ratio, goal->aim)    ? "aim met"
@@ -69,9 +69,9 @@ void add_contacts(const Json& c, Json& rows) {
   const auto embree = least(times, "Embree: ");
   if (!embree) return;
   const std::string side = "Embree, " + embree->first;
-  const auto add = [&](const std::string& work, const char* way) {
-    if (has_goal(work) && times.contains(way))
-      rows.push_back(judged(faster(work, times[way], embree->second, side)));
+  const auto add = [&](const std::string& work, const char* method) {
+    if (has_goal(work) && times.contains(method))
+      rows.push_back(with_verdict(faster(work, times[method], embree->second, side)));
   };
   add("contacts, " + name, "clustered");
   add("contacts with coherence, " + name, "coherent");
@@ -82,7 +82,7 @@ void add_two_threads(const Json& c, Json& rows) {
   const Json& times = c.at("smallest_ms");
   if (!has_goal(work) || !times.contains("clustered, 2 threads")) return;
   rows.push_back(
-      judged(faster(work, times["clustered, 2 threads"], times.at("clustered, 1 thread"), "1 thread")));
+      with_verdict(faster(work, times["clustered, 2 threads"], times.at("clustered, 1 thread"), "1 thread")));
 }
 
 void add_targets(const Json& c, Json& rows) {
@@ -92,7 +92,7 @@ void add_targets(const Json& c, Json& rows) {
   if (!has_goal(work) || !is_avx_512 || !times.contains("clustered, AVX2")) return;
   const double avx2 = times["clustered, AVX2"];
   const double best = times.at("clustered");
-  rows.push_back(judged({work, "ms", avx2, best, "AVX-512", 100.0 * best / avx2}));
+  rows.push_back(with_verdict({work, "ms", avx2, best, "AVX-512", 100.0 * best / avx2}));
 }
 
 void add_growth(const Json& cases, Json& rows) {
@@ -104,8 +104,8 @@ void add_growth(const Json& cases, Json& rows) {
   const auto each = [](const Json& c) {
     return 1e6 * c.at("median_ms").at("clustered").get<double>() / c.at("tets").get<double>();
   };
-  rows.push_back(judged({"contacts, ns a tet with 10 million against 10000", "ns", each(*huge), each(*small),
-                         "10000 tets", each(*huge) / each(*small)}));
+  rows.push_back(with_verdict({"contacts, ns a tet with 10 million against 10000", "ns", each(*huge),
+                               each(*small), "10000 tets", each(*huge) / each(*small)}));
 }
 
 }  // namespace
@@ -123,15 +123,15 @@ Json handling_rows(const Json& cases) {
   for (const Json& c : cases) {
     const std::string name = c.at("name");
     if (const auto edges = c.find("border_edges"); edges != c.end()) {
-      rows.push_back(
-          judged(faster("border edges against triangles, " + name, edges->at("ms"), edges->at("embree_ms"),
-                        "Embree, " + edges->at("embree_mode").get<std::string>())));
+      rows.push_back(with_verdict(faster("border edges against triangles, " + name, edges->at("ms"),
+                                         edges->at("embree_ms"),
+                                         "Embree, " + edges->at("embree_mode").get<std::string>())));
     }
     if (const auto whole = c.find("clustered"); whole != c.end()) {
       const double all = whole->at("all_ms");
       const double contacts = whole->at("contacts_ms");
-      rows.push_back(judged({"whole collision handling against its contacts, " + name, "ms", all, contacts,
-                             "its contacts", all / contacts}));
+      rows.push_back(with_verdict({"whole collision handling against its contacts, " + name, "ms", all,
+                                   contacts, "its contacts", all / contacts}));
     }
   }
   return rows;
@@ -143,9 +143,9 @@ Json movers_rows(const Json& cases) {
     const std::string work = "adding 2 % movers, 128k entries, against ";
     const double ours = c.at("repair_ms");
     const double copy = c.at("memcpy_ms");
-    rows.push_back(judged({work + "memcpy", "ms", ours, copy, "memcpy of as many bytes", ours / copy}));
-    rows.push_back(judged(faster(work + "std::sort", ours, c.at("std_sort_last_order_ms"),
-                                 "std::sort from last frame's order")));
+    rows.push_back(with_verdict({work + "memcpy", "ms", ours, copy, "memcpy of as many bytes", ours / copy}));
+    rows.push_back(with_verdict(faster(work + "std::sort", ours, c.at("std_sort_last_order_ms"),
+                                       "std::sort from last frame's order")));
   }
   return rows;
 }
@@ -154,15 +154,15 @@ Json dynamics_rows(const Json& cases) {
   Json rows = Json::array();
   for (const Json& c : cases) {
     const Json& eigen = c.at("eigen");
-    rows.push_back(judged(faster("rotations, forces, assembly: " + c.at("name").get<std::string>(),
-                                 c.at("update_ms"), eigen.at("update_ms"), "Eigen")));
+    rows.push_back(with_verdict(faster("rotations, forces, assembly: " + c.at("name").get<std::string>(),
+                                       c.at("update_ms"), eigen.at("update_ms"), "Eigen")));
   }
   for (const Json& c : cases) {
     const Json& eigen = c.at("eigen");
     Json times;
     for (const auto& [key, run] : c.at("solve").items()) times[key] = run.at("ms");
     const auto best = least(times, "");
-    rows.push_back(judged(faster(
+    rows.push_back(with_verdict(faster(
         "time to an error of 1e-3: " + c.at("name").get<std::string>(), best->second, eigen.at("solve_ms"),
         fmt::format("Eigen, {}; ours {}", eigen.at("preconditioner").get<std::string>(), best->first))));
   }
@@ -170,8 +170,8 @@ Json dynamics_rows(const Json& cases) {
     const double ours = c.at("product").at("GB_per_s");
     const double read = c.at("product").at("read_GB_per_s");
     rows.push_back(
-        judged({"product with the matrix against reading as much: " + c.at("name").get<std::string>(), "GB/s",
-                ours, read, "reading", 100.0 * ours / read}));
+        with_verdict({"product with the matrix against reading as much: " + c.at("name").get<std::string>(),
+                      "GB/s", ours, read, "reading", 100.0 * ours / read}));
   }
   return rows;
 }
@@ -179,15 +179,16 @@ Json dynamics_rows(const Json& cases) {
 Json step_rows(const Json& cases) {
   Json rows = Json::array();
   for (const Json& c : cases) {
-    rows.push_back(judged(faster("step of 25 iterations: " + c.at("name").get<std::string>(),
-                                 c.at("fixed").at("ms"), c.at("sofa_scaled_ms"), "SOFA, scaled")));
+    rows.push_back(with_verdict(faster("step of 25 iterations: " + c.at("name").get<std::string>(),
+                                       c.at("fixed").at("ms"), c.at("sofa_scaled_ms"), "SOFA, scaled")));
   }
   for (const Json& c : cases) {
     Json times;
     for (const auto& [key, run] : c.at("converged").items()) times[key] = run.at("ms");
     const auto best = least(times, "");
-    rows.push_back(judged(faster("step to an error of 1e-3: " + c.at("name").get<std::string>(), best->second,
-                                 c.at("sofa_scaled_ms"), "SOFA unconverged, scaled; ours " + best->first)));
+    rows.push_back(
+        with_verdict(faster("step to an error of 1e-3: " + c.at("name").get<std::string>(), best->second,
+                            c.at("sofa_scaled_ms"), "SOFA unconverged, scaled; ours " + best->first)));
   }
   return rows;
 }

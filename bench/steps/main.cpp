@@ -129,7 +129,7 @@ Json head(const Options& options) {
   return head;
 }
 
-void note_load(Json& report) {
+void record_load(Json& report) {
   std::array<double, 1> load{};
   if (getloadavg(load.data(), 1) == 1) report["load"] = std::max(load[0], report.value("load", 0.0));
 }
@@ -154,7 +154,7 @@ Json measure_scenes(const StepCatalogue& catalogue, const Options& options) {
       report["rows"].push_back(row);
     }
     report["complete"] = i + 1 == catalogue.scenes.size();
-    note_load(report);
+    record_load(report);
     io::write_atomically(file, format_json(report) + "\n");
     app::say_progress(
         fmt::format("{} of {}: {}, {:.1f} s", i + 1, catalogue.scenes.size(), scene.name, watch.lap()));

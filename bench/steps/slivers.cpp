@@ -13,8 +13,8 @@ namespace {
 
 /// Sines of 0.2, 0.5, 1, 2 and 5 degrees.
 constexpr std::array<double, 5> sliver_sines{0.0034906, 0.0087265, 0.0174524, 0.0348995, 0.0871557};
-constexpr double share_of_slivers = 0.25;
-constexpr double share_of_way = 0.4;
+constexpr double fraction_of_slivers = 0.25;
+constexpr double fraction_of_path = 0.4;
 
 /// Least flattest_sine() of the tets at a point, were it at `place`.
 double flattest_at(const Bodies& bodies, const std::vector<Vec3>& points, Index point, const Vec3& place) {
@@ -29,10 +29,10 @@ double flattest_at(const Bodies& bodies, const std::vector<Vec3>& points, Index 
 }
 
 /// How far a point may go in a direction until a tet at it is as flat as `sine`: at most `reach`.
-double way_until(const Bodies& bodies, const std::vector<Vec3>& points, Index point, const Vec3& direction,
-                 double reach, double sine) {
-  const auto fits = [&](double way) {
-    return flattest_at(bodies, points, point, at(points, point) + way * direction) >= sine;
+double distance_until(const Bodies& bodies, const std::vector<Vec3>& points, Index point,
+                      const Vec3& direction, double reach, double sine) {
+  const auto fits = [&](double distance) {
+    return flattest_at(bodies, points, point, at(points, point) + distance * direction) >= sine;
   };
   if (!fits(0.0)) return 0.0;
   double low = 0.0;
@@ -100,13 +100,13 @@ void make_slivers(TetMesh& mesh, std::uint64_t seed) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const auto point = static_cast<Index>(i);
     if (outside[i] != 0 || bodies.point_tets()[point].empty()) continue;
-    const bool sliver = hashed_unit(seed, i, 3) < share_of_slivers;
+    const bool sliver = hashed_unit(seed, i, 3) < fraction_of_slivers;
     const auto kind = static_cast<std::size_t>(hashed_unit(seed, i, 4) * sliver_sines.size());
     const double sine = sliver ? sliver_sines[kind] : sliver_sines.back();
     const Vec3 direction = hashed_direction(seed, i);
     const double reach = 2.0 * mean_edge_at(bodies, mesh.points, point);
-    const double way = way_until(bodies, mesh.points, point, direction, reach, sine);
-    mesh.points[i] += (sliver ? 1.0 : share_of_way) * way * direction;
+    const double distance = distance_until(bodies, mesh.points, point, direction, reach, sine);
+    mesh.points[i] += (sliver ? 1.0 : fraction_of_path) * distance * direction;
   }
 }
 

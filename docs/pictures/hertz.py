@@ -37,8 +37,8 @@ def pressed(layers):
     model = palpate.Model()
     plate, plate_tets = palpate.box((1, 1, 1), (0.12, 0.12, 0.02))
     for sign in (1.0, -1.0):
-        way = palpate.Motion([palpate.Keyframe(0.0), palpate.Keyframe(0.2, (0, 0, sign * APPROACH))], interpolation="smooth")
-        model.add_body(plate - [0, 0, sign * (RADIUS + 0.01)], plate_tets, motion=way)
+        displacement = palpate.Motion([palpate.Keyframe(0.0), palpate.Keyframe(0.2, (0, 0, sign * APPROACH))], interpolation="smooth")
+        model.add_body(plate - [0, 0, sign * (RADIUS + 0.01)], plate_tets, motion=displacement)
     points, tets = graded_ball(layers)
     material = palpate.Material(young_modulus=YOUNG, poisson_ratio=POISSON, mass_damping=20.0, stiffness_damping=0.01)
     model.add_body(RADIUS * points, tets, material=material)

@@ -5,8 +5,6 @@ import re
 import subprocess
 import xml.etree.ElementTree as ElementTree
 
-# Members of public types that may be without a comment, for their name says it all (Vec3::x). Never more: comment new ones.
-MOST_UNDOCUMENTED = 85
 PLACE = pathlib.PurePosixPath("reference/cpp")
 
 DOXYFILE = """

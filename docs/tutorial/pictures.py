@@ -31,7 +31,7 @@ def plotter():
 
 
 def show_contacts(made, positions, contacts):
-    """Points in contact in red, and the way out of each, as long as it is deep."""
+    """Points in contact in red, and the exit of each: direction times depth."""
     places = positions[contacts.point]
     made.add_points(places, color="red", point_size=6, render_points_as_spheres=True)
     ends = places + contacts.depth[:, None] * contacts.direction

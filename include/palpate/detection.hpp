@@ -15,9 +15,9 @@
 namespace palpate {
 
 /// Contacts: points that lie in a tet of another body (closed tets; of several tets of one body, the lowest
-/// index), or with self-collision in a tet of their own body that they are no corner of and that did not come
-/// over them by turning inside out (docs/depth.md). Structure of arrays, sorted by (point, body); a point in
-/// two other bodies is two contacts.
+/// index). With self-collision also points in a tet of their own body, unless they are a corner of it or lie
+/// in it because tissue is inverted there (docs/depth.md). Structure of arrays, sorted by (point, body); a
+/// point in two other bodies is two contacts.
 struct Contacts {
   std::vector<Index> point;  ///< (n) the point that is inside
   std::vector<Index> body;   ///< (n) the penetrated body
@@ -25,16 +25,16 @@ struct Contacts {
   std::vector<std::array<double, 4>>
       weights;                  ///< (n x 4) barycentric weights of the point in the tet, corner order
   std::vector<double> depth;    ///< (n) penetration depth, >= 0
-  std::vector<Vec3> direction;  ///< (n x 3) unit vector that leads the point out of the penetrated body
-  /// (n) how well the surface around agrees on the direction: 1 where it is flat, 0 where directions cancel,
-  /// nothing reaches the point, or the nearest surface point was taken. A direction turns by no more than a
-  /// change around it divided by this.
+  std::vector<Vec3> direction;  ///< (n x 3) unit vector out of the penetrated body
+  /// (n) confidence weight of the direction: 1 where the surface around is flat, 0 where directions cancel,
+  /// no plane reaches the point, or the nearest surface point was used. A change of the surroundings rotates
+  /// the direction by at most that change divided by the certainty.
   std::vector<double> certainty;
-  [[nodiscard]] std::size_t size() const { return point.size(); }
+  [[nodiscard]] std::size_t size() const { return point.size(); }  ///< number of contacts n
 };
 
-/// Surface edges that pass through another body with both ends outside: what no contact of a point sees
-/// (docs/edges.md). So where the surfaces of two bodies meet, or one body is in the other, there is a contact
+/// Surface edges that pass through another body with both ends outside, so that no point is in contact
+/// (docs/edges.md). Where the surfaces of two bodies meet, or one body is in the other, there is a contact
 /// or an edge contact. Structure of arrays, sorted by (edge, body, parameter); an edge that goes through a
 /// body twice is two.
 struct EdgeContacts {
@@ -46,7 +46,7 @@ struct EdgeContacts {
   std::vector<std::array<double, 2>> parameters;
   std::vector<double> depth;    ///< (n) by which the edge must move to leave the body, >= 0
   std::vector<Vec3> direction;  ///< (n x 3) unit vector; along it
-  [[nodiscard]] std::size_t size() const { return edge.size(); }
+  [[nodiscard]] std::size_t size() const { return edge.size(); }  ///< number of edge contacts n
 };
 
 /// An edge with one end in contact with a body and the other end not in contact with it, or in contact with
@@ -59,43 +59,45 @@ struct BorderEdge {
 /// A border edge meets a surface triangle of the body that its contact penetrates; with self-collision one
 /// that has no point of the edge as a corner.
 struct Crossing {
-  Index border_edge;
-  Index triangle;
-  double parameter;  ///< 0 at the point in contact, 1 at the free end
+  Index border_edge;  ///< index into Detector::border_edges()
+  Index triangle;     ///< of Bodies::triangles()
+  double parameter;   ///< 0 at the point in contact, 1 at the free end
 };
 
 /// One edge length of cells that the automatic choice tried, and what a query of all tets (in clusters, for
 /// the compact grid) would do with it.
 struct CellSizeTrial {
-  double cell_size = 0.0;
-  double lookups = 0.0;  ///< rows of cells looked up
-  double visits = 0.0;   ///< points met in them
-  double work = 0.0;     ///< weighted sum, that of the grid update included: the least wins
+  double cell_size = 0.0;  ///< m
+  double lookups = 0.0;    ///< rows of cells looked up
+  double visits = 0.0;     ///< points visited in them
+  double work = 0.0;       ///< weighted sum, with that of the grid update: the smallest is chosen
 };
 
 /// Which edge length cells have, and why.
 struct CellSizeChoice {
-  CellSize wanted;
-  double cell_size = 0.0;
+  CellSize wanted;                    ///< as set
+  double cell_size = 0.0;             ///< as chosen, m
   std::vector<CellSizeTrial> trials;  ///< empty unless the choice was automatic
 };
 
 /// How full a cuckoo hash table is, and what its construction took (docs/structures.md). With the sizes that
 /// are set, buckets of 409 cells on average in 576 slots make 71 % for many cells.
 struct CuckooCounts {
-  std::size_t cells = 0;  ///< that are not empty: the keys
-  std::size_t slots = 0;
-  std::size_t buckets = 0;
+  std::size_t cells = 0;            ///< that are not empty: the keys
+  std::size_t slots = 0;            ///< of all buckets
+  std::size_t buckets = 0;          ///< number of buckets
   std::size_t bucket_retries = 0;   ///< new hash functions of a bucket, because evictions did not end
   std::size_t redistributions = 0;  ///< new hash functions into buckets, because one overflowed
   std::size_t growths = 0;          ///< larger tables, because new functions did not help
+  /// All new choices of hash functions.
   [[nodiscard]] std::size_t retries() const { return bucket_retries + redistributions; }
+  /// Fraction of the slots that hold a key, 0 to 1.
   [[nodiscard]] double occupancy() const {
     return slots == 0 ? 0.0 : static_cast<double>(cells) / static_cast<double>(slots);
   }
 };
 
-/// Where depths had to be found another way than from crossings, by kind (docs/depth.md).
+/// Counts of depths that were not computed from crossings, by kind (docs/depth.md).
 struct DepthCounts {
   /// Contacts whose direction is that to the nearest surface point, and all but the cancelled their depth.
   std::size_t depth_fallbacks = 0;
@@ -104,9 +106,8 @@ struct DepthCounts {
   std::size_t raised_depths = 0;
   std::size_t regions_without_border = 0;  ///< connected contacts of which no border edge has a crossing
   std::size_t border_edges_without_crossing = 0;  ///< only with folded or overlapping tets
-  /// With a budget in milliseconds: contacts for whose depth it left no time. They are as deep below the
-  /// plane that they had in an earlier detection, which goes with the tissue, as they are now; those that had
-  /// none have a first guess.
+  /// With a budget in milliseconds: contacts for whose depth it left no time. Their depth is the distance to
+  /// their cached plane, which moves with the tissue; contacts without one have a propagated depth.
   std::size_t rough_depths = 0;
 };
 
@@ -117,15 +118,14 @@ struct DetectionCounts : DepthCounts {
   std::size_t border_edges = 0;   ///< with one end in contact and the other not
   std::size_t crossings = 0;      ///< of border edges with the surface
   std::size_t candidates = 0;     ///< pairs proposed and tested, both queries; of clusters: docs/query.md
-  std::size_t folded_pairs = 0;   ///< points in tets of their own body because tissue there is inside out
+  std::size_t folded_pairs = 0;   ///< points in tets of their own body because tissue is inverted there
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that covered more cells than they have slots.
   std::size_t approximated_primitives = 0;
   std::size_t dropped_cells = 0;  ///< approximate mode: cells that were left out
-  /// With a budget: clusters of tets, and of triangles of penetrated bodies, that it did not suffice for, and
-  /// the share of those that it did.
+  /// With a budget: clusters of tets, and of triangles of penetrated bodies, that were not queried.
   std::size_t late_clusters = 0;
-  double completeness = 1.0;
+  double completeness = 1.0;  ///< fraction of those clusters that were queried, 0 to 1; 1 without a budget
   std::optional<Sort>
       sort;  ///< that last put the points in order, never adaptive; none: the structure does not sort
   std::size_t cells = 0;   ///< cells of the domain
@@ -133,14 +133,14 @@ struct DetectionCounts : DepthCounts {
   int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
   /// Of the structure of the points and of that of the border edges; none: it is not cuckoo.
   std::optional<CuckooCounts> cuckoo_points;
-  std::optional<CuckooCounts> cuckoo_edges;
+  std::optional<CuckooCounts> cuckoo_edges;  ///< the same of the border edges
 };
 
 /// The cells of a detection (paper 4.1, eq. 2): cell (i, j, k) begins at lower + cell_size (i, j, k).
 struct CellDomain {
-  Vec3 lower{};
+  Vec3 lower{};                         ///< lower corner of the domain, m
   std::array<Index, 3> cells{0, 0, 0};  ///< along x, y, z
-  double cell_size = 0.0;
+  double cell_size = 0.0;               ///< edge length of a cell, m
 };
 
 /// Seconds of the phases of one detection.
@@ -150,34 +150,33 @@ struct DetectionTimes {
   double border_edges = 0.0;  ///< s
   double crossings = 0.0;     ///< s, border edges with the surface, and edge contacts
   double depth = 0.0;         ///< s, depths and directions
-  DetectionTimes& operator+=(const DetectionTimes& other);
+  DetectionTimes& operator+=(const DetectionTimes& other);  ///< adds each phase
 };
 
-/// What a detector remembers of the frames before. The contacts found do not depend on it, but in approximate
-/// mode; counts do (movers, sort).
+/// What a detector keeps from earlier frames: a saved state, with fields that only a detector interprets. The
+/// contacts found depend on it in approximate mode only; counts do (movers, sort).
 struct DetectorMemory {
   double cell_size = 0.0;             ///< as chosen at the first detection; 0 before it
   std::vector<CellSizeTrial> trials;  ///< of that choice
-  Vec3 lower{};                       ///< corners of the domain
-  Vec3 upper{};
-  std::uint64_t detections = 0;  ///< so far
-  bool repairs = true;           ///< where the switch of Sort::adaptive stands
-  DetectionCounts counts;        ///< of the last detection
-  /// With a budget: what was known of each cluster before the last detection, and the share that it had.
-  std::vector<std::uint8_t> tet_notes;
-  std::vector<std::uint8_t> triangle_notes;
-  double share = 1.0;
-  /// With coherence: the frame whose nearness was noted, (n_points x 3) in parts of a cell, or empty; and
-  /// what is known of whether noting pays.
-  std::vector<std::array<std::int32_t, 3>> noted_points{};
-  std::array<std::int64_t, 8> coherence{};
-  bool skipped_grid = false;  ///< the last detection did without
+  Vec3 lower{};                       ///< lower corner of the domain, m
+  Vec3 upper{};                       ///< upper corner of the domain, m
+  std::uint64_t detections = 0;       ///< so far
+  bool repairs = true;                ///< state of the switch of Sort::adaptive: true for repair
+  DetectionCounts counts;             ///< of the last detection
+  /// With a budget: state of each cluster of tets in the queue before the last detection.
+  std::vector<std::uint8_t> tet_states;
+  std::vector<std::uint8_t> triangle_states;  ///< the same of the clusters of triangles
+  double fraction = 1.0;                      ///< of the budget that the last detection had
+  /// With coherence: reference positions of the near lists, (n_points x 3) in parts of a cell, or empty.
+  std::vector<std::array<std::int32_t, 3>> reference_points{};
+  std::array<std::int64_t, 8> coherence{};  ///< counters that decide when near lists are made
+  bool skipped_grid = false;                ///< the last detection needed no grid
 };
 
 /// Finds the contacts among bodies, and how deep they are, frame after frame.
 ///
 /// The result is that of exact arithmetic on the given positions and has the same bits for every structure,
-/// order, sort and thread count. Keeps its memory from frame to frame.
+/// order, sort and thread count. Keeps its buffers from frame to frame.
 class Detector {
  public:
   /// \param bodies     must outlive the detector
@@ -189,12 +188,13 @@ class Detector {
   ~Detector();
   /// A moved-from detector can only be assigned to or destroyed.
   Detector(Detector&&) noexcept;
+  /// Frees what this detector had; the other can only be assigned to or destroyed then.
   Detector& operator=(Detector&&) noexcept;
 
   /// Finds all contacts at `positions` (n_points x 3). Expected time O(points + tets + contacts); with
   /// Structure::brute O(points x tets). Throws Error where a position is not finite.
-  /// \param share  of the budget that it may spend, > 0
-  void detect(std::span<const Vec3> positions, double share = 1.0);
+  /// \param budget_fraction  of the budget that it may spend, > 0
+  void detect(std::span<const Vec3> positions, double budget_fraction = 1.0);
 
   /// Results of the last detect(); valid until the next.
   [[nodiscard]] const Contacts& contacts() const;
@@ -202,28 +202,32 @@ class Detector {
   [[nodiscard]] Contacts take_contacts();
   /// None without DetectionSettings::edge_contacts.
   [[nodiscard]] const EdgeContacts& edge_contacts() const;
-  /// Sorted by (contact, edge). With a budget in milliseconds those of contacts that find their way out anew
-  /// only (docs/budget.md).
+  /// Sorted by (contact, edge). With a budget in milliseconds only those of contacts whose depth was computed
+  /// anew (docs/budget.md).
   [[nodiscard]] std::span<const BorderEdge> border_edges() const;
   [[nodiscard]] std::span<const Crossing> crossings() const;  ///< sorted by (border edge, triangle)
+  /// What the last detect() did; the same on every machine.
   [[nodiscard]] const DetectionCounts& counts() const;
+  /// Seconds of the phases of the last detect().
   [[nodiscard]] const DetectionTimes& times() const;
+  /// The cells of the last detect().
   [[nodiscard]] CellDomain cell_domain() const;
   /// (n_bodies) 1 where the budget did not suffice for all tets of a body, or for all its triangles: contacts
-  /// of points in it may be missing, and depths in it be less exact. Empty without a budget.
+  /// of points in it may be missing, and depths in it may be less exact. Empty without a budget.
   [[nodiscard]] std::span<const std::uint8_t> late_bodies() const;
-  /// Seconds of a budget that a detection needs lately to find all contacts, but few of their depths anew
-  /// (DepthCounts::rough_depths); 0 without a budget.
+  /// Budget in seconds that recent detections needed to find all contacts, with most depths from cached
+  /// planes (DepthCounts::rough_depths); 0 without a budget.
   [[nodiscard]] double least_seconds() const;
   /// How the cell size was chosen, at the first detect().
   [[nodiscard]] const CellSizeChoice& cell_size_choice() const;
   /// Memory of the two structures (points, and border edges), bytes.
   [[nodiscard]] std::size_t structure_bytes() const;
 
-  /// What a new detector of the same bodies and settings needs to go on as this one would: then recall() it
-  /// there with the positions of the last detect(). That finds their contacts again. Throws Error on a memory
-  /// that no detector has.
+  /// The state that a new detector of the same bodies and settings needs to continue as this one would:
+  /// recall().
   [[nodiscard]] DetectorMemory memory() const;
+  /// Continues from the memory of another detector, with the positions of its last detect(): finds their
+  /// contacts again. Throws Error on a memory that no detector can have. Cost of a detect().
   void recall(const DetectorMemory& memory, std::span<const Vec3> positions);
 
  private:

@@ -22,18 +22,18 @@ struct Wrench {
 
 /// What a contact did in a step.
 enum class ContactStatus : std::uint8_t {
-  open,   ///< let go: no normal force
+  open,   ///< separated: no normal force
   stick,  ///< pushed, and friction held it
   slide   ///< pushed, and friction was at its bound (with friction 0 always)
 };
+/// Names of ContactStatus; index = enum value.
 inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "stick", "slide"};
 
 /// The contacts that a step was solved with, and the force that each had. They are those at the start of the
-/// step, sorted by (point, body), then those of edges (docs/edges.md), then those with a gap there
-/// (speculative): contacts that the step before
-/// has let go of but that are still near, and those that bodies met within the step, by round and then by
-/// (point, body). The contacts of a detector are those at the END of the step: a contact that is new there
-/// has no force yet.
+/// step, sorted by (point, body), then those of edges (docs/edges.md), then the speculative ones, which have
+/// a gap there: contacts that the step before has released but that are still near, and those that were found
+/// at the predicted positions, by round and then by (point, body). The contacts of a detector are those at
+/// the END of the step: a contact that is new there has no force yet.
 ///
 /// The force acts on the point, or on the edge where it meets the surface; its reaction, on the penetrated
 /// body, acts at the same place. So a sum over both bodies is zero to rounding, torques too. Structure of
@@ -50,7 +50,7 @@ struct ContactForces {
   std::vector<Vec3> friction;             ///< (n x 3) force on the point across the direction, N
   std::vector<ContactStatus> status;      ///< (n)
   std::vector<std::uint8_t> speculative;  ///< (n) 1: not yet in contact at the start of the step
-  [[nodiscard]] std::size_t size() const { return point.size(); }
+  [[nodiscard]] std::size_t size() const { return point.size(); }  ///< number of contacts n
   /// Force on the point, N.
   [[nodiscard]] Vec3 force(std::size_t contact) const {
     const double n = normal[contact];

@@ -22,10 +22,11 @@ struct Ramp {
 /// The law of elasticity of a material (docs/materials.md has energies and sources). With small strains all
 /// are Hooke's law of its Young's modulus and Poisson ratio.
 enum class MaterialModel {
-  corotational,        ///< linear in the strain of the turned tet: fastest, for strains of some 10 %
+  corotational,        ///< linear in the strain of the corotated tet: fastest, for strains of some 10 %
   stable_neo_hookean,  ///< Smith, de Goes & Kim 2018: large strains; defined for every deformation
   mooney_rivlin,       ///< the same with a term in the second invariant
 };
+/// Names of MaterialModel; index = enum value.
 inline constexpr std::array<std::string_view, 3> material_model_names{"corotational", "stable-neo-hookean",
                                                                       "mooney-rivlin"};
 
@@ -34,6 +35,7 @@ enum class ElementKind {
   linear,    ///< one strain in each tet: fastest; too stiff in bending and where poisson_ratio is above 0.45
   smoothed,  ///< means over edges and points: right in both, at some four times the cost
 };
+/// Names of ElementKind; index = enum value.
 inline constexpr std::array<std::string_view, 2> element_kind_names{"linear", "smoothed"};
 
 /// One family of fibres in tissue that else is isotropic (Holzapfel, Gasser & Ogden 2000), with an active
@@ -51,6 +53,7 @@ struct Fibres {
   /// In scenes: the array of the mesh file that has a direction for each tet, in place of `direction`. In C++
   /// Model::fibre_of_tet says that, and this is left alone.
   std::string field{};
+  /// Whether the fibres have any stiffness or active stress.
   [[nodiscard]] bool any() const { return stiffness != 0.0 || active_stress != 0.0; }
 };
 
@@ -69,8 +72,8 @@ enum class Tissue : std::uint8_t;
 
 /// Elastic material of a soft body, with Rayleigh damping C = mass_damping M + stiffness_damping K
 /// and plasticity after Mueller & Gross 2004: while the elastic strain (Frobenius norm) is above
-/// `plastic_yield`, the share plastic_creep * time_step of it (at most all) turns plastic in each step; the
-/// norm of the plastic strain stays within `plastic_maximum`.
+/// `plastic_yield`, the fraction plastic_creep * time_step of it (at most 1) becomes plastic in each step;
+/// the norm of the plastic strain stays within `plastic_maximum`.
 struct Material {
   double young_modulus = 1e5;               ///< Pa, > 0
   double poisson_ratio = 0.4;               ///< in (-1, 0.5)
@@ -84,7 +87,7 @@ struct Material {
   /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
   /// C01 / (C10 + C01).
   double mooney_fraction = 0.5;
-  ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield, no viscosity
+  ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield
   Fibres fibres{};                             ///< with neither stiffness nor active stress: isotropic
   Viscosity viscosity{};                       ///< without terms: elastic
   /// The preset that the values came from, if any; nothing depends on it.
@@ -95,6 +98,7 @@ struct Material {
 struct Materials {
   /// One material per body. Not explicit, so that a list of materials can stand for Materials.
   Materials(std::vector<Material> of_bodies) : all(std::move(of_bodies)) {}
+  /// The same from a list in braces.
   Materials(std::initializer_list<Material> of_bodies) : all(of_bodies) {}
   /// Several materials in a body: one for each tet.
   Materials(std::vector<Material> materials, std::vector<Index> tets, std::vector<Vec3> fibres = {})
@@ -104,6 +108,7 @@ struct Materials {
   [[nodiscard]] const Material& of(Index tet, Index body) const {
     return all[static_cast<std::size_t>(index_of(tet, body))];
   }
+  /// The index in `all` of the material of a tet (of all bodies' tets) that belongs to `body`. O(1).
   [[nodiscard]] Index index_of(Index tet, Index body) const {
     return of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
   }

@@ -16,20 +16,20 @@ struct TetMesh {
   std::vector<Tet> tets;     ///< (n_tets x 4), 0-based indices into points
 };
 
-/// What check_mesh() met that is allowed but worth telling.
+/// What check_mesh() found that is allowed but worth a message.
 struct MeshNotes {
   Index reoriented_tets = 0;      ///< tets of negative volume; two of their corners were swapped
   Index unreferenced_points = 0;  ///< points that no tet uses; kept, so that indices stay those of the file
 };
 
-/// Checks a mesh and turns tets of negative volume so that det[b-a, c-a, d-a] > 0 for each.
+/// Checks a mesh and swaps two corners of tets of negative volume, so that det[b-a, c-a, d-a] > 0 for each.
 ///
 /// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of
 /// range, a point repeated in a tet, a coordinate that is not from -1e100 to 1e100, a tet of exactly zero
 /// volume (exact arithmetic). The mesh is unchanged if it throws. O(n).
 MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
-/// One body's share of the index space of Bodies.
+/// One body's part of the index space of Bodies.
 struct Body {
   std::string name;  ///< as it was given; errors name it
   Range points;      ///< its indices among all points
@@ -41,7 +41,8 @@ struct Body {
 /// Compressed rows: the values of row i are values[begin[i] .. begin[i+1]).
 struct Rows {
   std::vector<Index> begin{0};  ///< (n_rows + 1)
-  std::vector<Index> values;
+  std::vector<Index> values;    ///< of all rows, one after the other
+  /// The values of a row; valid while the object is unchanged. O(1).
   [[nodiscard]] std::span<const Index> operator[](Index row) const {
     const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(row)]);
     const auto last = static_cast<std::size_t>(begin[static_cast<std::size_t>(row) + 1]);
@@ -64,7 +65,9 @@ class Bodies {
   /// number of points and where a tet would be flat or inside out. O(n).
   void set_points_rest(std::span<const Vec3> points);
 
+  /// (n_bodies) name and index ranges of each body, in the order of add().
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
+  /// Number of bodies.
   [[nodiscard]] Index body_count() const { return static_cast<Index>(bodies_.size()); }
   /// Notes of check_mesh() for each body, (n_bodies).
   [[nodiscard]] std::span<const MeshNotes> notes() const { return notes_; }
@@ -128,22 +131,22 @@ class Bodies {
 
 /// Smallest, mean and largest of a set of numbers.
 struct Spread {
-  double min = 0.0;
-  double mean = 0.0;
-  double max = 0.0;
+  double min = 0.0;   ///< smallest
+  double mean = 0.0;  ///< arithmetic mean
+  double max = 0.0;   ///< largest
 };
 
 /// The paper's Table 1, and what a user wants to know of a mesh before using it.
 struct MeshStatistics {
-  Index points = 0;
-  Index edges = 0;
-  Index triangles = 0;
-  Index tets = 0;
-  Spread edge_length;
+  Index points = 0;       ///< number of points
+  Index edges = 0;        ///< number of edges
+  Index triangles = 0;    ///< number of surface triangles
+  Index tets = 0;         ///< number of tets
+  Spread edge_length;     ///< of all edges, m
   Spread dihedral_angle;  ///< degrees, over all six angles of all tets
-  double volume = 0.0;
-  Vec3 lower;  ///< bounds of the points that tets use
-  Vec3 upper;
+  double volume = 0.0;    ///< sum over all tets, m^3
+  Vec3 lower;             ///< lower corner of the bounding box of the points that tets use, m
+  Vec3 upper;             ///< upper corner of that box, m
 };
 
 /// Statistics at given positions (n_points x 3) of one body, or of all bodies together (body = -1). O(n).

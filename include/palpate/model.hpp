@@ -22,13 +22,14 @@ struct Keyframe {
 /// How a motion goes from one keyframe to the next.
 enum class Interpolation {
   linear,  ///< at constant speed, so that the speed jumps at keyframes
-  smooth   ///< starting and ending at rest: the share s of the time between becomes s^2 (3 - 2 s)
+  smooth   ///< starting and ending at rest: the fraction s of the time between becomes s^2 (3 - 2 s)
 };
+/// Names of Interpolation; index = enum value.
 inline constexpr std::array<std::string_view, 2> interpolation_names{"linear", "smooth"};
 
-/// A rigid motion on rails: keyframes of growing times. Rotations go the shorter way round, at constant
-/// angular speed for constant share (slerp: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH
-/// 1985). Before the first keyframe it holds, after the last too.
+/// A prescribed rigid motion: keyframes of growing times. Rotations take the shorter arc, at constant angular
+/// speed for a constant fraction (slerp: Shoemake, "Animating rotation with quaternion curves", SIGGRAPH
+/// 1985). Before the first keyframe and after the last the pose is constant.
 struct Motion {
   Vec3 center{};                                        ///< of the rotation, m
   std::vector<Keyframe> keyframes;                      ///< one or more, of growing times
@@ -41,24 +42,24 @@ Keyframe pose_at(const Motion& motion, double time);
 
 /// A spring between a point and a place in space, force = stiffness (target - point).
 struct Grab {
-  Index point = -1;
+  Index point = -1;        ///< of all points
   Vec3 target{};           ///< m
   double stiffness = 0.0;  ///< N/m, > 0
 };
 
 /// A spring that holds a point to the place of a tet of another body where it is at the start: tissue that
-/// has grown together. relax() comes before the start and does not know of ties.
+/// has grown together. relax() runs before the start and ignores ties.
 struct Tie {
-  Index point = -1;
+  Index point = -1;                   ///< of all points
   Index tet = -1;                     ///< best the nearest one; the place may lie a little outside of it
   std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
 };
 
 /// A force that points share equally.
 struct PointLoad {
-  std::vector<Index> points{};  ///< of all points; one that is named twice has two shares
-  Vec3 force{};                 ///< N
-  Ramp ramp{};
+  std::vector<Index> points{};  ///< of all points; one that is named twice counts twice
+  Vec3 force{};                 ///< N, the sum over the points
+  Ramp ramp{};                  ///< factor of the force over time
 };
 
 /// A load on a part of a surface.
@@ -81,16 +82,16 @@ struct Model {
   std::vector<Vec3> fibre_of_tet{};
   std::vector<std::uint8_t> fixed_points{};  ///< (n_points) 1: does not deform freely; or empty
   /// (n_points) axes of the world along which a point does not move, 1 (x) + 2 (y) + 4 (z), 7 as
-  /// fixed_points: rollers and planes of symmetry; or empty. Of no account where a point is fixed or on
-  /// rails.
+  /// fixed_points: rollers and planes of symmetry; or empty. Ignored where a point is fixed or
+  /// prescribed.
   std::vector<std::uint8_t> fixed_axes{};
-  std::vector<std::uint8_t> obstacles{};  ///< (n_bodies) 1: rigid, no point of it is free; or empty
-  std::vector<Motion> motions{};          ///< rails for obstacles and attached points
-  std::vector<Index> motion_of_point{};   ///< (n_points) index into motions, or -1; or empty
-  std::vector<Vec3> forces{};             ///< (n_points) loads on points, N; or empty
-  std::vector<Vec3> velocities{};         ///< (n_points) of free points at the start, m/s; or empty
-  std::vector<Grab> grabs{};
-  std::vector<Tie> ties{};
+  std::vector<std::uint8_t> obstacles{};     ///< (n_bodies) 1: rigid, no point of it is free; or empty
+  std::vector<Motion> motions{};             ///< prescribed motions of obstacles and attached points
+  std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
+  std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
+  std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
+  std::vector<Grab> grabs{};                 ///< springs to places in space, at the start
+  std::vector<Tie> ties{};                   ///< springs between bodies, at rest at the start
   std::vector<PointLoad> point_loads{};      ///< besides `forces`
   std::vector<SurfaceLoad> surface_loads{};  ///< on bodies that deform
   /// (n_bodies) or empty: gravity of a body, m/s^2, in place of that of the settings.
@@ -118,7 +119,7 @@ struct BodyLoads {
 struct ModelChange {
   std::vector<Index> untie{};           ///< numbers of ties; those behind them have lower numbers then
   std::vector<Index> insert{};          ///< bodies that are there again, where they are or their motion is
-  std::vector<Index> remove{};          ///< bodies that are not there any more; their ties are gone
+  std::vector<Index> remove{};          ///< bodies that are absent from now on; their ties are removed
   std::vector<Index> release_bodies{};  ///< nothing holds their points any more; what was rigid deforms
   std::vector<Index> release_points{};  ///< neither fixed nor moved any more, nor held along an axis
   std::vector<Index> fix{};             ///< points that stay where they are

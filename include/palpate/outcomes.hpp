@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// What is on the side of the normal.
+/// The half-space on one side of a plane, to which the normal points.
 struct HalfSpace {
   Vec3 point{};                ///< on the plane, m
   Vec3 normal{0.0, 0.0, 1.0};  ///< outward from the plane into it, of any length but zero
@@ -36,20 +36,20 @@ struct Landmark {
 /// Where it is now.
 [[nodiscard]] Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions);
 
-/// How a body has turned from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that
+/// Rotation of a body from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that
 /// makes the sum of m |x - c - R (X - C)|^2 over its points least (Horn 1987), c and C the centres of mass.
 /// \param masses  (n_points), kg. O(points of the body).
 [[nodiscard]] Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const double> masses);
 
 /// The least distance of the surfaces of two bodies, m: between points, edges and triangles. For bodies that
-/// do not overlap; it knows of no inside. O(triangles log triangles).
+/// do not overlap: penetration is not seen. O(triangles log triangles).
 [[nodiscard]] double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3> positions);
 
-/// Area over which two bodies pressed on each other in the last step, m^2: of the surface around the points
-/// of one that the other pushed, the parts of triangles (a third of each) that face the push. Of the two
-/// bodies that with more such points counts, since it is the finer one there; of as many the smaller area.
-/// O(contacts + triangles).
+/// Contact area of two bodies in the last step, m^2: over the points of one body that the other pushed, a
+/// third of each surface triangle at the point that faces the push. It is computed on the body with more such
+/// points, which has the finer mesh there; with as many on both, the smaller area counts. O(contacts +
+/// triangles).
 [[nodiscard]] double contact_area(const Simulation& simulation, Index a, Index b);
 
 }  // namespace palpate

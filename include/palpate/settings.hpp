@@ -22,7 +22,7 @@ enum class Structure {
 /// How the integer coordinates of a cell become one number.
 enum class Order {
   linear,  ///< i + j s_x + k s_x s_y (paper eq. 1)
-  z,       ///< bits of i, j and k in turn: the Z-order curve (paper 5)
+  z,       ///< bits of i, j and k interleaved: the Z-order curve (paper 5)
 };
 /// How the entries of the compact grid are sorted by cell index. The result does not depend on it.
 enum class Sort {
@@ -48,15 +48,13 @@ enum class Preconditioner {
   jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
   multigrid,  ///< smoothed aggregation: for stiff or slender bodies, contacts, bad elements, large meshes
 };
-/// What the tolerance of a solve is of.
+/// The quantity that the tolerance of a solve is relative to.
 enum class ToleranceOf {
   /// The residual, relative to the right side or, where that is smaller (at rest), to the impulse of gravity
-  /// and
-  /// loads in a step.
+  /// and loads in a step.
   residual,
   /// The estimated error of the changes of velocity, relative to these or, where they are smaller, to those
-  /// that
-  /// gravity and loads alone would make.
+  /// that gravity and loads alone would make.
   solution,
 };
 
@@ -72,8 +70,9 @@ inline constexpr std::array<std::string_view, 3> cell_size_rule_names{"auto", "m
 
 /// A ball in space.
 struct InterestRegion {
-  Vec3 center{};
-  double radius = 0.0;  ///< > 0
+  Vec3 center{};        ///< m
+  double radius = 0.0;  ///< m, > 0
+  /// Whether a point (m) is in the ball or on its surface.
   [[nodiscard]] bool contains(const Vec3& point) const {
     const Vec3 away{point.x - center.x, point.y - center.y, point.z - center.z};
     return away.x * away.x + away.y * away.y + away.z * away.z <= radius * radius;
@@ -87,16 +86,16 @@ struct Budget {
   std::optional<int> tests{};
   /// So many milliseconds in all detections of a time step; which contacts are found depends on the machine.
   std::optional<double> milliseconds{};
-  std::optional<InterestRegion> region{};  ///< looked at before others that are as near
+  std::optional<InterestRegion> region{};  ///< tested before others that are as near
   friend bool operator==(const Budget&, const Budget&) = default;
 };
 
 /// How contacts are found.
 struct DetectionSettings {
-  Structure structure = Structure::compact;
-  Order order = Order::linear;
-  Sort sort = Sort::adaptive;
-  CellSize cell_size = CellSizeRule::automatic;
+  Structure structure = Structure::compact;      ///< spatial data structure of the broad phase
+  Order order = Order::linear;                   ///< numbering of cells
+  Sort sort = Sort::adaptive;                    ///< of the entries; Structure::compact only
+  CellSize cell_size = CellSizeRule::automatic;  ///< m, or the rule that chooses it
   /// Slots of a primitive for the cells that it covers, 1 to 27 (approximate mode, paper 5); none: exact.
   std::optional<int> cells_per_primitive;
   /// Per body: 1 where a body that can move also touches itself. Empty: none does.
@@ -110,15 +109,15 @@ struct DetectionSettings {
   /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
   /// Only Structure::compact without cells_per_primitive and budget can.
   bool coherence = true;
-  /// Whether a simulation looks for what would pass through another body within a step (docs/continuous.md),
-  /// and stops it where they touch; a step that has to stop much takes many solves. Off, pairs of bodies that
-  /// could pass are only counted.
+  /// Whether a simulation searches for parts that would pass through another body within a step
+  /// (docs/continuous.md), and stops them at the first touch. A step that stops many takes many solves. If
+  /// false, pairs of bodies that could pass are only counted.
   bool continuous = false;
   std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
-/// How contacts push back: a penalty along the direction, friction across it (docs/architecture.md,
+/// How contacts push back: a penalty force along the direction, friction across it (docs/architecture.md,
 /// "Forces").
 struct ResponseSettings {
   /// Force per depth at each point in contact, N/m; none: from material and element size of the two bodies.
@@ -131,20 +130,20 @@ struct ResponseSettings {
 
 /// How a step is solved.
 struct SolverSettings {
-  double tolerance = 1e-4;  ///< at which the conjugate gradients stop, > 0
-  ToleranceOf tolerance_of = ToleranceOf::solution;
-  Preconditioner preconditioner = Preconditioner::automatic;
-  int max_iterations = 300;  ///< cap; reaching it is counted in the metrics
+  double tolerance = 1e-4;                                    ///< at which the conjugate gradients stop, > 0
+  ToleranceOf tolerance_of = ToleranceOf::solution;           ///< what `tolerance` is relative to
+  Preconditioner preconditioner = Preconditioner::automatic;  ///< affects convergence only
+  int max_iterations = 300;                                   ///< cap; reaching it is counted in the metrics
   /// So many iterations in each solve, whatever the tolerance, for steps that take the same time; none: as
   /// many as it asks for. > 0.
   std::optional<int> fixed_iterations{};
-  /// Cap of the solves of a step, where bodies that meet, or turn fast, ask for more than one.
+  /// Cap of the solves of a step. Bodies that meet, or rotate fast, need more than one.
   int max_solves = 40;
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for
 /// `time` without a break, so that the first steps of a fall do not count. One point that trembles on a rim
-/// does not keep a body awake; a body that moves does.
+/// does not prevent rest; a body that moves does.
 struct RestSettings {
   double speed = 1e-3;  ///< m/s
   double time = 0.05;   ///< s
@@ -155,8 +154,8 @@ struct LimitSettings {
   /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
   /// step, and what a free fall adds.
   std::optional<double> max_speed{};
-  /// s, > 0; a tet that has been inverted (volume <= 0) for so long without a break stops the run. None: none
-  /// does, since its forces lead it back (docs/inversion.md).
+  /// s, > 0; a tet that has been inverted (volume <= 0) for so long without a break stops the run. None: no
+  /// limit, since elastic forces restore inverted tets (docs/inversion.md).
   std::optional<double> inverted_time{};
 };
 
@@ -164,11 +163,11 @@ struct LimitSettings {
 struct SimulationSettings {
   double time_step = 0.01;        ///< s, > 0
   Vec3 gravity{0.0, 0.0, -9.81};  ///< m/s^2
-  DetectionSettings detection;
-  ResponseSettings response;
-  SolverSettings solver;
-  RestSettings rest;
-  LimitSettings limits;
+  DetectionSettings detection;    ///< how contacts are found
+  ResponseSettings response;      ///< how contacts push back
+  SolverSettings solver;          ///< how a step is solved
+  RestSettings rest;              ///< when bodies count as at rest
+  LimitSettings limits;           ///< when a run has blown up
 };
 
 }  // namespace palpate

@@ -10,12 +10,12 @@ namespace palpate {
 
 /// A symmetric 3x3 tensor, components in the order of VTK.
 struct SymmetricTensor {
-  double xx = 0.0;
-  double yy = 0.0;
-  double zz = 0.0;
-  double xy = 0.0;
-  double yz = 0.0;
-  double xz = 0.0;
+  double xx = 0.0;  ///< component of row x, column x
+  double yy = 0.0;  ///< component of row y, column y
+  double zz = 0.0;  ///< component of row z, column z
+  double xy = 0.0;  ///< component of row x, column y, and its mirror
+  double yz = 0.0;  ///< component of row y, column z, and its mirror
+  double xz = 0.0;  ///< component of row x, column z, and its mirror
   friend bool operator==(const SymmetricTensor&, const SymmetricTensor&) = default;
 };
 
@@ -39,9 +39,9 @@ struct TissueState {
   std::vector<Vec3> principal_stress;        ///< (n x 3) eigenvalues of the stress, largest first, Pa
   std::vector<std::array<Vec3, 3>> principal_directions;  ///< (n x 3 x 3) unit eigenvectors, in that order
   std::vector<double> energy_density;                     ///< (n) elastic energy per volume at rest, J/m^3
-  std::vector<SymmetricTensor> plastic_strain;            ///< (n) in the turned frame of the tet
+  std::vector<SymmetricTensor> plastic_strain;            ///< (n) in the corotated frame of the tet
   std::vector<double> volume_ratio;                       ///< (n) J
-  [[nodiscard]] std::size_t size() const { return stress.size(); }
+  [[nodiscard]] std::size_t size() const { return stress.size(); }  ///< number of rows n
 };
 
 }  // namespace palpate

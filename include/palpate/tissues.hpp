@@ -25,6 +25,7 @@ enum class Tissue : std::uint8_t {
   trabecular_bone,
   cortical_bone
 };
+/// Names of Tissue; index = enum value.
 inline constexpr std::array<std::string_view, 12> tissue_names{
     "liver",  "kidney", "spleen",    "brain",           "fat",          "muscle", "skin",
     "sclera", "tendon", "cartilage", "trabecular-bone", "cortical-bone"};
@@ -37,10 +38,11 @@ struct TissueInfo {
   std::string_view measured{};  ///< what was measured, with its spread
   std::string_view source{};    ///< author, journal, year
 };
+/// The published values of a tissue; the reference stays valid.
 [[nodiscard]] const TissueInfo& tissue_info(Tissue tissue);
 
 /// The material of a tissue in SI units: the values above, with the model corotational for tendon and bone
-/// and stable_neo_hookean for others; all else is as by default. Material::tissue tells which it is.
+/// and stable_neo_hookean for others; all else is as by default. Material::tissue names it.
 [[nodiscard]] Material tissue_material(Tissue tissue);
 
 }  // namespace palpate

@@ -151,7 +151,7 @@ class SimulationBody:
         return self._simulation.contact_wrench(self._number, about)
 
     def reaction(self, about: ArrayLike | None = None) -> _core.Wrench:
-        """What held its points that are fixed or on rails during the last step: Simulation.reaction()."""
+        """Reaction at its fixed or prescribed points during the last step: Simulation.reaction()."""
         return self._simulation.reaction(self._number, about)
 
     def motor(self, about: ArrayLike | None = None) -> _core.Wrench:
@@ -236,8 +236,8 @@ def pose_of(
         return _alone((x, y, z), (w, i, j, k), quaternion, "a Keyframe")
     array = np.asarray(pose)
     if array.shape == (4, 4):
-        shift, turn = _of_matrix(np.asarray(array, dtype=np.float64), np.asarray(center, dtype=np.float64))
-        return _alone(shift, turn, quaternion, "a matrix")
+        shift, rotation = _of_matrix(np.asarray(array, dtype=np.float64), np.asarray(center, dtype=np.float64))
+        return _alone(shift, rotation, quaternion, "a matrix")
     if array.shape != (3,):
         raise Error("move_to", "pose", f"an array of shape {array.shape}", "a shift (3), a matrix (4, 4) or a Keyframe")
     given = np.asarray((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, dtype=np.float64)
@@ -247,19 +247,19 @@ def pose_of(
     return _arrays.vector(array, "pose"), (w, i, j, k)
 
 
-def _alone(shift: Vector, turn: Quaternion, quaternion: ArrayLike | None, what: str) -> tuple[Vector, Quaternion]:
+def _alone(shift: Vector, rotation: Quaternion, quaternion: ArrayLike | None, what: str) -> tuple[Vector, Quaternion]:
     if quaternion is not None:
         raise Error("move_to", "quaternion", f"it beside {what}", "one of the two")
-    return shift, turn
+    return shift, rotation
 
 
 def _of_matrix(matrix: _arrays.Floats, center: _arrays.Floats) -> tuple[Vector, Quaternion]:
-    turn = matrix[:3, :3]
+    rotation = matrix[:3, :3]
     rounding = 1e-6
     rigid = bool(np.isfinite(matrix).all()) and bool((matrix[3] == (0.0, 0.0, 0.0, 1.0)).all())
-    if not rigid or np.abs(turn @ turn.T - np.eye(3)).max() > rounding or np.linalg.det(turn) < 0.0:
+    if not rigid or np.abs(rotation @ rotation.T - np.eye(3)).max() > rounding or np.linalg.det(rotation) < 0.0:
         raise Error("move_to", "pose", "a matrix that is no rigid map", "a rotation and a shift, last row 0, 0, 0, 1")
-    return _arrays.vector(matrix[:3, 3] + turn @ center - center, "pose"), rotation_quaternion(turn)
+    return _arrays.vector(matrix[:3, 3] + rotation @ center - center, "pose"), rotation_quaternion(rotation)
 
 
 def rotation_quaternion(matrix: _arrays.Floats) -> Quaternion:

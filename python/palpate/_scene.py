@@ -36,7 +36,7 @@ def write_scene(scene: Mapping[str, Any], file: str | os.PathLike[str]) -> None:
 def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), seed: int = 1) -> dict[str, Any]:
     """The paper's stacking scene as a mapping: membranes about to fall on each other, the lowest one an obstacle.
 
-    count: membranes. cells: of each along x, y and z, five tets a cell. seed: of their small shifts and turns.
+    count: membranes. cells: of each along x, y and z, five tets a cell. seed: of their small shifts and rotations.
     """
     return scene_dict(_core.stacking_scene(count, cells, seed))
 
@@ -99,7 +99,7 @@ class Model(_core.Model):
             each point does not move: rollers, planes of symmetry.
         velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: besides, about the mean of its
             points, rad/s. gravity: in place of that of the simulation, m/s^2.
-        obstacle: rigid: no point of it moves but by its motion. motion: rails that make it rigid and move it.
+        obstacle: rigid: no point of it moves but by its motion. motion: prescribed motion; makes it rigid.
         self_collision: whether the body also touches itself.
         Raises Error, and adds nothing, on a bad mesh or value.
         """
@@ -140,8 +140,8 @@ class Model(_core.Model):
             each = np.broadcast_to(each, positions.shape)
         if each.shape != positions.shape:
             raise Error("velocity", "", f"an array of shape {each.shape}", f"shape (3,) or {positions.shape}")
-        turn = np.array(_arrays.vector(angular_velocity, "angular_velocity"))
-        each = each + np.cross(turn, positions - positions.mean(axis=0))
+        spin = np.array(_arrays.vector(angular_velocity, "angular_velocity"))
+        each = each + np.cross(spin, positions - positions.mean(axis=0))
         if not np.isfinite(each).all():
             raise Error("velocity", "", "a number that is not finite", "finite numbers")
         return np.ascontiguousarray(each)

@@ -68,7 +68,7 @@ class Grab:
         return np.array(self._simulation._grab_force(self._held()))
 
     def release(self) -> None:
-        """Lets go of the point."""
+        """Releases the point."""
         self._simulation._release(self._held())
         self._number = None
 
@@ -78,7 +78,7 @@ class Simulation(_core.Simulation):
 
     scene: the path of a scene file, a mapping with the same keys, or a Model that was built in code.
     threads: number of threads, 0 for all cores; None takes what set_threads() says.
-    reactions: notes in each step what holds points that are fixed or on rails (`reactions`, reaction()).
+    reactions: compute in each step the reactions at fixed or prescribed points (`reactions`, reaction()).
     settings: keys of a scene other than its bodies (docs/scene.md): time_step, gravity, contact, solver, rest, limits,
         relax. They replace those of the scene; what a model is not told has the default.
 
@@ -230,7 +230,7 @@ class Simulation(_core.Simulation):
 
         pose: (3) shift from where the body is without its motion, m; or a rigid map as a (4, 4) matrix, which takes
         points from there to where they shall be; or a Keyframe, whose time does not count. quaternion: beside a shift,
-        (w, x, y, z) of the turn about the centre of its motion. Raises Error, and changes nothing, on a body without a
+        (w, x, y, z) of the rotation about the centre of its motion. Raises Error, and changes nothing, on a body without a
         motion and on what is no pose.
         """
         self._place(self._motion_of(self.body_number(body)), pose, quaternion)
@@ -266,8 +266,8 @@ class Simulation(_core.Simulation):
         self._set_pressure(_arrays.selection(triangles, "triangles", len(self._bodies.triangles)), pressure)
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Puts points (indices or a mask; None: all but those on rails) elsewhere, (n, 3), m; the contacts are those there
-        at once. Raises Error, and changes nothing, on a point on rails and a number that is not finite.
+        """Puts points (indices or a mask; None: all but prescribed ones) elsewhere, (n, 3), m; the contacts are those there
+        at once. Raises Error, and changes nothing, on a prescribed point and a number that is not finite.
         """
         chosen = self._free() if points is None else self._points(points)
         values = _arrays.points(positions, "positions")
@@ -277,7 +277,7 @@ class Simulation(_core.Simulation):
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
         """Gives points (indices or a mask, of all points) other velocities, (n, 3) or (3) for all, m/s. Raises Error, and
-        changes nothing, on a point that is fixed or on rails, a velocity along an axis that is fixed, and a number that is
+        changes nothing, on a point that is fixed or prescribed, a velocity along an axis that is fixed, and a number that is
         not finite.
         """
         chosen = self._points(points)
@@ -291,7 +291,7 @@ class Simulation(_core.Simulation):
         return self._contact_wrench(number, self._about(number, about))
 
     def reaction(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
-        """What held the points of a body that are fixed or on rails during the last step: force and torque about a point,
+        """Reaction at the fixed or prescribed points of a body during the last step: force and torque about a point,
         or its centre of mass. Needs reactions=True.
         """
         number = self.body_number(body)
@@ -337,7 +337,7 @@ class Simulation(_core.Simulation):
         return _arrays.selection(points, "points", len(self._bodies.points_rest))
 
     def _free(self) -> _arrays.Indices:
-        return np.flatnonzero(~np.asarray(self._on_rails(), dtype=bool)).astype(np.int32)
+        return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool)).astype(np.int32)
 
     @staticmethod
     def _rows(values: ArrayLike, count: int, name: str) -> _arrays.Floats:

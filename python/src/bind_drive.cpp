@@ -154,7 +154,7 @@ void bind_forces_of(Bound& simulation) {
             return moved_rows(std::move(field.values), field.info->components);
           },
           nb::sig("def _field(self, name: str, of_tets: bool) -> numpy.typing.NDArray[numpy.float64]"))
-      .def("_on_rails", [](Simulation& s) { return s.on_rails(); })
+      .def("_prescribed", [](Simulation& s) { return s.prescribed(); })
       .def("_center_of_mass",
            [](Simulation& s, Index body) {
              const Vec3 c = s.idle().center_of_mass(body);

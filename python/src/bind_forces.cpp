@@ -147,7 +147,7 @@ void bind_contact_forces(nb::module_& m) {
               names.emplace_back(contact_status_names[static_cast<std::size_t>(status)]);
             return names;
           },
-          "(n) \"open\" (let go), \"stick\" or \"slide\".")
+          "(n) \"open\" (separated), \"stick\" or \"slide\".")
       .def(
           "to_dataframe",
           [](nb::handle self) {
@@ -202,7 +202,7 @@ void bind_tissue(nb::module_& m) {
   };
   tensors("strain", &S::strain, "(n x 3 x 3) Green's strain: (F^T F - I) / 2.");
   tensors("stress", &S::stress, "(n x 3 x 3) Cauchy's stress, Pa; tension is positive.");
-  tensors("plastic_strain", &S::plastic_strain, "(n x 3 x 3) in the turned frame of the tet.");
+  tensors("plastic_strain", &S::plastic_strain, "(n x 3 x 3) in the corotated frame of the tet.");
   tissue.def("__len__", &S::size, "Number of rows.");
 }
 

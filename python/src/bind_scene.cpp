@@ -33,7 +33,7 @@ std::vector<Tet> tets_of_cells(const std::string& kind, const PointsIn& points, 
   io::MeshFile file;
   file.mesh.points = vector_of(points_of(points));
   for (std::size_t cell = 0; cell < cells.shape(0); ++cell)
-    io::take_volume_cell(file, kind, {cells.data() + cell * cells.shape(1), wanted});
+    io::add_volume_cell(file, kind, {cells.data() + cell * cells.shape(1), wanted});
   return std::move(file.mesh.tets);
 }
 

@@ -11,7 +11,7 @@
 #include "geometry/vector.hpp"
 #include "scene/load.hpp"
 #include "scene/near.hpp"
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 #include "world.hpp"
 
 namespace palpate::python {
@@ -228,7 +228,8 @@ void Model::grab(Index body, Index point, const Vec3& target, double stiffness) 
 
 std::vector<Vec3> Model::start_positions() const {
   const std::span<const Vec3> rest = data_.bodies.points_rest();
-  return Rails(data_.motions, data_.motion_of_point, rest).start_positions(parallel::Threads(1), rest);
+  return PrescribedMotions(data_.motions, data_.motion_of_point, rest)
+      .start_positions(parallel::Threads(1), rest);
 }
 
 }  // namespace palpate::python

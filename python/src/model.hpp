@@ -48,7 +48,7 @@ class Model {
   void set_gravity(Index body, const Vec3& gravity);
   void grab(Index body, Index point, const Vec3& target, double stiffness);
 
-  /// Where the points are at time 0 (n_points x 3), m: at rest, those on rails where their motion is then.
+  /// Where the points are at time 0 (n_points x 3), m: at rest, prescribed ones where their motion is then.
   [[nodiscard]] std::vector<Vec3> start_positions() const;
   [[nodiscard]] const palpate::Model& data() const { return data_; }
   /// (n_bodies) 1 where a body also touches itself.

@@ -52,8 +52,8 @@ Simulation::Simulation(const Model& model, const Scene& scene, int threads)
     const bool rigid = at(data.obstacles, motion_of_body_.size()) != 0;
     motion_of_body_.push_back(has && rigid ? at(data.motion_of_point, body.points.begin) : -1);
   }
-  on_rails_.resize(data.bodies.points_rest().size());
-  for (std::size_t p = 0; p < data.motion_of_point.size(); ++p) on_rails_[p] = data.motion_of_point[p] >= 0;
+  prescribed_.resize(data.bodies.points_rest().size());
+  for (std::size_t p = 0; p < data.motion_of_point.size(); ++p) prescribed_[p] = data.motion_of_point[p] >= 0;
   SimulationSettings settings = scene.settings;
   settings.detection.self_collision = model.self_collision();
   const nanobind::gil_scoped_release release;
@@ -119,10 +119,10 @@ Index Simulation::untie(Index a, Index b) {
   return static_cast<Index>(cut.untie.size());
 }
 
-/// What Python knows of motions.
+/// Updates the record of motions that Python has.
 void Simulation::follow_holds() {
   const std::span<const Index> motions = simulation_->motion_of_points();
-  for (std::size_t p = 0; p < motions.size(); ++p) on_rails_[p] = motions[p] >= 0;
+  for (std::size_t p = 0; p < motions.size(); ++p) prescribed_[p] = motions[p] >= 0;
   for (std::size_t b = 0; b < motion_of_body_.size(); ++b) {
     const Range points = simulation_->bodies().bodies()[b].points;
     const auto own =

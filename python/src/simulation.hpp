@@ -20,7 +20,7 @@
 
 namespace palpate::python {
 
-/// A palpate::Simulation that Python threads can share without harm: a second one inside is refused.
+/// A palpate::Simulation for several Python threads: a second one inside is refused.
 class Simulation {
  public:
   /// Removes overlaps first where the scene says so. Lets other Python threads run.
@@ -61,11 +61,11 @@ class Simulation {
   /// The body's motion. Throws Error where it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// (n_points) 1 where a motion moves a point.
-  [[nodiscard]] const std::vector<std::uint8_t>& on_rails() const { return on_rails_; }
+  [[nodiscard]] const std::vector<std::uint8_t>& prescribed() const { return prescribed_; }
   void change(const Scene& scene);
   void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
 
-  /// For everything else that the simulation tells and takes. Throws Error while another thread is inside.
+  /// For all other calls. Throws Error while another thread is inside.
   [[nodiscard]] palpate::Simulation& idle() {
     busy_.check("Simulation");
     return *simulation_;
@@ -75,7 +75,7 @@ class Simulation {
   std::vector<std::uint8_t> turned_;          ///< (n_tets) 1: two corners are swapped
   std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
   std::vector<Index> motion_of_body_;         ///< (n_bodies), or -1
-  std::vector<std::uint8_t> on_rails_;        ///< (n_points)
+  std::vector<std::uint8_t> prescribed_;      ///< (n_points)
   std::optional<RelaxReport> relaxed_;
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;

@@ -14,10 +14,10 @@ namespace palpate::python {
 Index World::add(std::string name, TetMesh mesh, bool movable, bool self_collision) {
   const Busy::Use use(busy_, "World.add");
   const std::vector<Tet> given = mesh.tets;
-  // Arrays that Python still looks at keep the bodies of their time.
+  // Arrays that Python still holds keep the bodies that they belong to.
   auto bodies = bodies_.use_count() == 1 && !detector_ ? bodies_ : std::make_shared<Bodies>(*bodies_);
   const Index body = bodies->add(std::move(name), std::move(mesh));
-  forget_results();
+  clear_results();
   detector_.reset();
   bodies_ = std::move(bodies);
   immovable_.push_back(movable ? 0 : 1);
@@ -32,7 +32,7 @@ void World::set_ignored_pairs(std::vector<std::array<Index, 2>> pairs) {
   DetectionSettings settings = settings_;
   settings.ignored_pairs = std::move(pairs);
   auto detector = std::make_unique<Detector>(*bodies_, settings, immovable_, threads_);
-  forget_results();
+  clear_results();
   settings_ = std::move(settings);
   detector_ = std::move(detector);
 }
@@ -42,11 +42,11 @@ void World::update(std::span<const Vec3> positions) {
   const nanobind::gil_scoped_release release;
   if (!detector_) detector_ = std::make_unique<Detector>(*bodies_, settings_, immovable_, threads_);
   detector_->detect(positions);
-  forget_results();
+  clear_results();
   has_results_ = true;
 }
 
-void World::forget_results() {
+void World::clear_results() {
   has_results_ = false;
   contacts_.reset();
   crossings_.reset();

@@ -47,7 +47,7 @@ class World {
 
  private:
   [[nodiscard]] const Detector& updated() const;
-  void forget_results();
+  void clear_results();
 
   std::shared_ptr<Bodies> bodies_ = std::make_shared<Bodies>();
   DetectionSettings settings_;

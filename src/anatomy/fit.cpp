@@ -61,7 +61,9 @@ double least_dihedral(const TetMesh& mesh, const Tet& tet) {
 /// The step to the surface that value and gradient foresee.
 Vec3 step_to_surface(const Distance& shape, const Vec3& p) {
   constexpr double small = 1e-5;
-  const auto slope = [&](const Vec3& way) { return (shape(p + way) - shape(p - way)) / (2.0 * small); };
+  const auto slope = [&](const Vec3& offset) {
+    return (shape(p + offset) - shape(p - offset)) / (2.0 * small);
+  };
   const Vec3 gradient{slope({small, 0.0, 0.0}), slope({0.0, small, 0.0}), slope({0.0, 0.0, small})};
   const double square = squared_length(gradient);
   constexpr double least_square = 0.01;  // at creases the gradient may vanish
@@ -93,9 +95,9 @@ class Fit {
     const Vec3 from = mesh_.points[p];
     const Vec3 step = step_to_surface(shape_, from);
     const double allowed = std::min(least_angle_, worst_at(p));
-    double share = 1.0;
-    for (int i = 0; i <= halvings; ++i, share *= 0.5) {
-      mesh_.points[p] = from + share * step;
+    double fraction = 1.0;
+    for (int i = 0; i <= halvings; ++i, fraction *= 0.5) {
+      mesh_.points[p] = from + fraction * step;
       if (worst_at(p) >= allowed) return;
     }
     mesh_.points[p] = from;

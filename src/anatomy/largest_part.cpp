@@ -12,7 +12,7 @@
 namespace palpate::anatomy {
 namespace {
 
-/// Sets of tets that hang together (union-find with path halving).
+/// Connected sets of tets (union-find with path halving).
 class Parts {
  public:
   explicit Parts(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }

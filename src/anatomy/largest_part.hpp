@@ -4,7 +4,7 @@
 
 namespace palpate::anatomy {
 
-/// The part of a mesh that holds the most tets among those that hang together by faces (of equal ones the
+/// The connected part of a mesh, by faces, with the most tets (of equal ones the
 /// first), with the points that it uses, in their order. O(n log n).
 TetMesh largest_part(const TetMesh& mesh);
 

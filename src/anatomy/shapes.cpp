@@ -31,21 +31,21 @@ double smooth_minimum(double a, double b, double radius) {
   return std::min(a, b) - 0.25 * overlap * overlap * radius;
 }
 
-Vec3 blend(const Vec3& a, const Vec3& b, double share) {
-  return a + share * (b - a);
+Vec3 blend(const Vec3& a, const Vec3& b, double fraction) {
+  return a + fraction * (b - a);
 }
 
 /// Distance to the part of a tube between two stations.
 double segment_distance(const TubeStation& from, const TubeStation& to, const Vec3& p) {
-  const Vec3 way = to.center - from.center;
-  const double share = std::clamp(dot(p - from.center, way) / squared_length(way), 0.0, 1.0);
-  const double width = from.width + share * (to.width - from.width);
-  const double depth = from.depth + share * (to.depth - from.depth);
-  const Vec3 along = normalized(way);
-  const Vec3 first = blend(from.across, to.across, share);
+  const Vec3 axis = to.center - from.center;
+  const double fraction = std::clamp(dot(p - from.center, axis) / squared_length(axis), 0.0, 1.0);
+  const double width = from.width + fraction * (to.width - from.width);
+  const double depth = from.depth + fraction * (to.depth - from.depth);
+  const Vec3 along = normalized(axis);
+  const Vec3 first = blend(from.across, to.across, fraction);
   const Vec3 across = normalized(first - dot(first, along) * along);
   const Vec3 other = cross(along, across);
-  const Vec3 offset = p - blend(from.center, to.center, share);
+  const Vec3 offset = p - blend(from.center, to.center, fraction);
   return ellipsoid_distance({dot(offset, across), dot(offset, other), dot(offset, along)},
                             {width, depth, std::min(width, depth)});
 }

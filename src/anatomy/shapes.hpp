@@ -27,9 +27,9 @@ Distance box(const Vec3& lower, const Vec3& upper);
 /// A place on a swept tube.
 struct TubeStation {
   Vec3 center;
-  Vec3 across;       ///< unit vector of the first half axis, at right angles to the way
+  Vec3 across;       ///< unit vector of the first half axis, at right angles to the axis
   double width = 0;  ///< half axis along `across`
-  double depth = 0;  ///< half axis at right angles to `across` and the way
+  double depth = 0;  ///< half axis at right angles to `across` and the axis
 };
 
 /// An elliptic tube along a polyline of two or more stations, with round ends. About the distance (as

@@ -17,7 +17,7 @@
 namespace palpate::anatomy {
 namespace {
 
-/// Shares of an edge within which a cut draws the lattice point onto the surface (their table 2, the
+/// Fractions of an edge within which a cut draws the lattice point onto the surface (their table 2, the
 /// thresholds for the best smallest angle).
 constexpr double warp_long = 0.24999;
 constexpr double warp_short = 0.41189;
@@ -125,16 +125,16 @@ class Stuffing {
   [[nodiscard]] Side side(const Place& p) const { return sides_[lattice_.index(p)]; }
   [[nodiscard]] static bool differ(Side a, Side b) { return static_cast<int>(a) * static_cast<int>(b) < 0; }
 
-  /// Share of the way from a to b, on either side of the surface, at which it is met.
-  [[nodiscard]] double cut_share(const Place& a, const Place& b) const {
+  /// Fraction of the segment from a to b at which it meets the surface; a and b are on either side of it.
+  [[nodiscard]] double cut_fraction(const Place& a, const Place& b) const {
     const Vec3& from = positions_[lattice_.index(a)];
-    const Vec3 way = positions_[lattice_.index(b)] - from;
+    const Vec3 segment = positions_[lattice_.index(b)] - from;
     const bool starts_inside = side(a) == Side::inside;
     double low = 0.0;
     double high = 1.0;
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (low + high);
-      ((shape_(from + middle * way) < 0.0) == starts_inside ? low : high) = middle;
+      ((shape_(from + middle * segment) < 0.0) == starts_inside ? low : high) = middle;
     }
     return 0.5 * (low + high);
   }
@@ -149,14 +149,14 @@ class Stuffing {
     for (std::size_t s = 0; s < steps.size(); ++s) {
       const Place q = moved(p, steps[s]);
       if (!lattice_.contains(q) || !differ(sides_[i], side(q))) continue;
-      const double share = cut_share(p, q);
+      const double fraction = cut_fraction(p, q);
       const bool is_long_edge = s < long_steps;
-      if (share > (is_long_edge ? warp_long : warp_short)) continue;
-      const Vec3 way = positions_[lattice_.index(q)] - positions_[i];
-      const double distance = share * (is_long_edge ? 1.0 : 0.5 * std::sqrt(3.0));
+      if (fraction > (is_long_edge ? warp_long : warp_short)) continue;
+      const Vec3 segment = positions_[lattice_.index(q)] - positions_[i];
+      const double distance = fraction * (is_long_edge ? 1.0 : 0.5 * std::sqrt(3.0));
       if (distance >= nearest) continue;
       nearest = distance;
-      target = positions_[i] + share * way;
+      target = positions_[i] + fraction * segment;
     }
     if (nearest == 1.0) return;
     // Neighbours measure their cuts on edges of the lattice as it was: only points that stay have cuts.
@@ -222,7 +222,7 @@ class Stuffing {
 
   /// Of a face with a and b inside and m outside, the quadrilateral a b cut(b m) cut(a m) is shared by two
   /// tets, which must cut it along the same diagonal: that which ends at a (true) or at b. The other end is a
-  /// cut on a long edge where there is one; else the parity of the way from the outer point decides (their
+  /// cut on a long edge where there is one; else the parity of the path from the outer point decides (their
   /// section 3.3).
   [[nodiscard]] static bool diagonal_at_first(const Place& a, const Place& b, const Place& m) {
     if (is_long(a, m)) return false;
@@ -277,7 +277,7 @@ class Stuffing {
     const auto [entry, is_new] = cuts_.try_emplace(key, static_cast<Index>(mesh_.points.size()));
     if (is_new) {
       const Vec3& from = positions_[lattice_.index(a)];
-      mesh_.points.push_back(from + cut_share(a, b) * (positions_[lattice_.index(b)] - from));
+      mesh_.points.push_back(from + cut_fraction(a, b) * (positions_[lattice_.index(b)] - from));
     }
     return entry->second;
   }

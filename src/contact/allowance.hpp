@@ -13,8 +13,8 @@ namespace palpate {
 
 /// What is left of a budget in one detection. Queries ask it, chunk by chunk, whether they may go on.
 ///
-/// In tests it is deterministic: queries spend the tests that they did. In time it looks at the clock, and
-/// keeps back what the work that follows from a find will take: `seconds_per_find` for each.
+/// In tests it is deterministic: queries spend the tests that they did. With a time limit it reads the clock,
+/// and keeps back what the work that follows from a find will take: `seconds_per_find` for each.
 class Allowance {
  public:
   using Clock = std::chrono::steady_clock;
@@ -52,15 +52,15 @@ class Allowance {
   }
   /// From any thread, once for each chunk.
   void add_finds(std::size_t finds) { finds_.fetch_add(finds, std::memory_order_relaxed); }
-  /// Whether a chunk may begin, when this share of the budget may be spent.
-  [[nodiscard]] bool time_left(double share) const {
+  /// Whether a chunk may begin, when this fraction of the budget may be spent.
+  [[nodiscard]] bool time_left(double fraction) const {
     const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
-    return kept_back_ + seconds_per_find_ * finds < seconds_left(share);
+    return kept_back_ + seconds_per_find_ * finds < seconds_left(fraction);
   }
-  /// Of a share of the budget, whatever is kept back.
-  [[nodiscard]] double seconds_left(double share) const {
+  /// Of a fraction of the budget, whatever is kept back.
+  [[nodiscard]] double seconds_left(double fraction) const {
     const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
-    return share * seconds_.value_or(std::numeric_limits<double>::infinity()) - spent;
+    return fraction * seconds_.value_or(std::numeric_limits<double>::infinity()) - spent;
   }
 
   [[nodiscard]] std::uint64_t tests() const { return tests_; }

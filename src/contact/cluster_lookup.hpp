@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-/// What the look-up of clusters reads.
+/// Input of the look-up of clusters.
 struct LookupContext {
   const Clusters& clusters;
   const simd::ClusterKernels& kernels;

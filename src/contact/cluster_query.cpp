@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t grain = ClusterBlock::most_clusters;
 
-/// Asks clusters about the points that they look up.
+/// Queries clusters with the points that they look up.
 /// \param answers  of the clusters; or none
 QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
                      std::span<const Cluster> clusters, std::vector<PointInTet>& found,
@@ -137,17 +137,17 @@ void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const P
                          kernels_.load(fixed.points(), clusters_.points, block);
                          upright_chunks_[chunk] = kernels_.upright(block) ? 1 : 0;
                        });
-  // A chunk of two bodies tells of both that not all is upright: is_fold() says the rest.
+  // A chunk of two bodies marks both as possibly inverted: is_fold() decides.
   for (std::size_t c = 0; c < clusters.size(); ++c)
     if (upright_chunks_[c / grain] == 0) at(upright_, clusters[c].body) = 0;
 }
 
 bool ClusterQuery::begin_frame(const parallel::Threads& threads, const Bodies& bodies,
                                const FixedPositions& fixed, bool new_lattice) {
-  if (new_lattice) plan_.forget(clusters_.clusters.size());
-  if (plan_.has_lists()) lists_.look(threads, bodies, clusters_, fixed);
-  way_ = plan_.choose(clusters_.clusters.size(), lists_.stale().size());
-  return way_ != FrameWay::listed;
+  if (new_lattice) plan_.drop_lists(clusters_.clusters.size());
+  if (plan_.has_lists()) lists_.update(threads, bodies, clusters_, fixed);
+  mode_ = plan_.choose(clusters_.clusters.size(), lists_.stale().size());
+  return mode_ != FrameMode::listed;
 }
 
 void ClusterQuery::recall(const ListPlan::Numbers& plan, const parallel::Threads& threads,
@@ -192,9 +192,9 @@ void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
   found_.clear();
   tallies_.clear();
   make_room(tallies_, parallel::chunk_count(clusters_.clusters.size(), grain) + 2);
-  last_way_ = std::exchange(way_, FrameWay::all);
-  if (last_way_ == FrameWay::list) lists_.make(threads, context);
-  if (last_way_ == FrameWay::all) {
+  last_mode_ = std::exchange(mode_, FrameMode::all);
+  if (last_mode_ == FrameMode::list) lists_.make(threads, context);
+  if (last_mode_ == FrameMode::all) {
     ask_clusters(threads, pairs, context, clusters_.clusters);
   } else {
     ask_clusters(threads, pairs, context, lists_.stale());

@@ -32,14 +32,15 @@ class ClusterQuery {
         queue_(clusters_.clusters.size()),
         lists_(bodies, clusters_.clusters.size()) {}
 
-  /// Coherence: lets the next find() use what is known from frames before. Says whether that needs the grid;
-  /// where it does not, it may be that of an earlier frame. Without this, find() asks all anew.
-  /// \param fixed        the positions of the next find()
-  /// \param new_lattice  whether they are in another lattice than those of the last call
+  /// Coherence: allows the next find() to use near lists of earlier frames. Returns whether it needs the
+  /// grid; where it does not, it may be that of an earlier frame. Without this, find() queries all clusters.
+  /// \param fixed        the positions of the next find() \param new_lattice  whether they are in another
+  /// lattice than those of the last call
   bool begin_frame(const parallel::Threads& threads, const Bodies& bodies, const FixedPositions& fixed,
                    bool new_lattice);
 
-  /// What begin_frame() goes by: the plan, and the positions that lists were made for (none without lists).
+  /// The state that begin_frame() uses: the plan, and the positions that lists were made for (none without
+  /// lists).
   [[nodiscard]] const ListPlan& plan() const { return plan_; }
   [[nodiscard]] std::span<const simd::FixedPoint> listed_points() const {
     return plan_.has_lists() ? lists_.reference() : std::span<const simd::FixedPoint>{};
@@ -68,7 +69,7 @@ class ClusterQuery {
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
   [[nodiscard]] const NearLists& lists() const { return lists_; }
-  [[nodiscard]] FrameWay last_way() const { return last_way_; }
+  [[nodiscard]] FrameMode last_mode() const { return last_mode_; }
 
  private:
   void find_upright_bodies(const parallel::Threads& threads, const PairFilter& may_touch,
@@ -82,8 +83,8 @@ class ClusterQuery {
   ClusterQueue queue_;
   NearLists lists_;
   ListPlan plan_;
-  FrameWay way_ = FrameWay::all;       ///< of the next find()
-  FrameWay last_way_ = FrameWay::all;  ///< of the last one
+  FrameMode mode_ = FrameMode::all;       ///< of the next find()
+  FrameMode last_mode_ = FrameMode::all;  ///< of the last one
   QueueRun<PointInTet> run_;
   parallel::ChunkedList<PointInTet> found_in_chunks_;
   std::vector<PointInTet> found_;

@@ -20,15 +20,15 @@ void ClusterQueue::resize(std::size_t size) {
 std::size_t ClusterQueue::close(std::span<std::uint8_t> late_bodies) {
   std::size_t late = 0;
   for (std::size_t i = 0; i < answers_.size(); ++i) {
-    std::uint8_t& note = notes_[number_[i]];
+    std::uint8_t& state = states_[number_[i]];
     if ((answers_[i] & asked) == 0) {
       at(late_bodies, ordered_[i].body) = 1;
       ++late;
-      if ((note & age_bits) < age_bits) ++note;
+      if ((state & age_bits) < age_bits) ++state;
       continue;
     }
-    note = static_cast<std::uint8_t>(((answers_[i] & near) != 0 ? note_near : 0) |
-                                     ((answers_[i] & found) != 0 ? note_found : 0));
+    state = static_cast<std::uint8_t>(((answers_[i] & near) != 0 ? state_near : 0) |
+                                      ((answers_[i] & found) != 0 ? state_found : 0));
   }
   return late;
 }

@@ -22,24 +22,24 @@ namespace palpate {
 /// the region before elsewhere. In each of these classes those come first that have waited longest.
 class ClusterQueue {
  public:
-  explicit ClusterQueue(std::size_t clusters) : notes_(clusters, 0) {}
+  explicit ClusterQueue(std::size_t clusters) : states_(clusters, 0) {}
 
   /// Puts those of `all` that `takes(cluster)` in order. O(clusters).
   template <class Takes>
   void arrange(const Clusters& all, std::span<const Vec3> positions,
                const std::optional<InterestRegion>& region, Takes&& takes) {
     count_.fill(0);
-    class_of_.resize(notes_.size());
-    for (std::size_t c = 0; c < notes_.size(); ++c) {
+    class_of_.resize(states_.size());
+    for (std::size_t c = 0; c < states_.size(); ++c) {
       const Cluster& cluster = all.clusters[c];
       class_of_[c] =
-          takes(cluster) ? place_of(notes_[c], region && in(*region, all, cluster, positions)) : none;
+          takes(cluster) ? place_of(states_[c], region && in(*region, all, cluster, positions)) : none;
       if (class_of_[c] != none) ++count_[class_of_[c] + 1U];
     }
     for (std::size_t k = 1; k < count_.size(); ++k) count_[k] += count_[k - 1];
     urgent_ = count_[ages];
     resize(count_.back());
-    for (std::size_t c = 0; c < notes_.size(); ++c) {
+    for (std::size_t c = 0; c < states_.size(); ++c) {
       if (class_of_[c] == none) continue;
       const std::size_t place = count_[class_of_[c]]++;
       number_[place] = static_cast<std::uint32_t>(c);
@@ -50,42 +50,42 @@ class ClusterQueue {
   [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
   /// So many of the first found something last time.
   [[nodiscard]] std::size_t urgent() const { return urgent_; }
-  /// For each of ordered(): what the query says of it.
+  /// For each of ordered(): the flags below, set by the query.
   [[nodiscard]] std::span<std::uint8_t> answers() { return answers_; }
-  static constexpr std::uint8_t asked = 1;  ///< the query got to it
+  static constexpr std::uint8_t asked = 1;  ///< it was queried
   static constexpr std::uint8_t near = 2;   ///< it had candidates
   static constexpr std::uint8_t found = 4;
 
-  /// Takes over the answers; those that were not asked are older by one. Marks their bodies. Returns how
+  /// Copies the answers; clusters that were not queried age by one. Marks their bodies. Returns how
   /// many. O(clusters).
   std::size_t close(std::span<std::uint8_t> late_bodies);
 
-  /// What is remembered of each cluster: part of the state that a resumed run needs.
-  [[nodiscard]] const std::vector<std::uint8_t>& notes() const { return notes_; }
-  [[nodiscard]] std::vector<std::uint8_t>& notes() { return notes_; }
+  /// State of each cluster between detections: part of the saved state of a run.
+  [[nodiscard]] const std::vector<std::uint8_t>& states() const { return states_; }
+  [[nodiscard]] std::vector<std::uint8_t>& states() { return states_; }
 
  private:
   static constexpr std::uint8_t age_bits = 0x1f;
-  static constexpr std::uint8_t note_near = 0x40;
-  static constexpr std::uint8_t note_found = 0x80;
+  static constexpr std::uint8_t state_near = 0x40;
+  static constexpr std::uint8_t state_found = 0x80;
   static constexpr std::size_t ages = 32;
   static constexpr std::size_t classes = 6;
   static constexpr std::uint8_t none = 0xff;
 
   /// Class by class, the oldest first.
-  [[nodiscard]] static std::uint8_t place_of(std::uint8_t note, bool of_interest) {
-    const bool is_near = (note & note_near) != 0;
+  [[nodiscard]] static std::uint8_t place_of(std::uint8_t state, bool of_interest) {
+    const bool is_near = (state & state_near) != 0;
     std::size_t importance = of_interest ? 4U : 5U;
     if (is_near) importance = of_interest ? 2U : 3U;
-    if ((note & age_bits) == age_bits) importance = 1;
-    if ((note & note_found) != 0) importance = 0;
-    return static_cast<std::uint8_t>(importance * ages + (ages - 1 - (note & age_bits)));
+    if ((state & age_bits) == age_bits) importance = 1;
+    if ((state & state_found) != 0) importance = 0;
+    return static_cast<std::uint8_t>(importance * ages + (ages - 1 - (state & age_bits)));
   }
   [[nodiscard]] static bool in(const InterestRegion& region, const Clusters& all, const Cluster& cluster,
                                std::span<const Vec3> positions);
   void resize(std::size_t size);
 
-  std::vector<std::uint8_t> notes_;     ///< (n_clusters)
+  std::vector<std::uint8_t> states_;    ///< (n_clusters)
   std::vector<std::uint8_t> class_of_;  ///< (n_clusters)
   std::array<std::size_t, classes * ages + 1> count_{};
   std::vector<std::uint32_t> number_;  ///< of ordered_
@@ -98,7 +98,7 @@ class ClusterQueue {
 struct QueuePart {
   std::size_t begin;
   std::size_t end;
-  double share;
+  double fraction;
 };
 
 /// Asks the clusters of a queue, chunk by chunk in their order, until the allowance is spent. At most seven
@@ -110,14 +110,14 @@ class QueueRun {
  public:
   template <class Ask>
   void run(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance, Ask&& ask) {
-    constexpr double urgent_share = 0.875;
+    constexpr double urgent_fraction = 0.875;
     found_.clear();
     tally_ = {};
     const std::size_t urgent = queue.urgent();
     const std::size_t all = queue.ordered().size();
     const auto tests = static_cast<double>(allowance.tests());
-    const std::size_t done = part(threads, queue, allowance, {0, urgent, urgent_share},
-                                  static_cast<std::uint64_t>(urgent_share * tests), ask);
+    const std::size_t done = part(threads, queue, allowance, {0, urgent, urgent_fraction},
+                                  static_cast<std::uint64_t>(urgent_fraction * tests), ask);
     const std::uint64_t least = 1;  // a chunk of those that wait is always asked
     part(threads, queue, allowance, {urgent, all, 1.0}, std::max(allowance.tests(), least), ask);
     part(threads, queue, allowance, {done, urgent, 1.0}, allowance.tests(), ask);
@@ -128,7 +128,7 @@ class QueueRun {
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
 
  private:
-  /// So small that a chunk is a few microseconds: the clock is looked at before each.
+  /// So small that a chunk is a few microseconds: the clock is read before each.
   static constexpr std::size_t grain = 16;
   static constexpr std::size_t chunks_at_a_time = 16;  ///< in tests
 
@@ -138,7 +138,7 @@ class QueueRun {
                    QueuePart rest, std::uint64_t tests, Ask&& ask) {
     while (rest.begin < rest.end && (allowance.timed() || tests > 0)) {
       const std::size_t most = allowance.timed() ? rest.end : rest.begin + grain * chunks_at_a_time;
-      const QueuePart now{rest.begin, std::min(rest.end, most), rest.share};
+      const QueuePart now{rest.begin, std::min(rest.end, most), rest.fraction};
       ask_chunks(threads, queue, allowance, now, ask);
       const std::size_t kept = take(queue, allowance, now, tests);
       rest.begin += kept * grain;
@@ -154,8 +154,8 @@ class QueueRun {
     tallies_.assign(parallel::chunk_count(count, grain), {});
     lists_.fill(threads, count, grain, [&](std::size_t begin, std::size_t end, std::vector<T>& list) {
       const std::size_t first = now.begin + begin;
-      if (queue.answers()[first] != 0) return;  // asked while the share before lasted
-      if (allowance.timed() && !allowance.time_left(now.share)) return;
+      if (queue.answers()[first] != 0) return;  // queried with the fraction before
+      if (allowance.timed() && !allowance.time_left(now.fraction)) return;
       tallies_[begin / grain] =
           ask(queue.ordered().subspan(first, end - begin), queue.answers().subspan(first, end - begin), list);
       allowance.add_finds(list.size());

@@ -12,8 +12,8 @@
 
 #include "room.hpp"
 
-/// Groups of columns of the ContactTable (docs/contact-table.md): structures of arrays that say once, by
-/// columns(), what they consist of.
+/// Groups of columns of the ContactTable (docs/contact-table.md): structures of arrays that list, by
+/// columns(), their arrays.
 namespace palpate {
 
 /// Calls f(column of a, column of b) for each column of two groups of one kind.
@@ -69,7 +69,7 @@ struct CachedPlanes {
   auto columns() const { return std::tie(tet, age, weights, depth, on_edges, certainty); }
 };
 
-/// What the response knows of a contact from step to step. A row of zeros: it has not acted yet.
+/// State of a contact that the response keeps from step to step. A row of zeros: it has not acted yet.
 struct ContactStates {
   std::vector<std::int32_t> seen;  ///< steps in a row, this one included; 0: it does not act
   std::vector<std::int32_t> lost;  ///< steps since it last acted; 0 while it does
@@ -91,11 +91,11 @@ struct ContactStates {
   }
 };
 
-/// What is known of the rims near a contact: whether there was none within reach, and none will be while
-/// nothing moves much (RimFalloff). Saves work only and never changes a result, so it is not part of saved
-/// states.
+/// Cached result of the search for rims near a contact: whether there was none within reach, and none will be
+/// while nothing moves much (RimFalloff). Saves work only and never changes a result, so it is not part of
+/// saved states.
 struct RimCache {
-  enum State : std::uint8_t { unknown, near, clear };  ///< near: a rim is, or it cannot be told
+  enum State : std::uint8_t { unknown, near, clear };  ///< near: there is a rim, or it is not certain
 
   std::vector<std::uint8_t> state;           ///< a State; of the other columns only if it is not unknown:
   std::vector<Index> tet;                    ///< that held the point

@@ -88,8 +88,8 @@ Index ContactTable::row_of(Index point, Index body) const {
   if (row >= 0 || now_.point.empty()) return row;
   const auto [first, last] = std::ranges::equal_range(now_.point, point);
   for (auto it = first; it != last; ++it) {
-    const std::ptrdiff_t gone = it - now_.point.begin();
-    if (at(now_.body, gone) == body) return static_cast<Index>(static_cast<std::ptrdiff_t>(size_) + gone);
+    const std::ptrdiff_t ended = it - now_.point.begin();
+    if (at(now_.body, ended) == body) return static_cast<Index>(static_cast<std::ptrdiff_t>(size_) + ended);
   }
   return -1;
 }
@@ -100,46 +100,46 @@ void ContactTable::match(const parallel::Threads& threads, const ContactTable& l
   });
 }
 
-/// Rows of the last table that are remembered and have none here: two sorted lists, joined.
-void ContactTable::list_gone(const ContactTable& last) {
+/// Rows of the last table that have a history and no row here: a merge of two sorted lists.
+void ContactTable::list_ended(const ContactTable& last) {
   const std::size_t rows = last.size_ + last.now_.point.size();
   assign_with_room(matched_, rows, std::uint8_t{0});
   for (const Index row : previous_)
     if (row >= 0) at(matched_, row) = 1;
-  gone_.clear();
-  make_room(gone_, rows);
-  std::size_t old = last.size_;  // gone before
+  ended_.clear();
+  make_room(ended_, rows);
+  std::size_t old = last.size_;  // ended before
   const auto add = [&](std::size_t row) {
-    if (matched_[row] == 0) gone_.push_back(row);
+    if (matched_[row] == 0) ended_.push_back(row);
   };
   for (std::size_t row = 0; row < last.size_; ++row) {
-    if (matched_[row] != 0 || !last.is_remembered(row)) continue;
+    if (matched_[row] != 0 || !last.has_history(row)) continue;
     while (old < rows && last.key(old) < last.key(row)) add(old++);
     add(row);
   }
   while (old < rows) add(old++);
 }
 
-void ContactTable::resize(Remembered& remembered, std::size_t rows, std::size_t gone) {
-  resize_with_room(remembered.point, gone);
-  resize_with_room(remembered.body, gone);
-  resize_columns(remembered.states, rows + gone);
-  resize_columns(remembered.rims, rows + gone);
+void ContactTable::resize(RowStates& history, std::size_t rows, std::size_t ended) {
+  resize_with_room(history.point, ended);
+  resize_with_room(history.body, ended);
+  resize_columns(history.states, rows + ended);
+  resize_columns(history.rims, rows + ended);
 }
 
 /// The same, and all values stay.
-void ContactTable::grow(Remembered& remembered, std::size_t rows, std::size_t gone) {
-  grow_column(remembered.point, gone);
-  grow_column(remembered.body, gone);
-  grow_columns(remembered.states, rows + gone);
-  grow_columns(remembered.rims, rows + gone);
+void ContactTable::grow(RowStates& history, std::size_t rows, std::size_t ended) {
+  grow_column(history.point, ended);
+  grow_column(history.body, ended);
+  grow_columns(history.states, rows + ended);
+  grow_columns(history.rims, rows + ended);
 }
 
 void ContactTable::carry_states(const parallel::Threads& threads, const ContactTable& last) {
-  list_gone(last);
-  resize(now_, size_, gone_.size());
-  parallel::for_each(threads, size_ + gone_.size(), grain, [&](std::size_t row) {
-    const std::size_t from = row < size_ ? static_cast<std::size_t>(previous_[row]) : gone_[row - size_];
+  list_ended(last);
+  resize(now_, size_, ended_.size());
+  parallel::for_each(threads, size_ + ended_.size(), grain, [&](std::size_t row) {
+    const std::size_t from = row < size_ ? static_cast<std::size_t>(previous_[row]) : ended_[row - size_];
     if (row < size_ && previous_[row] < 0) {
       clear_row(now_.states, row);
       clear_row(now_.rims, row);
@@ -179,7 +179,7 @@ void ContactTable::add_rows(std::span<const Key> keys) {
 }
 
 void ContactTable::begin_step(const parallel::Threads& threads) {
-  if (!keeps_states_) set_remembered({});
+  if (!keeps_states_) set_history({});
   std::swap(now_, before_);
   const ContactStates& then = before_.states;
   resize(now_, size_, before_.point.size());
@@ -189,33 +189,33 @@ void ContactTable::begin_step(const parallel::Threads& threads) {
     now_.states.speculative[row] = 0;
     ++now_.states.seen[row];
   });
-  std::size_t gone = 0;
+  std::size_t ended = 0;
   for (std::size_t g = 0; g < before_.point.size(); ++g) {
     const std::size_t from = size_ + g;
     const bool never_there = then.speculative[from] != 0 && then.lost[from] == 0;
     if (never_there || then.lost[from] >= longest_absence) continue;
-    const std::size_t row = size_ + gone;
+    const std::size_t row = size_ + ended;
     clear_row(now_.rims, row);
     clear_row(now_.states, row);
     now_.states.lost[row] = then.lost[from] + 1;
     now_.states.direction[row] = then.direction[from];
     now_.states.velocity[row] = then.velocity[from];
     now_.states.chatter_damping[row] = then.chatter_damping[from];
-    now_.point[gone] = before_.point[g];
-    now_.body[gone++] = before_.body[g];
+    now_.point[ended] = before_.point[g];
+    now_.body[ended++] = before_.body[g];
   }
-  resize(now_, size_, gone);
+  resize(now_, size_, ended);
 }
 
-RememberedContacts ContactTable::remembered() const {
-  RememberedContacts all;
+ContactHistory ContactTable::history() const {
+  ContactHistory all;
   if (!keeps_states_) return all;
   const std::size_t rows = size_ + now_.point.size();
   std::vector<std::size_t> order;
   for (std::size_t row = 0; row < rows; ++row)
-    if (is_remembered(row)) order.push_back(row);
-  const auto begin_of_gone = std::ranges::lower_bound(order, size_);
-  std::inplace_merge(order.begin(), begin_of_gone, order.end(),
+    if (has_history(row)) order.push_back(row);
+  const auto begin_of_ended = std::ranges::lower_bound(order, size_);
+  std::inplace_merge(order.begin(), begin_of_ended, order.end(),
                      [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   resize_columns(all.states, order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -226,27 +226,27 @@ RememberedContacts ContactTable::remembered() const {
   return all;
 }
 
-void ContactTable::set_remembered(const RememberedContacts& contacts) {
+void ContactTable::set_history(const ContactHistory& contacts) {
   keeps_states_ = true;
   std::vector<Index> row_of_contact;
-  std::size_t gone = 0;
+  std::size_t ended = 0;
   for (std::size_t i = 0; i < contacts.point.size(); ++i) {
     row_of_contact.push_back(of_point_.empty() ? -1 : find(contacts.point[i], contacts.body[i]));
-    gone += row_of_contact.back() < 0 ? 1 : 0;
+    ended += row_of_contact.back() < 0 ? 1 : 0;
   }
-  resize(now_, size_, gone);
-  for (std::size_t row = 0; row < size_ + gone; ++row) {
+  resize(now_, size_, ended);
+  for (std::size_t row = 0; row < size_ + ended; ++row) {
     clear_row(now_.states, row);
     clear_row(now_.rims, row);
   }
-  gone = 0;
+  ended = 0;
   for (std::size_t i = 0; i < contacts.point.size(); ++i) {
-    const bool is_gone = row_of_contact[i] < 0;
-    if (is_gone) {
-      now_.point[gone] = contacts.point[i];
-      now_.body[gone] = contacts.body[i];
+    const bool is_ended = row_of_contact[i] < 0;
+    if (is_ended) {
+      now_.point[ended] = contacts.point[i];
+      now_.body[ended] = contacts.body[i];
     }
-    const auto row = is_gone ? size_ + gone++ : static_cast<std::size_t>(row_of_contact[i]);
+    const auto row = is_ended ? size_ + ended++ : static_cast<std::size_t>(row_of_contact[i]);
     copy_row(contacts.states, i, now_.states, row);
   }
 }

@@ -16,29 +16,30 @@
 namespace palpate {
 
 /// States of contacts with their keys, sorted by (point, body): what a resumed run needs.
-struct RememberedContacts {
+struct ContactHistory {
   std::vector<Index> point;
   std::vector<Index> body;
   ContactStates states;
 };
 
-/// All that is known of contacts: one row for each (point, body), in this order. docs/contact-table.md draws
+/// All data of contacts: one row for each (point, body), in this order. docs/contact-table.md draws
 /// it and says who writes which column.
 ///
 /// Rows in contact come first; their public columns are `Contacts`. Where states are kept, rows of contacts
-/// that are gone follow, so that one that comes and goes is recognised. A table is made of what the query
-/// found and of the table before it: each row is matched once, and whatever follows a contact goes by that.
+/// that have ended follow, so that one that opens and closes again is recognised. A table is made of what the
+/// query found and of the table before it: each row is matched once, and all data that follow a contact use
+/// that.
 class ContactTable {
  public:
   using Key = std::pair<Index, Index>;  ///< point, body
 
-  /// Steps for which the state of a contact that is gone is kept.
+  /// Steps for which the state of an ended contact is kept.
   static constexpr std::int32_t longest_absence = 20;
 
   /// Puts what the query found in canonical order, of several tets of one body the lowest, and matches the
-  /// rows with those of the last detection's table, of which it takes over the states. Depth, direction and
+  /// rows with those of the last detection's table, of which it copies the states. Depth, direction and
   /// certainty are zero. O(points + found + rows of `last`), parallel.
-  /// \param last  none: nothing is known
+  /// \param last  none: there is no earlier table
   void assign(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               std::span<const PointInTet> found, const ContactTable* last = nullptr);
 
@@ -63,33 +64,34 @@ class ContactTable {
     }
     return contacts.body == body ? contacts.first : -1;
   }
-  /// The row of a contact, or of one that is gone, or -1. O(bodies that the point is in + log(gone)).
+  /// The row of a contact, or of an ended one, or -1. O(bodies that the point is in + log(ended)).
   [[nodiscard]] Index row_of(Index point, Index body) const;
   /// (size()) the row of each contact in the last table, -1: it has none. Rows from that table's size() on
-  /// are of contacts that were gone.
+  /// are of contacts that had ended.
   [[nodiscard]] std::span<const Index> previous() const { return previous_; }
 
   /// (size() rows, or none) written by PlaneCache.
   [[nodiscard]] CachedPlanes& planes() { return planes_; }
   [[nodiscard]] const CachedPlanes& planes() const { return planes_; }
-  /// Rows in contact, then those that are gone; none before the first begin_step() or set_remembered().
+  /// Rows in contact, then ended ones; none before the first begin_step() or set_history().
   [[nodiscard]] ContactStates& states() { return now_.states; }
   [[nodiscard]] const ContactStates& states() const { return now_.states; }
   [[nodiscard]] RimCache& rims() { return now_.rims; }
 
-  /// Gives contacts that have no row one among those that are gone, with a state of zeros. Sorted keys. Rows
+  /// Gives contacts without a row one among the ended ones, with a state of zeros. Sorted keys. Rows
   /// of those change. O(rows).
   void add_rows(std::span<const Key> keys);
-  /// Counts a step: contacts are seen once more, what is gone is lost for longer, until it is forgotten. A
-  /// speculative contact that never was there at the end of a step leaves no trace. O(rows), parallel.
+  /// Counts a step: contacts have been seen once more, ended ones are lost for longer, until they are
+  /// removed. A speculative contact that never was there at the end of a step leaves no trace. O(rows),
+  /// parallel.
   void begin_step(const parallel::Threads& threads);
-  /// Takes the last begin_step(), and what was written into states since, back. O(1).
+  /// Undoes the last begin_step() and all changes of states since. O(1).
   void undo_step() { std::swap(now_, before_); }
 
-  /// All contacts that have acted, and those that are gone. O(rows).
-  [[nodiscard]] RememberedContacts remembered() const;
+  /// All contacts that have acted, also those that have ended. O(rows).
+  [[nodiscard]] ContactHistory history() const;
   /// Replaces all states: `contacts` are sorted by (point, body). O(rows).
-  void set_remembered(const RememberedContacts& contacts);
+  void set_history(const ContactHistory& contacts);
 
  private:
   /// The contacts of a point: `count` from `first` on.
@@ -98,8 +100,8 @@ class ContactTable {
     Index count;
     Index body;  ///< of the first; -1: there is none
   };
-  /// States of all rows, and keys of those that are gone.
-  struct Remembered {
+  /// States of all rows, and keys of the ended ones.
+  struct RowStates {
     std::vector<Index> point;
     std::vector<Index> body;
     ContactStates states;
@@ -110,15 +112,15 @@ class ContactTable {
     return contacts_.body.empty() ? taken_bodies_ : contacts_.body;
   }
   [[nodiscard]] Key key(std::size_t row) const;
-  [[nodiscard]] bool is_remembered(std::size_t row) const {
+  [[nodiscard]] bool has_history(std::size_t row) const {
     return now_.states.seen[row] > 0 || now_.states.lost[row] > 0;
   }
   void list_rows(const Bodies& bodies, std::span<const PointInTet> found);
   void match(const parallel::Threads& threads, const ContactTable& last);
-  void list_gone(const ContactTable& last);
+  void list_ended(const ContactTable& last);
   void carry_states(const parallel::Threads& threads, const ContactTable& last);
-  static void resize(Remembered& remembered, std::size_t rows, std::size_t gone);
-  static void grow(Remembered& remembered, std::size_t rows, std::size_t gone);
+  static void resize(RowStates& history, std::size_t rows, std::size_t ended);
+  static void grow(RowStates& history, std::size_t rows, std::size_t ended);
 
   Contacts contacts_;
   EdgeContacts edges_;
@@ -127,14 +129,14 @@ class ContactTable {
   std::vector<Index> previous_;
   CachedPlanes planes_;
   bool keeps_states_ = false;
-  Remembered now_;
-  Remembered before_;              ///< the last begin_step()
+  RowStates now_;
+  RowStates before_;               ///< the last begin_step()
   std::vector<OfPoint> of_point_;  ///< (n_points)
   // Scratch:
   std::vector<PointInTet> by_point_;
   std::vector<Index> row_begin_;
   std::vector<std::uint8_t> matched_;  ///< rows of the last table
-  std::vector<std::size_t> gone_;      ///< rows of the last table
+  std::vector<std::size_t> ended_;     ///< rows of the last table
   std::vector<Key> new_keys_;
 };
 

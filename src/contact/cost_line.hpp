@@ -9,11 +9,11 @@
 
 namespace palpate {
 
-/// What work has cost lately, as a line: so much in any case and so much for each unit of it, fitted to the
-/// last 32 times and raised until it is seldom too low (as high as all but the two highest, but at most half
-/// more than in the middle, so that times in which the system put the thread aside do not count).
+/// Linear cost model, seconds = a + b work, of the last 32 samples: a fixed cost and a cost a unit, fitted to
+/// the last 32 times and raised until it is seldom too low (as high as all but the two highest, but at most
+/// half more than in the middle, so that times in which the system put the thread aside do not count).
 ///
-/// A single cost for each unit would not do: after a time of little work each unit looks dear, so that even
+/// A single cost a unit does not suffice: after a time of little work a unit seems expensive, so that even
 /// less of it is thought to fit.
 class CostLine {
  public:
@@ -41,21 +41,21 @@ class CostLine {
 
   /// Of what samples cost beside an expectation.
   template <class Expected>
-  [[nodiscard]] CostSpread shares(std::size_t count, Expected&& expected) const {
-    std::array<double, most> share{};
-    for (std::size_t i = 0; i < count; ++i) share[i] = last_[i].seconds / expected(last_[i].work);
-    return spread_of(std::span(share).first(count));
+  [[nodiscard]] CostSpread ratios(std::size_t count, Expected&& expected) const {
+    std::array<double, most> ratio{};
+    for (std::size_t i = 0; i < count; ++i) ratio[i] = last_[i].seconds / expected(last_[i].work);
+    return spread_of(std::span(ratio).first(count));
   }
 
   void fit() {
     constexpr double most_raised = 2.0;
-    // Work that differs by less does not tell what it costs in any case.
+    // Samples whose work differs by less do not determine the fixed cost.
     constexpr double alike = 0.05;
     const std::size_t count = std::min(next_, most);
     const auto n = static_cast<double>(count);
     const auto plain = [&](double work) { return work + units_; };
-    const double middle = shares(count, plain).middle;
-    const double middle_seconds = shares(count, [](double) { return 1.0; }).middle;
+    const double middle = ratios(count, plain).middle;
+    const double middle_seconds = ratios(count, [](double) { return 1.0; }).middle;
     double mean_work = 0.0;
     double mean_seconds = 0.0;
     const auto seconds = [&](const Sample& sample) {
@@ -80,7 +80,7 @@ class CostLine {
         std::clamp(product / square, least_each * expected, mean_seconds / std::max(mean_work, 1.0));
     const double base = mean_seconds - slope * mean_work;
     const CostSpread spread =
-        shares(count, [&](double work) { return std::max(base + slope * work, alike * mean_seconds); });
+        ratios(count, [&](double work) { return std::max(base + slope * work, alike * mean_seconds); });
     raised_ = std::clamp(std::min(spread.high, most_of_middle * spread.middle), 1.0, most_raised);
     fixed_ = raised_ * std::max(0.0, base);
     each_ = raised_ * slope;

@@ -23,7 +23,7 @@
 namespace palpate {
 
 /// Edge-triangle query (paper 3 and 4): the border edges are put into the structure by the cells they pass,
-/// and the surface triangles of the penetrated bodies look for them in the cells of their boxes.
+/// and the surface triangles of the penetrated bodies search for them in the cells of their boxes.
 ///
 /// With clusters, ClusteredCrossings does that for all but long edges.
 class CrossingQuery {
@@ -117,7 +117,7 @@ class CrossingQuery {
       std::span<const std::uint64_t> chosen;
       const std::uint64_t passed = cells_passed(lattice, a, b);
       // The name of an edge is its ends, so that the choice does not depend on which other edges there are.
-      if (slots.shares(passed)) chosen = slots.choose(edge_name(in, out), passed, storage);
+      if (slots.overflows(passed)) chosen = slots.choose(edge_name(in, out), passed, storage);
       std::uint64_t number = 0;
       lattice.for_each_cell_of_segment(a, b, [&](std::int32_t i, std::int32_t j, std::int32_t k) {
         if (chosen.empty() || std::binary_search(chosen.begin(), chosen.end(), number)) emit(i, j, k);

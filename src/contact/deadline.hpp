@@ -16,7 +16,7 @@ class Deadline {
     return Deadline(Clock::now() +
                     std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
   }
-  /// From any thread. A look at the clock only where there is an end.
+  /// From any thread. Reads the clock only where there is a deadline.
   [[nodiscard]] bool passed() const { return end_ != Clock::time_point::max() && Clock::now() >= end_; }
 
  private:

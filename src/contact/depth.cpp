@@ -145,7 +145,7 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
     const double lost = loss * link_weight * estimates_[c].edges;
     node.diagonal += lost;
     node.residual = {-lost, 0.0, 0.0, 0.0};
-    // What goes by its neighbours has nothing that they could gain from.
+    // A contact that takes the mean of its neighbours gives them nothing new.
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     if (estimates_[c].level < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal))
       leave_out(c);
@@ -238,15 +238,15 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   }
   if (rough) return;
   double bound = estimate.nearest_crossing;
-  const auto look = [&](const Vec3& way) {
-    bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, way));
+  const auto try_direction = [&](const Vec3& direction) {
+    bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, direction));
     return bound <= enough;
   };
-  if (look(contacts.direction[c])) return;
-  if (bound > node.length) {  // deep: a shorter way spares the search many tets
-    for (const Vec3& way :
+  if (try_direction(contacts.direction[c])) return;
+  if (bound > node.length) {  // deep: a smaller bound saves the search many tets
+    for (const Vec3& direction :
          {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
-      if (look(way)) return;
+      if (try_direction(direction)) return;
     }
   }
   bound *= 1.0 + 1e-9;  // so that the search finds it
@@ -257,7 +257,7 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (estimate.from_surface == from_planes) estimate.from_surface = raised;
 }
 
-/// The mean of its neighbours: no deeper than they are, since it is not known how far their planes hold.
+/// The mean of its neighbours: no deeper than they are, since their planes may not be valid further away.
 void DepthEstimate::use_propagated_depth(const Frame& frame, std::size_t c) {
   Contacts& contacts = frame.table.contacts();
   Estimate& estimate = estimates_[c];
@@ -282,7 +282,7 @@ void DepthEstimate::set_unknown_depth(const Frame& frame, std::size_t c) {
   estimates_[c].rough = true;
 }
 
-/// The point of a contact of a body with itself, which is not to take its own surface for the way out.
+/// The point of a contact of a body with itself, whose own surface must not count as its exit.
 Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];

@@ -23,7 +23,7 @@ namespace palpate {
 /// Heidelberger, Teschner, Keiser, Mueller & Gross, "Consistent penetration depth estimation for deformable
 /// collision response", 2004, made continuous. docs/depth.md derives it and says where it still jumps.
 ///
-/// Each crossing x with the outward normal n of the surface there is a plane, the way out as that border edge
+/// Each crossing x with the outward normal n of the surface there is a plane, the exit as that border edge
 /// sees it. A contact's plane is the mean of those of its border edges and of the planes of its neighbours in
 /// contact, weighted by 1 / |x - p|^2 and 1 / |q - p|^2. Depth is the distance to the plane, direction its
 /// normal. Deviations from the paper: it averages the neighbours breadth first, each contact once; here all
@@ -36,11 +36,11 @@ class DepthEstimate {
  public:
   explicit DepthEstimate(const Bodies& bodies);
 
-  /// Fills depth, direction and certainty of all contacts; returns what it could not do the usual way (the
-  /// fields of DetectionCounts that tell of depths). O(contacts x edges at a point x iterations + triangles +
+  /// Fills depth, direction and certainty of all contacts; returns how often it used a fallback (the
+  /// DepthCounts). O(contacts x edges at a point x iterations + triangles +
   /// fallbacks x tets nearer than the surface), parallel, without a deadline the same bits for every thread
   /// count. Past the deadline, contacts use their cached plane if there is one, means are not balanced,
-  /// depths are not compared with the distance to the surface, and where nothing is known a depth is zero.
+  /// depths are not compared with the distance to the surface, and a depth without any plane is zero.
   /// Contacts have border edges where `cache` says that their plane is computed. Those that use their cached
   /// plane have depth and direction from there, and are a given plane for their neighbours.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
@@ -136,7 +136,7 @@ class DepthEstimate {
   void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
   void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
   void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
-  void make_guess(std::size_t c);
+  void set_propagation_source(std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
   void next_level(Index level);

@@ -90,7 +90,7 @@ void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std
   std::size_t next = 0;
   for (std::size_t c = begin; c < end; ++c) {
     add_surface(frame, c, scratch, next);
-    make_guess(c);
+    set_propagation_source(c);
   }
 }
 
@@ -130,20 +130,20 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
   Vec3 normal;
   double nearest = std::numeric_limits<double>::infinity();
   bool fixed = false;
-  const auto add = [&](const EdgeExit& way_out, double inverse) {
-    nearest = std::min(nearest, way_out.distance);
-    if (fixed && !way_out.at_point) return;
-    if (way_out.at_point && !fixed) {
+  const auto add = [&](const EdgeExit& exit, double inverse) {
+    nearest = std::min(nearest, exit.distance);
+    if (fixed && !exit.at_point) return;
+    if (exit.at_point && !fixed) {
       // A crossing at the point itself rules out all others.
       fixed = true;
       weight = depth = 0.0;
       normal = {};
     }
     border_edges += inverse;
-    const double scale = way_out.at_point ? 1.0 : inverse;
-    weight += scale * way_out.weight;
-    depth += scale * way_out.depth;
-    normal += scale * way_out.normal;
+    const double scale = exit.at_point ? 1.0 : inverse;
+    weight += scale * exit.weight;
+    depth += scale * exit.depth;
+    normal += scale * exit.normal;
   };
   for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
     const Index free_point = at(frame.border_edges, e).free_point;
@@ -173,8 +173,9 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
   estimate.normal = normal;
 }
 
-/// How far a contact looks for surface beside it: triangles so near that they outweigh all else. Where a
-/// point comes near the surface from inside, far from its border edges, it must know before it leaves there.
+/// Search distance for surface beside a contact: triangles so near that they outweigh all other planes. Where
+/// a point comes near the surface from inside, far from its border edges, its plane must change before it
+/// leaves there.
 double DepthEstimate::reach(const Estimate& estimate) {
   // The same before and after a neighbour enters the body.
   const double others = estimate.edges + (estimate.border_weight - link_weight * estimate.border_edges);
@@ -235,7 +236,7 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch
 }
 
 /// The first guess of a contact that has planes of its own: their mean.
-void DepthEstimate::make_guess(std::size_t c) {
+void DepthEstimate::set_propagation_source(std::size_t c) {
   Estimate& estimate = estimates_[c];
   if (!(estimate.border_weight > 0.0)) return;
   estimate.depth /= estimate.border_weight;

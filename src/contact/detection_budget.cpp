@@ -14,25 +14,25 @@ namespace palpate {
 namespace {
 
 /// Of the tests, for points in tets; the rest is for edges.
-constexpr double points_share = 0.75;
+constexpr double points_fraction = 0.75;
 /// Of the time, what is planned with: forecasts are not always right.
-constexpr double planned_share = 0.8;
+constexpr double planned_fraction = 0.8;
 /// Of the time, when depths have to be good enough.
-constexpr double refining_share = 0.9;
+constexpr double refining_fraction = 0.9;
 /// What contacts would have taken in a detection that had no time to refine them.
 constexpr double unrefined_factor = 1.25;
-/// What follows from the contacts costs about as much for none as for so many, until more is known.
+/// First estimate: depths cost as much in any case as for so many contacts.
 constexpr double contacts_for_none = 256.0;
-/// What a contact costs that does not find its way out anew, of one that does: estimated from a profile.
-constexpr double spared_share = 0.3;
+/// Cost of a contact that uses its cached plane, relative to one whose depth is computed: from a profile.
+constexpr double spared_fraction = 0.3;
 
-/// Share of the contacts that find their way out anew, whatever that takes: what others go by must not be
-/// ever older, and in a region that nobody knew there must be some that know.
+/// Fraction of the contacts whose depth is always computed: cached planes must not
+/// grow old without bound, and a new region needs some computed planes to propagate.
 constexpr double least_anew = 1.0 / 32.0;
 
-/// Of contacts, in contacts that find their way out anew.
+/// Cost of contacts, in contacts whose depth is computed.
 double work_of(std::size_t contacts, std::size_t spared) {
-  return static_cast<double>(contacts) - (1.0 - spared_share) * static_cast<double>(spared);
+  return static_cast<double>(contacts) - (1.0 - spared_fraction) * static_cast<double>(spared);
 }
 
 void check(const DetectionSettings& settings) {
@@ -70,26 +70,26 @@ DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t 
   check(settings);
 }
 
-void DetectionBudget::begin(double share) {
+void DetectionBudget::begin(double fraction) {
   allowance_.reset();
   refining_ = {};
   points_seconds_ = 0.0;
   std::ranges::fill(late_bodies_, std::uint8_t{0});
   if (budget_.tests) {
-    const double tests = points_share * share * static_cast<double>(*budget_.tests);
+    const double tests = points_fraction * fraction * static_cast<double>(*budget_.tests);
     allowance_ = Allowance::of_tests(static_cast<std::uint64_t>(std::ceil(tests)));
   } else {
     const double no_limit = std::numeric_limits<double>::infinity();
-    const double seconds = share * 1e-3 * budget_.milliseconds.value_or(no_limit);
-    allowance_ = Allowance::of_seconds(begun_ ? planned_share * seconds : no_limit);
-    if (begun_) refining_ = Deadline::after_seconds(refining_share * seconds);
-    allowance_->keep_back(after_.fixed(), after_.each() * spared_share);
+    const double seconds = fraction * 1e-3 * budget_.milliseconds.value_or(no_limit);
+    allowance_ = Allowance::of_seconds(begun_ ? planned_fraction * seconds : no_limit);
+    if (begun_) refining_ = Deadline::after_seconds(refining_fraction * seconds);
+    allowance_->keep_back(after_.fixed(), after_.each() * spared_fraction);
   }
 }
 
 Allowance* DetectionBudget::begin_crossings() {
   if (!allowance_ || !budget_.tests) return nullptr;
-  const double tests = (1.0 - points_share) * static_cast<double>(*budget_.tests);
+  const double tests = (1.0 - points_fraction) * static_cast<double>(*budget_.tests);
   allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
   return &*allowance_;
 }
@@ -103,15 +103,15 @@ std::size_t DetectionBudget::contacts_anew(std::size_t contacts) const {
   const double affordable =
       (allowance_->seconds_left(1.0) - after_.of(work_of(contacts, contacts))) / after_.each();
   const double least = std::ceil(least_anew * static_cast<double>(contacts));
-  const double anew = std::max(least, affordable / (1.0 - spared_share));
+  const double anew = std::max(least, affordable / (1.0 - spared_fraction));
   return anew < static_cast<double>(contacts) ? static_cast<std::size_t>(anew) : contacts;
 }
 
 void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  // What was cut off must not look cheap, or the next detection finds even more that it has no time for.
-  // A time without contacts does not tell what they cost.
+  // An interrupted detection must not seem cheap, or the next one plans even more than it has time for.
+  // A sample without contacts says nothing of their cost.
   if (counts.contacts > 0)
     after_.add(work_of(counts.contacts, spared), refining_.passed() ? unrefined_factor * after : after);
   counts.late_clusters = 0;
@@ -127,7 +127,7 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
   begun_ = true;
   if (counts.completeness < 1.0) return;
   least_.add((times.grid + points_seconds_ + after_.usual(work_of(counts.contacts, counts.contacts))) /
-             planned_share);
+             planned_fraction);
 }
 
 }  // namespace palpate

@@ -23,15 +23,15 @@ class DetectionBudget {
   /// Throws Error where the budget is not one number > 0, or detection is not by clusters.
   DetectionBudget(const DetectionSettings& settings, std::size_t bodies);
 
-  /// At the start of a detection that may spend a share of the budget. In time, the first is not limited:
-  /// nothing is known of what it will cost.
-  void begin(double share);
+  /// At the start of a detection that may spend a fraction of the budget. A time limit does not hold for the
+  /// first: its cost is unknown.
+  void begin(double fraction);
   /// None: this detection is not limited.
   [[nodiscard]] Allowance* allowance() { return allowance_ ? &*allowance_ : nullptr; }
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
-  /// When the points in tets are known, and before their edges are looked at.
+  /// After the query of points in tets, before that of border edges.
   void end_points(double seconds);
-  /// How many of so many contacts there is time to find the way out of anew. All, but for a budget in time.
+  /// How many of so many depths there is time to compute. All, unless the budget is in milliseconds.
   [[nodiscard]] std::size_t contacts_anew(std::size_t contacts) const;
   /// What the crossings may spend; none: they are not limited. In time they never are: a contact whose edges
   /// have no crossings costs more in the estimate of depths than they would, so that contacts would be left
@@ -39,7 +39,7 @@ class DetectionBudget {
   [[nodiscard]] Allowance* begin_crossings();
   /// Until when depths are refined; never, but for a budget in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
-  /// At the end, with what the phases took; without a limit, queues are empty or null.
+  /// At the end of a detection, with the times of its phases; without a limit, queues are empty or null.
   /// \param spared  contacts that did not compute their plane
   void end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
@@ -47,7 +47,7 @@ class DetectionBudget {
   /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
   void set_late_bodies(const std::vector<std::uint8_t>& late) { late_bodies_ = late; }
-  /// Seconds of a budget that a detection of all contacts needs lately, to find the way out of few of them
+  /// Budget in seconds that recent detections needed to find all contacts and compute few of their depths
   /// anew.
   [[nodiscard]] const RecentCost& least() const { return least_; }
 
@@ -55,7 +55,7 @@ class DetectionBudget {
   Budget budget_;
   std::optional<Allowance> allowance_;
   Deadline refining_;
-  CostLine after_;    ///< of contacts that find their way out anew, once the pairs are known
+  CostLine after_;    ///< of depths that are computed, after the queries
   RecentCost least_;  ///< s
   double points_seconds_ = 0.0;
   bool begun_ = false;  ///< there was a detection

@@ -76,7 +76,7 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
       counts.sort = grid.build_points(threads, lattice, *fixed);
       fixed->put_in_order(threads, grid.entries());
     }
-    if (grid.tells_cells_apart()) {
+    if (grid.distinguishes_cells()) {
       counts.movers = new_domain ? grid.entries().size() : grid.movers();
     } else {
       count_movers(positions);
@@ -138,7 +138,7 @@ void Detector::State::find_points_in_tets(std::span<const Vec3> positions, const
 void Detector::State::begin_budget(double fraction_of_budget) {
   if (!budget) return;
   fraction = fraction_of_budget;
-  waiting = {cluster_query->queue().notes(), crossings.clustered().queue().notes()};
+  waiting = {cluster_query->queue().states(), crossings.clustered().queue().states()};
   budget->begin(fraction);
 }
 
@@ -195,14 +195,14 @@ void Detector::State::end_budget() {
               crossings_limit == nullptr ? nullptr : &crossings.clustered().queue(), counts);
 }
 
-void Detector::detect(std::span<const Vec3> positions, double share) {
+void Detector::detect(std::span<const Vec3> positions, double fraction) {
   State& s = *state_;
   if (positions.size() != s.bodies.points_rest().size()) {
     throw Error("positions", "", std::to_string(positions.size()) + " points",
                 std::to_string(s.bodies.points_rest().size()) + ", as the bodies have");
   }
   Stopwatch watch;
-  s.begin_budget(share);
+  s.begin_budget(fraction);
   s.update_grid(positions);
   s.times.grid = watch.lap();
 

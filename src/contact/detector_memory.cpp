@@ -14,24 +14,24 @@ namespace palpate {
 
 void Detector::State::recall_budget(const DetectorMemory& memory) {
   if (!budget) return;
-  std::vector<std::uint8_t>& tets = cluster_query->queue().notes();
-  std::vector<std::uint8_t>& triangles = crossings.clustered().queue().notes();
-  if (memory.tet_notes.size() != tets.size() || memory.triangle_notes.size() != triangles.size() ||
-      !(memory.share > 0.0) || !(memory.share <= 1.0)) {
+  std::vector<std::uint8_t>& tets = cluster_query->queue().states();
+  std::vector<std::uint8_t>& triangles = crossings.clustered().queue().states();
+  if (memory.tet_states.size() != tets.size() || memory.triangle_states.size() != triangles.size() ||
+      !(memory.fraction > 0.0) || !(memory.fraction <= 1.0)) {
     throw Error("detector", "memory",
-                std::to_string(memory.tet_notes.size()) + " clusters of tets, " +
-                    std::to_string(memory.triangle_notes.size()) + " of triangles, share " +
-                    std::to_string(memory.share),
+                "a budget state of " + std::to_string(memory.tet_states.size()) + " clusters of tets, " +
+                    std::to_string(memory.triangle_states.size()) + " of triangles, fraction " +
+                    std::to_string(memory.fraction),
                 std::to_string(tets.size()) + " and " + std::to_string(triangles.size()) +
-                    ", a share above 0 and up to 1");
+                    " clusters, as in this scene, and a fraction above 0 and up to 1");
   }
-  tets = memory.tet_notes;
-  triangles = memory.triangle_notes;
+  tets = memory.tet_states;
+  triangles = memory.triangle_states;
 }
 
 void Detector::State::recall_coherence(const DetectorMemory& memory) {
   const std::size_t n = bodies.points_rest().size();
-  const auto& points_then = memory.noted_points;
+  const auto& points_then = memory.reference_points;
   constexpr std::int32_t most = 1 << 30;  // as large as fixed positions become
   const bool fits = ListPlan::allows(memory.coherence) &&
                     points_then.size() == (memory.coherence[0] != 0 ? n : 0) &&
@@ -58,11 +58,11 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
 DetectorMemory Detector::memory() const {
   const State& s = *state_;
   const auto* const grid = std::get_if<CompactGrid>(&s.points);
-  std::vector<std::array<std::int32_t, 3>> noted_points;
+  std::vector<std::array<std::int32_t, 3>> reference_points;
   ListPlan::Numbers coherence = ListPlan().numbers();
   if (s.cluster_query != nullptr && !s.other_domain) {
     for (const simd::FixedPoint& p : s.cluster_query->listed_points())
-      noted_points.push_back({p.x, p.y, p.z});
+      reference_points.push_back({p.x, p.y, p.z});
     coherence = s.cluster_query->plan().numbers();
   }
   return {.cell_size = s.cell_size.cell_size,
@@ -72,10 +72,10 @@ DetectorMemory Detector::memory() const {
           .detections = s.step,
           .repairs = grid == nullptr || grid->adaptive_switch().repairing(),
           .counts = s.counts,
-          .tet_notes = s.waiting.tets,
-          .triangle_notes = s.waiting.triangles,
-          .share = s.fraction,
-          .noted_points = std::move(noted_points),
+          .tet_states = s.waiting.tets,
+          .triangle_states = s.waiting.triangles,
+          .fraction = s.fraction,
+          .reference_points = std::move(reference_points),
           .coherence = coherence,
           .skipped_grid = s.skipped_grid};
 }
@@ -96,7 +96,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.skips_coherence = true;
   s.tables.now() = {};  // of another time
   s.plane_cache = {};
-  detect(positions, memory.share);
+  detect(positions, memory.fraction);
   s.skips_coherence = false;
   s.recall_coherence(memory);
   if (auto* const grid = std::get_if<CompactGrid>(&s.points))
@@ -115,7 +115,7 @@ void Detector::State::hold() {
   if (!budget) return;
   held.fraction = fraction;
   held.waiting = waiting;
-  held.waiting_now = {cluster_query->queue().notes(), crossings.clustered().queue().notes()};
+  held.waiting_now = {cluster_query->queue().states(), crossings.clustered().queue().states()};
   held.late_bodies = budget->late_bodies();
 }
 
@@ -146,8 +146,8 @@ void Detector::State::swap_back() {
   if (!budget) return;
   fraction = held.fraction;
   waiting = held.waiting;
-  cluster_query->queue().notes() = held.waiting_now.tets;
-  crossings.clustered().queue().notes() = held.waiting_now.triangles;
+  cluster_query->queue().states() = held.waiting_now.tets;
+  crossings.clustered().queue().states() = held.waiting_now.triangles;
   budget->set_late_bodies(held.late_bodies);
 }
 

@@ -33,7 +33,7 @@ using AnyStructure = std::variant<UniformGrid, CompactGrid, HashGrid, CuckooGrid
 /// What a Detector consists of. Its functions are in detector_setup.cpp (what is made once), detector.cpp (a
 /// detection) and detector_memory.cpp (what a later detection, or a resumed run, depends on).
 struct Detector::State {
-  /// What a budget knows of clusters: how long they have waited, what they found.
+  /// State of clusters with a budget: how long they have waited, what they found.
   struct Waiting {
     std::vector<std::uint8_t> tets;
     std::vector<std::uint8_t> triangles;
@@ -92,7 +92,7 @@ struct Detector::State {
   const Bodies& bodies;
   DetectionSettings settings;
   std::vector<std::uint8_t> immovable;  ///< per body
-  std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points take no part
+  std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points are left out
   parallel::Threads threads;
   CellSizeChoice cell_size;  ///< made at the first detection
   std::uint64_t step = 0;    ///< detections so far

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// What a Simulation needs of its detector beyond what users do: the table, to write states of contacts into
-/// it, and the way back after a step that failed.
+/// it, and the restore after a step that failed.
 class DetectorSteps {
  public:
   /// Of the last detection.
@@ -17,7 +17,7 @@ class DetectorSteps {
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
   /// Which pairs its settings let touch. As long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
-  /// Of the surfaces of its bodies, as long as the detector; none where it does not look for edge contacts.
+  /// Clusters of the surfaces of its bodies; valid as long as the detector. None without edge contacts.
   [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
   /// Keeps the results of the last detection while others follow, and what the next depended on. O(clusters)
   /// with a budget, else O(1).

@@ -96,7 +96,7 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
     if (!meeting.enters && in != nullptr) out = &meeting;
   }
   if (out != nullptr) add(*in, *out);
-  // It only touches, or rounding has changed the order.
+  // No part is inside: the edge only touches, or rounding has swapped entry and exit.
   if (rows.size() == rows_before) add(meetings.front(), meetings.back());
 }
 

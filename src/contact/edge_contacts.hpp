@@ -14,7 +14,7 @@ namespace palpate {
 /// Finds the edge contacts among bodies, and how deep they are (docs/edges.md).
 ///
 /// A part of an edge that is inside a body, with both ends of the edge outside, leaves it the shortest of
-/// three ways: across itself, over the silhouette of the surface that it enters by or leaves by, or back
+/// three exits: across itself, over the silhouette of the surface that it enters by or leaves by, or back
 /// along itself, until one end is where it came in.
 class EdgeContactQuery {
  public:

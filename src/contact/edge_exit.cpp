@@ -11,7 +11,7 @@ constexpr double here = 1e-15;  // parameter of a crossing at the point itself, 
 
 struct SurfacePlane {
   Vec3 normal;
-  double share;  ///< of an exit > 0, of an entry < 0, before they are made to add up to one
+  double signed_weight;  ///< of an exit > 0, of an entry < 0; not yet normalised to a sum of one
 };
 
 }  // namespace
@@ -28,7 +28,7 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
   const Crossing* last = &crossings.front();
   for (const Crossing& c : crossings) {
     nearest = std::min(nearest, c.parameter);
-    if (crossings.size() > 1) sum += plane_of(c).share;
+    if (crossings.size() > 1) sum += plane_of(c).signed_weight;
     if (c.parameter > last->parameter) last = &c;
   }
   at_point = nearest < here;
@@ -38,8 +38,8 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
     for (const Crossing& c : crossings) {
       const SurfacePlane plane = plane_of(c);
       if (at_point && c.parameter >= here) continue;
-      const double share = at_point ? 1.0 : plane.share / sum;
-      add(edge, c, plane.normal, share);
+      const double fraction = at_point ? 1.0 : plane.signed_weight / sum;
+      add(edge, c, plane.normal, fraction);
     }
     if (weight > 0.0) return;
     weight = depth = 0.0;
@@ -53,8 +53,8 @@ EdgeExit::EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surfa
   add(edge, crossing, surface_normal, 1.0);
 }
 
-void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double share) {
-  const double w = at_point ? share : share * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
+void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double fraction) {
+  const double w = at_point ? fraction : fraction * (1.0 / (c.parameter * c.parameter) - (1.0 - link_weight));
   weight += w;
   depth += w * c.parameter * dot(edge, n);
   normal += w * n;
@@ -78,9 +78,10 @@ void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const Sur
       EdgeExit& exit = exits[begin + lane];
       if (rows.nearest[lane] < here || !normals.is_interpolated(edge.triangle, rows.crossing, lane)) {
         const Vec3& p = at(positions, edge.point);
-        const Vec3 way = at(positions, edge.free_point) - p;
-        const Vec3 normal = normals.at_point(bodies, positions, edge.triangle, p + edge.parameter * way);
-        exit = {way, {-1, edge.triangle, edge.parameter}, normal};
+        const Vec3 displacement = at(positions, edge.free_point) - p;
+        const Vec3 normal =
+            normals.at_point(bodies, positions, edge.triangle, p + edge.parameter * displacement);
+        exit = {displacement, {-1, edge.triangle, edge.parameter}, normal};
         continue;
       }
       exit.weight = rows.weight[lane];

@@ -13,12 +13,13 @@ namespace palpate {
 /// of an edge is the same, so that nothing jumps where the free end enters the body.
 inline constexpr double link_weight = 0.1;
 
-/// The way out of a body along a border edge: the weighted planes of its crossings.
+/// The exit from a body along a border edge: the weighted planes of its crossings.
 ///
 /// One crossing is the usual case. An edge that leaves, enters and leaves again has several, two of which
 /// appear or vanish together where it touches the surface. So exits count by max(0, n . e), entries against
 /// them by the same: the two cancel at the touch, and nothing jumps. Exits near the free end count more,
-/// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, whatever it passed.
+/// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, even if it passed
+/// other crossings.
 struct EdgeExit {
   EdgeExit() = default;
   /// \param p          the point in contact
@@ -30,7 +31,7 @@ struct EdgeExit {
   /// The usual case, with the normal of the surface at the crossing.
   EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal);
 
-  /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their shares; 1 where at_point.
+  /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their fractions; 1 where at_point.
   double weight = 0.0;
   double depth = 0.0;     ///< weighted sum of distances to the planes
   Vec3 normal;            ///< weighted sum of normals
@@ -39,7 +40,7 @@ struct EdgeExit {
   bool at_point = false;  ///< a crossing is at p itself; others do not count
 
  private:
-  void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double share);
+  void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double fraction);
 };
 
 /// A border edge with one crossing.

@@ -22,7 +22,7 @@ constexpr double fewest_detections = 3.0;
 /// Lists that are made without, where room did not pay: four times as many each time.
 constexpr int shortest_patience = 8;
 constexpr int longest_patience = 2048;
-/// What is nearer is not worth remembering, m; floats have room below.
+/// Smaller distances are not cached, m; floats have room below.
 constexpr double least_apart = 1e-30;
 constexpr double most_apart = 1e38;
 /// Never less than the sum of a few numbers.
@@ -41,7 +41,7 @@ struct EdgeQuery::Frame {
 EdgeQuery::EdgeQuery(const Bodies& bodies)
     : search_(bodies),
       boxes_(search_.clusters().clusters.size()),
-      ways_(boxes_.size()),
+      motions_(boxes_.size()),
       bodies_(bodies.bodies().size()),
       grown_(bodies.bodies().size(), 0.0) {
   for (Index b = 0; b < bodies.body_count(); ++b) most_room_.push_back(most_room * rim_reach(bodies, b));
@@ -53,21 +53,21 @@ void EdgeQuery::follow(const Frame& frame) {
   const Clusters& clusters = search_.clusters();
   parallel::for_each(frame.threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
     Box box;
-    Box ways;
+    Box motion;
     for (const Index p : clusters.points_of(clusters.clusters[c])) {
       const Vec3& x = at(frame.positions, p);
       box.extend(x);
-      ways.extend(x - at(last_, p));
+      motion.extend(x - at(last_, p));
     }
     boxes_[c] = box;
-    ways_[c] = ways;
+    motions_[c] = motion;
   });
   std::ranges::copy(frame.positions, last_.begin());
   std::ranges::fill(bodies_, Motion{});
   for (std::size_t c = 0; c < boxes_.size(); ++c) {
     Motion& body = at(bodies_, clusters.clusters[c].body);
     body.box.extend(boxes_[c]);
-    body.ways.extend(ways_[c]);
+    body.motion.extend(motions_[c]);
   }
 }
 
@@ -100,14 +100,14 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
       next_.emplace_back().bodies = pair;
     }
     NearPair& now = next_.back();
-    const double last = furthest(at(bodies_, pair.first).ways, at(bodies_, pair.second).ways);
+    const double last = furthest(at(bodies_, pair.first).motion, at(bodies_, pair.second).motion);
     now.usual = std::max(last, 0.5 * now.usual);
-    now.way = rounding * (now.way + last);
+    now.moved = rounding * (now.moved + last);
   }
   pairs_.swap(next_);
 }
 
-/// For the next list of a pair, whose last one it looks back at.
+/// Plans the next list of a pair from its last one.
 double EdgeQuery::room_for(NearPair& pair) const {
   if (pair.room > 0.0) {
     const bool paid = pair.near.size() <= pair.served * pair.bare;
@@ -123,19 +123,19 @@ double EdgeQuery::room_for(NearPair& pair) const {
   return std::clamp(detections * pair.usual, least_room * most, most);
 }
 
-/// Those of pairs that have gone further than their lists have room for.
+/// Renews the lists of pairs that have moved further than their margin.
 void EdgeQuery::list_again(const Frame& frame) {
   body_pairs_.clear();
   make_room(body_pairs_, pairs_.size());
   std::ranges::fill(grown_, 0.0);
   for (NearPair& pair : pairs_) {
     ++pair.served;
-    if (pair.way <= pair.room) continue;
+    if (pair.moved <= pair.room) continue;
     body_pairs_.push_back(pair.bodies);
     pair.room = room_for(pair);
     for (const Index body : {pair.bodies.first, pair.bodies.second})
       at(grown_, body) = std::max(at(grown_, body), 0.5 * pair.room);
-    pair.way = 0.0;
+    pair.moved = 0.0;
     pair.served = 0;
     pair.groups.clear();
     pair.near.clear();
@@ -170,14 +170,14 @@ class EdgeQuery::Batch {
  public:
   Batch(const Frame& frame, std::vector<EdgeTriangle>& found) : frame_(frame), found_(found) {}
 
-  /// \param way    of the group
+  /// \param moved  of the group
   /// \param apart  of the pair, for the result
-  void add(const EdgeTriangle& pair, double way, float& apart) {
+  void add(const EdgeTriangle& pair, double moved, float& apart) {
     const Edge& edge = at(frame_.bodies.edges(), pair.edge);
     const Triangle& triangle = at(frame_.bodies.triangles(), pair.triangle);
     for (std::size_t i = 0; i < 2; ++i) rows_.end[i].put(at(frame_.positions, edge[i]), size_);
     for (std::size_t i = 0; i < 3; ++i) rows_.corner[i].put(at(frame_.positions, triangle[i]), size_);
-    waiting_[size_] = {pair, way, &apart};
+    waiting_[size_] = {pair, moved, &apart};
     if (++size_ == rows_.most) test();
   }
   void test() {
@@ -187,7 +187,7 @@ class EdgeQuery::Batch {
       const Waiting& pair = waiting_[i];
       constexpr double down = 1.0 - 1e-6;
       if (rows_.apart[i] > least_apart) {
-        *pair.apart = static_cast<float>(std::min(down * (pair.way + rows_.apart[i]), most_apart));
+        *pair.apart = static_cast<float>(std::min(down * (pair.moved + rows_.apart[i]), most_apart));
       } else {
         test(pair.pair);
       }
@@ -210,7 +210,7 @@ class EdgeQuery::Batch {
 
   struct Waiting {
     EdgeTriangle pair;
-    double way;
+    double moved;
     float* apart;
   };
   const Frame& frame_;
@@ -224,9 +224,10 @@ void EdgeQuery::test(NearPair& pair, std::size_t number, Batch& batch) const {
   Group& group = pair.groups[number];
   const auto& [a, b] = group.clusters;
   // What was listed now has not moved since.
-  if (pair.way > 0.0) group.way = rounding * (group.way + furthest(at(ways_, a), at(ways_, b)));
+  if (pair.moved > 0.0) group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
   for (std::size_t i = group.begin; i < group.begin + group.size; ++i)
-    if (!(group.way <= static_cast<double>(pair.apart[i]))) batch.add(pair.near[i], group.way, pair.apart[i]);
+    if (!(group.moved <= static_cast<double>(pair.apart[i])))
+      batch.add(pair.near[i], group.moved, pair.apart[i]);
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,

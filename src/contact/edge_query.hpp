@@ -19,10 +19,10 @@ namespace palpate {
 /// exactly those, by the predicate of crossings.
 ///
 /// What of two bodies is near each other is listed once (EdgeSearch), with room for some detections to come,
-/// until they have gone further than that against each other. An edge and a triangle of the list that are
-/// some way apart are looked at again once their clusters may have closed it. How far two go against each
-/// other from one detection to the next is bounded by the boxes of the ways that their points go: what moves
-/// alike does not move. Lists change how long it takes, never what is found.
+/// until they have moved further than that against each other. An edge and a triangle of the list that are
+/// some distance apart are tested again once their clusters may have closed it. How far two move against each
+/// other from one detection to the next is bounded by the boxes of the displacements of their points: what
+/// moves alike does not move. Lists change how long it takes, never what is found.
 class EdgeQuery {
  public:
   explicit EdgeQuery(const Bodies& bodies);
@@ -39,21 +39,21 @@ class EdgeQuery {
   class Batch;
   /// A body at a detection.
   struct Motion {
-    Box box;   ///< of its points
-    Box ways;  ///< of what these went since the last detection
+    Box box;     ///< of its points
+    Box motion;  ///< of what these went since the last detection
   };
   /// What of two clusters is near each other: `size` of the list.
   struct Group {
     EdgeSearch::Pair clusters;
     std::size_t begin;
     std::size_t size;
-    double way;  ///< against each other since it was listed, at most, m
+    double moved;  ///< against each other since it was listed, at most, m
   };
   struct NearPair {
     EdgeSearch::Pair bodies;
-    double usual = 0.0;  ///< way against each other to a detection: to the last, or half of it before, m
-    double way = 0.0;    ///< the same since it was listed, at most, m
-    double room = -1.0;  ///< way for which the list holds all, m
+    double usual = 0.0;  ///< relative motion a detection: the last, or half of the one before, m
+    double moved = 0.0;  ///< the same since it was listed, at most, m
+    double room = -1.0;  ///< relative motion for which the list is complete, m
     // Whether room pays: the list is longer with it, and must serve for that many more detections.
     std::size_t served = 0;  ///< detections since it was listed
     std::size_t bare = 0;    ///< length of the last list without room
@@ -61,7 +61,7 @@ class EdgeQuery {
     int patience = 8;        ///< how many that were when it was tried last
     std::vector<Group> groups;
     std::vector<EdgeTriangle> near;
-    std::vector<float> apart;  ///< (n_near) way of the group before which they do not meet, m
+    std::vector<float> apart;  ///< (n_near) motion of the group before which they do not meet, m
   };
   void follow(const Frame& frame);
   void pair_bodies(const Frame& frame);
@@ -74,7 +74,7 @@ class EdgeQuery {
   std::vector<double> most_room_;  ///< (n_bodies) m
   std::vector<Vec3> last_;         ///< (n_points) at the last detection; none before the first
   std::vector<Box> boxes_;         ///< (n_clusters)
-  std::vector<Box> ways_;          ///< (n_clusters) Motion::ways
+  std::vector<Box> motions_;       ///< (n_clusters) Motion::motion
   std::vector<Motion> bodies_;
   std::vector<std::pair<double, Index>> body_order_;  ///< by their lower x
   std::vector<NearPair> pairs_;  ///< whose boxes meet and that may touch, the lower body first, sorted

@@ -65,13 +65,13 @@ EdgeSearch::EdgeSearch(const Bodies& bodies)
       edge_boxes_(surface_.edges.values.size()) {}
 
 bool EdgeSearch::is_pair(Index body, Index other) const {
-  return std::ranges::binary_search(both_ways_, Pair(body, other));
+  return std::ranges::binary_search(symmetric_pairs_, Pair(body, other));
 }
 
 /// Of the bodies in a pair.
 void EdgeSearch::find_boxes(const Frame& frame) {
   Index last = -1;
-  for (const Pair& pair : both_ways_) {
+  for (const Pair& pair : symmetric_pairs_) {
     const Index body = pair.first;
     if (std::exchange(last, body) == body) continue;
     const Range range = at(surface_.of_body, body);
@@ -85,9 +85,9 @@ void EdgeSearch::find_boxes(const Frame& frame) {
 void EdgeSearch::choose_clusters(const Frame& frame) {
   active_.clear();
   make_room(active_, boxes_.size());
-  for (auto of_body = both_ways_.begin(); of_body != both_ways_.end();) {
+  for (auto of_body = symmetric_pairs_.begin(); of_body != symmetric_pairs_.end();) {
     const Index body = of_body->first;
-    const auto end = std::ranges::upper_bound(of_body, both_ways_.end(), body, {}, &Pair::first);
+    const auto end = std::ranges::upper_bound(of_body, symmetric_pairs_.end(), body, {}, &Pair::first);
     const Range range = at(surface_.of_body, body);
     for (Index c = range.begin; c < range.end; ++c) {
       const Box& box = at(boxes_, c);
@@ -164,13 +164,13 @@ void EdgeSearch::list(Index cluster_of_edges, Index cluster_of_triangles,
 void EdgeSearch::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       std::span<const Box> boxes, std::span<const Pair> pairs,
                       std::span<const double> grown) {
-  both_ways_.clear();
-  make_room(both_ways_, 2 * pairs.size());
+  symmetric_pairs_.clear();
+  make_room(symmetric_pairs_, 2 * pairs.size());
   for (const auto& [a, b] : pairs) {
-    both_ways_.emplace_back(a, b);
-    both_ways_.emplace_back(b, a);
+    symmetric_pairs_.emplace_back(a, b);
+    symmetric_pairs_.emplace_back(b, a);
   }
-  std::ranges::sort(both_ways_);
+  std::ranges::sort(symmetric_pairs_);
   const Frame frame{threads, bodies, positions, boxes, grown};
   find_boxes(frame);
   choose_clusters(frame);

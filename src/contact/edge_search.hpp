@@ -71,7 +71,7 @@ class EdgeSearch {
   [[nodiscard]] bool is_pair(Index body, Index other) const;
 
   SurfaceClusters surface_;
-  std::vector<Pair> both_ways_;                   ///< the pairs of bodies, each in both orders, sorted
+  std::vector<Pair> symmetric_pairs_;             ///< the pairs of bodies, each in both orders, sorted
   std::vector<Box> boxes_;                        ///< (n_clusters) of bodies in a pair, grown
   std::vector<Box> body_boxes_;                   ///< (n_bodies) the same
   std::vector<TriangleBoxes> triangle_boxes_;     ///< (n_clusters) of active ones

@@ -7,54 +7,54 @@
 
 namespace palpate {
 
-/// How the clusters of a frame are asked.
-enum class FrameWay {
-  all,              ///< each looks up its points; nothing is remembered
-  list,             ///< lists of the points near each are made, then asked
-  listed,           ///< only lists are asked
-  listed_but_stale  ///< lists are asked where they are good, points are looked up for the others
+/// How the clusters of a frame are queried.
+enum class FrameMode {
+  all,              ///< each looks up its points; no lists
+  list,             ///< lists of the points near each are made, then queried
+  listed,           ///< only lists are queried
+  listed_but_stale  ///< lists are queried where they are valid, points are looked up for the others
 };
 
 /// Decides when lists of near points pay (docs/query.md, "Coherence"): by counts only, so that it is the same
-/// on every machine. Costs are in hundredths of what it costs to ask one cluster without lists, its share of
+/// on every machine. Costs are in hundredths of the cost of one cluster without lists, with its part of
 /// the grid included.
 ///
 /// Lists that did not earn what they cost are not made again for 8 frames, then 16, and so on to 64: frames
 /// in which everything moves cost a percent or two more than without lists.
 class ListPlan {
  public:
-  /// \param stale  clusters whose lists are not good any more; means nothing without lists
-  FrameWay choose(std::size_t clusters, std::size_t stale) {
+  /// \param stale  clusters whose lists are no longer valid; ignored without lists
+  FrameMode choose(std::size_t clusters, std::size_t stale) {
     const auto n = static_cast<std::int64_t>(clusters);
     const auto s = static_cast<std::int64_t>(stale);
     if (!memory_.has_lists) return begin();
     ++memory_.age;
     if (s == 0) {
       memory_.gain += (all_cost - listed_cost) * n;
-      return FrameWay::listed;
+      return FrameMode::listed;
     }
     if (2 * s > n) return renew(n);
     const std::int64_t cost = grid_cost * n + (all_cost - grid_cost) * s + listed_cost * (n - s);
     memory_.gain += all_cost * n - cost;
     memory_.waste += cost - listed_cost * n;
     memory_.became_stale = memory_.became_stale || memory_.age <= 2;
-    if (memory_.waste < memory_.patience * listing_cost * n) return FrameWay::listed_but_stale;
+    if (memory_.waste < memory_.patience * listing_cost * n) return FrameMode::listed_but_stale;
     // A body that never rests makes new lists stale as soon as old ones.
     memory_.patience = memory_.became_stale ? std::min(2 * memory_.patience, most_patience) : 1;
     return renew(n);
   }
   /// Lists are lost.
-  void forget(std::size_t clusters) {
-    if (memory_.has_lists) settle(static_cast<std::int64_t>(clusters));
+  void drop_lists(std::size_t clusters) {
+    if (memory_.has_lists) close_lists(static_cast<std::int64_t>(clusters));
   }
   [[nodiscard]] bool has_lists() const { return memory_.has_lists; }
-  /// All that it remembers, as numbers.
+  /// The state, as numbers.
   using Numbers = std::array<std::int64_t, 8>;
   [[nodiscard]] Numbers numbers() const {
     const Memory& m = memory_;
     return {m.has_lists, m.became_stale, m.wait, m.pause, m.patience, m.age, m.gain, m.waste};
   }
-  /// Whether a plan can have come to remember these.
+  /// Whether a plan can have this state.
   [[nodiscard]] static bool allows(const Numbers& n) {
     constexpr std::int64_t most = std::int64_t{1} << 60;
     const auto within = [](std::int64_t x, std::int64_t low, std::int64_t high) {
@@ -84,21 +84,21 @@ class ListPlan {
   static constexpr std::int64_t listed_cost = 45;
   static constexpr std::int64_t listing_cost = 80;  ///< more than that of a frame without lists
 
-  FrameWay begin() {
+  FrameMode begin() {
     if (memory_.wait > 0) {
       --memory_.wait;
-      return FrameWay::all;
+      return FrameMode::all;
     }
     memory_.has_lists = true;
     memory_.became_stale = false;
     memory_.age = memory_.gain = memory_.waste = 0;
-    return FrameWay::list;
+    return FrameMode::list;
   }
-  FrameWay renew(std::int64_t clusters) {
-    settle(clusters);
+  FrameMode renew(std::int64_t clusters) {
+    close_lists(clusters);
     return begin();
   }
-  void settle(std::int64_t clusters) {
+  void close_lists(std::int64_t clusters) {
     const bool paid = memory_.gain >= listing_cost * clusters;
     memory_.pause = paid ? 0 : std::clamp<std::int64_t>(2 * memory_.pause, 8, most_pause);
     memory_.wait = memory_.pause;

@@ -18,7 +18,7 @@ constexpr std::size_t most_fast_boxes = 16;
 
 /// How far points may go, as a part of a cell: 1 / 32. Larger ones make longer lists, smaller ones more of
 /// them.
-std::int32_t way_in(const FixedPositions& fixed) {
+std::int32_t max_motion_in(const FixedPositions& fixed) {
   return std::int32_t{1} << std::max(fixed.fraction_bits() - 5, 0);
 }
 
@@ -50,11 +50,11 @@ NearLists::NearLists(const Bodies& bodies, std::size_t clusters)
     for (Index begin = all.begin; begin < all.end; begin += size)
       pieces_.push_back({{begin, std::min(begin + size, all.end)}, b});
   }
-  way_of_piece_.resize(pieces_.size());
+  motion_of_piece_.resize(pieces_.size());
 }
 
 void NearLists::make(const parallel::Threads& threads, const LookupContext& context) {
-  way_ = way_in(context.fixed);
+  max_motion_ = max_motion_in(context.fixed);
   const std::span<const simd::FixedPoint> points = context.fixed.points();
   resize_with_room(reference_, points.size());
   parallel::for_each(threads, points.size(), points_in_a_piece,
@@ -81,10 +81,10 @@ void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std:
                            std::vector<Index>& list) {
   const simd::FixedPoint* const points = context.fixed.points().data();
   const auto finish = [&](ClusterBlock& block, std::size_t first) {
-    context.kernels.near(points, way_, block);
+    context.kernels.near(points, max_motion_, block);
     for (std::size_t c = 0; c < block.clusters; ++c) {
       ClusterBox& box = boxes_[begin + first + c] = block.box[c];
-      widen(box, way_);
+      widen(box, max_motion_);
     }
     for (std::size_t h = 0; h < block.hits; ++h) {
       const ClusterBlock::Hit& hit = block.hit[h];
@@ -93,7 +93,7 @@ void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std:
     }
   };
   // What is in the box of a cluster later was no further from it than both have moved.
-  ClusterLookup lookup(context, 2 * way_, finish);
+  ClusterLookup lookup(context, 2 * max_motion_, finish);
   lookup.run(std::span(context.clusters.clusters).subspan(begin, end - begin));
 }
 
@@ -112,11 +112,11 @@ void NearLists::find_fast_bodies(const parallel::Threads& threads, const Bodies&
     const Range& range = pieces_[i].points;
     const auto first = static_cast<std::size_t>(range.begin);
     const auto size = static_cast<std::size_t>(range.size());
-    way_of_piece_[i] = simd::largest_way(points.subspan(first, size), reference.subspan(first, size));
+    motion_of_piece_[i] = simd::largest_motion(points.subspan(first, size), reference.subspan(first, size));
   });
   std::fill(is_fast_.begin(), is_fast_.end(), std::uint8_t{0});
   for (std::size_t i = 0; i < pieces_.size(); ++i)
-    if (way_of_piece_[i] > way_) at(is_fast_, pieces_[i].body) = 1;
+    if (motion_of_piece_[i] > max_motion_) at(is_fast_, pieces_[i].body) = 1;
   fast_.clear();
   make_room(fast_, most_fast_boxes);
   for (Index b = 0; b < bodies.body_count(); ++b) {
@@ -146,8 +146,8 @@ void NearLists::mark_stale(std::span<const Cluster> clusters) {
   }
 }
 
-void NearLists::look(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
-                     const FixedPositions& fixed) {
+void NearLists::update(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
+                       const FixedPositions& fixed) {
   const bool had_stale = !stale_.empty();
   find_fast_bodies(threads, bodies, fixed);
   if (fast_.empty()) {

@@ -22,9 +22,10 @@ class NearLists {
   /// Makes all lists anew, for the points in context.fixed.
   void make(const parallel::Threads& threads, const LookupContext& context);
 
-  /// Looks which clusters are stale now; in the lattice of the reference. O(points + clusters x fast bodies).
-  void look(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
-            const FixedPositions& fixed);
+  /// Finds the clusters that are stale now, in the lattice of the reference. O(points + clusters x fast
+  /// bodies).
+  void update(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
+              const FixedPositions& fixed);
   /// As of the last look() or make(): none is.
   [[nodiscard]] std::span<const Cluster> stale() const { return stale_; }
   /// Those that have a list that is not empty, and good; ascending.
@@ -56,8 +57,8 @@ class NearLists {
 
   std::size_t clusters_;
   std::vector<Piece> pieces_;
-  std::vector<std::int32_t> way_of_piece_;
-  std::int32_t way_ = 0;                     ///< parts of a cell that points may go
+  std::vector<std::int32_t> motion_of_piece_;
+  std::int32_t max_motion_ = 0;              ///< parts of a cell that points may go
   std::vector<simd::FixedPoint> reference_;  ///< (n_points)
   std::vector<simd::ClusterBox> boxes_;      ///< (n_clusters)
   std::vector<std::uint32_t> begin_;         ///< (n_clusters + 1) into points_

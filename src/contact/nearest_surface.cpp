@@ -52,7 +52,7 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
   };
   if (is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a) && squared_length(normal) > 0.0) return true;
   const double r2 = radius * radius;
-  // Of the other end the next side tells.
+  // The other end belongs to the next side.
   const auto is_near = [&](const Vec3& from, const Vec3& to) {
     const double l2 = squared_length(to - from);
     const double along = dot(p - from, to - from);
@@ -64,7 +64,7 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
 
 namespace {
 
-constexpr std::size_t few = 32;  // that looking through them all is quicker than a table
+constexpr std::size_t few = 32;  // up to which a linear search is faster than a table
 
 std::size_t place_of(Index tet) {
   return static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32;
@@ -169,19 +169,20 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
         add(neighbor);
         continue;
       }
-      // Ends of both sides move, and the vector of a length changes by twice its share as a unit vector.
+      // Ends of both sides move, and a relative change of a vector changes its unit vector by up to twice as
+      // much.
       const double change = 2.0 * moved * (std::sqrt(ab2) + std::sqrt(ac2)) + 4.0 * moved * moved;
-      const double turn = 2.0 * change / std::sqrt(n2) + turned;
+      const double rotation = 2.0 * change / std::sqrt(n2) + turned;
       const double cosine = dot(normal, direction) / std::sqrt(n2);
-      if (cosine <= along + turn && cosine >= against - turn) return false;
+      if (cosine <= along + rotation && cosine >= against - rotation) return false;
     }
   }
   return true;
 }
 
-WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                   const Vec3& direction, double most) {
-  constexpr int most_tets = 256;  // of a way that rounding turned into a circle
+ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction, double most) {
+  constexpr int most_tets = 256;  // of a walk that rounding made a circle
   for (int i = 0; i < most_tets; ++i) {
     const Tet& corners = at(bodies.tets(), tet);
     double exit = std::numeric_limits<double>::infinity();
@@ -210,8 +211,8 @@ WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index 
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction) {
   const double infinity = std::numeric_limits<double>::infinity();
-  const WayAhead way = way_ahead(bodies, positions, tet, p, direction, infinity);
-  return way.leaves() ? way.distance : infinity;
+  const ExitAhead exit = exit_ahead(bodies, positions, tet, p, direction, infinity);
+  return exit.leaves() ? exit.distance : infinity;
 }
 
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,

@@ -27,14 +27,14 @@ Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index te
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
 /// Whether a triangle with that normal has a point nearer than `radius`, which its plane is not further away
-/// than: what nearest_on_triangle() would tell, to rounding, without a division or a root.
+/// than: the result of nearest_on_triangle(), to rounding, without a division or a root.
 bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, double radius);
 
 /// Finds near surface points of a body by walking from tet to tet, from the one that holds the point, through
 /// the faces that are near enough. Keeps its memory between searches; one for each thread.
 ///
 /// Where the tets of a body do not overlap the nearest point found is that of its whole surface: the straight
-/// way there stays in the body. Where they do (tissue folded onto itself) it is the nearest way out of the
+/// path there stays in the body. Where they do (tissue folded onto itself) it is the nearest exit of the
 /// layer that holds the point, and not the surface of another layer that happens to pass nearby. For
 /// self-contact the tets and triangles at the searching point itself (`without`, else -1) are left out.
 class ExitSearch {
@@ -72,7 +72,7 @@ class ExitSearch {
                           const Vec3& direction, double radius);
 
   /// Whether distance_to_side() would find none within `radius` even if faces turned as they can where each
-  /// of their corners moves by `moved`, and `direction` by `turned`. Says no where it cannot tell. O(tets
+  /// of their corners moves by `moved`, and `direction` by `turned`. False where it is not certain. O(tets
   /// within the radius).
   [[nodiscard]] bool stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                  const Vec3& p, const Vec3& direction, double radius, double moved,
@@ -141,19 +141,19 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
   }
 }
 
-/// Where a straight way in a body ends.
-struct WayAhead {
-  Index tet = -1;            ///< that it ends in, or leaves the body from; -1: the way is lost
+/// End of a straight walk in a body.
+struct ExitAhead {
+  Index tet = -1;            ///< that it ends in, or leaves the body from; -1: the walk is lost
   std::size_t opposite = 4;  ///< corner opposite the face that it leaves by; 4: it ends inside
   double distance = 0.0;     ///< m
   [[nodiscard]] bool leaves() const { return opposite < 4; }
 };
-/// Follows the straight way from p, a point in `tet`, along the unit vector `direction` for `most` or until
-/// it leaves the body. O(tets on the way).
-WayAhead way_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                   const Vec3& direction, double most);
-/// How far the surface is on the straight way from p, a point in `tet`, along the unit vector `direction`: no
-/// nearest surface point is further. Infinite where the way is lost. O(tets on the way).
+/// Follows the straight line from p, a point in `tet`, along the unit vector `direction` for `most` or until
+/// it leaves the body. O(tets on the line).
+ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                     const Vec3& direction, double most);
+/// How far the surface is on the straight line from p, a point in `tet`, along the unit vector `direction`:
+/// no nearest surface point is further. Infinite where the walk is lost. O(tets on the line).
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction);
 

@@ -30,8 +30,9 @@ void PlaneCache::choose_none() {
   spared_ = 0;
 }
 
-/// Where its plane is now, seen from the point; false: it does not tell any more. Points of the tissue keep
-/// their product with the plane's covector, whose products with the edges are those of the direction then.
+/// Present position of the cached plane, seen from the point; false: no longer valid. Points of the tissue
+/// keep their product with the plane's covector, whose products with the edges are those of the direction
+/// then.
 bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point, const Bodies& bodies,
                         std::span<const Vec3> positions, PenetrationPlane& plane) {
   if (planes.tet[row] < 0) return false;

@@ -27,7 +27,7 @@ struct PenetrationPlane {
 /// last table (CachedPlanes), for a detection that has no time to compute all.
 ///
 /// A cached plane moves with the tissue, as the tet that held the point when it was computed turns and
-/// deforms. Since then the point has come nearer to the plane, or gone further from it. That is exact while
+/// deforms. Since then the point has moved towards the plane or away from it. That is exact while
 /// the tet and the surface deform alike and the surface there is flat. It is not used where the point has
 /// left its place by more than half an edge of that tet, or where the tet has become several times as thick
 /// or thin. Contacts without a cached plane that are not computed take what their neighbours have.
@@ -37,13 +37,13 @@ class PlaneCache {
   /// cached one; or there is none of its own.
   enum class Outcome : std::uint8_t { computed, propagated, cached, none };
 
-  /// What a contact goes by in a detection.
+  /// Source of the plane of a contact in a detection.
   enum Source : std::uint8_t { compute, cached, neighbors };
 
-  /// Decides what each contact goes by, so that `most` compute their plane: of those without a cached plane
-  /// some, sampled uniformly, or all; of the others the oldest, a quarter of `most` at least. In the region
-  /// of interest planes age four times as fast. O(contacts), parallel. \param last  the table that `table`
-  /// was matched with
+  /// Chooses the source of each contact's plane, so that `most` compute their plane: of those without a
+  /// cached plane some, sampled uniformly, or all; of the others the oldest, a quarter of `most` at least. In
+  /// the region of interest planes age four times as fast. O(contacts), parallel. \param last  the table that
+  /// `table` was matched with
   void choose(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               const ContactTable& table, const ContactTable& last, std::size_t most,
               const std::optional<InterestRegion>& region = {});
@@ -61,7 +61,7 @@ class PlaneCache {
     return sources_.empty() || planes_[contact].direction == Vec3{} ? nullptr : &planes_[contact];
   }
 
-  /// Fills the planes of a table once its depths are known, with their outcome(contact). The choose() of this
+  /// Stores the planes of a table after its depths, with their outcome(contact). The choose() of this
   /// detection came before, or choose_none().
   template <class Outcomes>
   void update(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,

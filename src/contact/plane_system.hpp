@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-/// A plane that a point sees as the way out: its depth is offset - (p - origin) . normal. Normals are not
-/// unit where planes were averaged.
+/// A plane of the surface that a point must leave by: its depth is offset - (p - origin) . normal. Normals
+/// are not unit where planes were averaged.
 using Plane = std::array<double, 4>;  // offset, normal
 
 /// The weighted averages of planes on a graph: the plane of each node is the mean of the planes given to it
@@ -30,7 +30,7 @@ class PlaneSystem {
     double weight;
   };
   struct Node {
-    double diagonal = 1.0;  ///< sum of all weights; 1 where the node takes no part
+    double diagonal = 1.0;  ///< sum of all weights; 1 where the node is left out
     Plane residual{};       ///< right-hand side minus left-hand side at the first guess
     Vec3 place;             ///< position relative to the origin of its planes
     double length = 0.0;    ///< a typical distance to its neighbours

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// What something has cost lately, as a forecast that is seldom too low: the third highest of the last 32,
+/// Recent cost of an operation, as a forecast that is seldom too low: the third highest of the last 32,
 /// but at most half more than their median.
 class RecentCost {
  public:

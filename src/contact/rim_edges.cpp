@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-/// Part of the way to the middle of its tet by which a point is moved before a walk, so that one on the
-/// surface does not walk along it.
+/// Fraction of the distance to the middle of its tet by which a point is moved before a walk, so that one on
+/// the surface does not walk along it.
 constexpr double inwards = 1e-4;
 
 Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
@@ -48,11 +48,11 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
   const Vec3& out = at(frame.positions, ends[first_inside ? 1 : 0]);
   const Vec3 from = moved_inwards(frame, c);
   const double whole = length(out - from);
-  const WayAhead way =
-      way_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from, normalized(out - from), whole);
-  if (!way.leaves()) return false;
-  found.triangle = frame.bodies.triangle_of_face(way.tet, way.opposite);
-  const double part = way.distance / whole;
+  const ExitAhead ahead =
+      exit_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from, normalized(out - from), whole);
+  if (!ahead.leaves()) return false;
+  found.triangle = frame.bodies.triangle_of_face(ahead.tet, ahead.opposite);
+  const double part = ahead.distance / whole;
   found.parameter = first_inside ? part : 1.0 - part;
   const LineExit exit =
       silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
@@ -67,13 +67,13 @@ bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge&
   const Vec3 from = moved_inwards(frame, found.contacts[0]);
   const Vec3 to = moved_inwards(frame, found.contacts[1]);
   const double half = 0.5 * length(to - from);
-  const WayAhead way = way_ahead(frame.bodies, frame.positions, at(contacts.tet, found.contacts[0]), from,
-                                 normalized(to - from), half);
-  if (way.leaves() || way.tet < 0) return false;
+  const ExitAhead ahead = exit_ahead(frame.bodies, frame.positions, at(contacts.tet, found.contacts[0]), from,
+                                     normalized(to - from), half);
+  if (ahead.leaves() || ahead.tet < 0) return false;
   const Vec3 middle = 0.5 * (from + to);
   const auto across = [&](const Vec3& normal) { return normalized(normal - dot(normal, line.d) * line.d); };
-  const SurfacePoint face =
-      faces_.nearest_of(frame.bodies, frame.positions, way.tet, middle, frame.reach, [&](const Vec3& normal) {
+  const SurfacePoint face = faces_.nearest_of(
+      frame.bodies, frame.positions, ahead.tet, middle, frame.reach, [&](const Vec3& normal) {
         constexpr double clearly = 0.5;  // not nearly along the edge
         const Vec3 direction = across(normal);
         return dot(direction, normal) > clearly * length(normal) && line.allowance(direction) == 0.0;

@@ -24,8 +24,8 @@ struct RimEdge {
 };
 
 /// Finds how edges at rims leave the body (docs/edges.md). The plane of a point near a rim says little: where
-/// faces lie flush it is that of the side. The edges there know which way their own body can go. Keeps its
-/// memory between searches; one for each thread.
+/// faces lie flush it is that of the side. The edges there determine the directions in which their own body
+/// can move. Keeps its memory between searches; one for each thread.
 class RimEdgeSearch {
  public:
   /// What searches are made in.
@@ -36,9 +36,9 @@ class RimEdgeSearch {
     double reach = 0.0;  ///< m; edges deeper than that are left out
   };
 
-  /// A surface edge at the point of contact `c`; false where it does not leave the body in a way that its own
-  /// body can take, or is not inside at all. O(tets along the edge + triangles, or tets,
-  /// nearer than its depth).
+  /// A surface edge at the point of contact `c`; false where it does not leave the body in a direction that
+  /// its own body can take, or is not inside at all. O(tets along the edge + triangles, or tets, nearer than
+  /// its depth).
   bool find(const Frame& frame, Index c, Index edge, RimEdge& found);
 
  private:

@@ -13,7 +13,7 @@ namespace {
 /// Of the reach; a step at rest moves points by far less.
 constexpr double most_moved = 1.0 / 32.0;
 /// By which the direction of a contact may turn, as the length of a difference of unit vectors.
-constexpr double most_turned = 1.0 / 64.0;
+constexpr double max_rotation = 1.0 / 64.0;
 /// For rounding.
 constexpr double slack = 1.125;
 /// Steps after which a body counts as one at rest.
@@ -110,7 +110,7 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
   const bool same = cache.state[c] != RimCache::unknown && cache.tet[c] == contacts.tet[c] &&
                     cache.rest_of_point[c] == of_point.number && cache.rest_of_tet[c] == of_tet.number;
   const bool is_clear = same && cache.state[c] == RimCache::clear;
-  if (is_clear && length(direction - cache.direction[c]) <= most_turned) return 1.0;
+  if (is_clear && length(direction - cache.direction[c]) <= max_rotation) return 1.0;
   // Since the record, and from it to now: twice.
   const double by_tet = 2.0 * slack * at(moved_, body);
   const double by_point = 2.0 * slack * at(moved_, body_of_point);
@@ -118,7 +118,7 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
       compares_ && std::min(of_tet.steps, of_point.steps) >= a_while && by_point <= 2.0 * by_tet;
   if (rest && (!same || is_clear)) {
     const bool clear = search.stays_clear(bodies, positions, contacts.tet[c], at(positions, point), direction,
-                                          at(rims_, body).outer + by_tet + by_point, by_tet, most_turned);
+                                          at(rims_, body).outer + by_tet + by_point, by_tet, max_rotation);
     cache.state[c] = clear ? RimCache::clear : RimCache::near;
     cache.tet[c] = contacts.tet[c];
     cache.rest_of_point[c] = of_point.number;

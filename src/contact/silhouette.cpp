@@ -15,15 +15,15 @@ Vec3 across(const Vec3& a, const Vec3& d) {
   return a - dot(a, d) * d;
 }
 
-/// The way from the line to a side of a triangle, as seen along the line; `third` is the triangle's other
-/// corner. All relative to the line, across it.
+/// Displacement from the line to a side of a triangle, as seen along the line; `third` is the triangle's
+/// other corner. All relative to the line, across it.
 LineExit exit_over(const Vec3& a, const Vec3& b, const Vec3& third) {
   const Vec3 ab = b - a;
   const double l2 = squared_length(ab);
   const double t = l2 > 0.0 ? std::clamp(-dot(a, ab) / l2, 0.0, 1.0) : 0.0;
-  const Vec3 way = a + t * ab;
-  const double distance = length(way);
-  if (distance * distance > at_side * at_side * l2) return {distance, (1.0 / distance) * way};
+  const Vec3 offset = a + t * ab;
+  const double distance = length(offset);
+  if (distance * distance > at_side * at_side * l2) return {distance, (1.0 / distance) * offset};
   const Vec3 inward = third - a;
   const Vec3 outward = l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
   return {distance, normalized(outward)};

@@ -22,8 +22,8 @@ struct EdgeLine {
   Vec3 outward;        ///< sum of the normals of its body's triangles there
   double slack = 0.0;  ///< m, see allowance()
 
-  /// What counts against a way out along `direction`: `slack` where it does not lead the line's own body
-  /// away, as it lies on the other side.
+  /// Penalty of an exit along `direction`: `slack` where it does not lead the line's own body
+  /// away, since that body lies on the other side.
   [[nodiscard]] double allowance(const Vec3& direction) const {
     constexpr double clearly = 0.1;
     return dot(direction, outward) < -clearly * length(outward) ? 0.0 : slack;
@@ -31,9 +31,9 @@ struct EdgeLine {
 };
 
 /// Finds the nearest part of a body's silhouette, as seen along a line that enters or leaves the body: the
-/// sides between triangles that face the same way along the line and those that do not. The triangles that
-/// hang together with the one that the line crosses, and face as it does, are looked through in the order of
-/// their distance from the line. A way out that the line's own body cannot take loses against one that it can
+/// sides between triangles with the same orientation along the line and those without. The triangles that
+/// are connected with the one that the line crosses, with the same orientation, are searched in the order of
+/// their distance from the line. An exit that the line's own body cannot follow loses against one that it can
 /// and that is not much longer: where faces lie flush, the nearest silhouette is the side that both share.
 /// Keeps its memory between searches; one for each thread.
 class SilhouetteSearch {
@@ -44,7 +44,7 @@ class SilhouetteSearch {
   }
 
   /// The nearest silhouette, allowances added, if that is less than `limit`; else one without a direction.
-  /// No more than 256 triangles are looked through. \param triangle  that the line crosses
+  /// At most 256 triangles are searched. \param triangle  that the line crosses
   /// O(triangles nearer than the result, squared).
   LineExit nearest(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                    const EdgeLine& line, double limit);

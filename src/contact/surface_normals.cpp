@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double smooth_cosine = 0.5;  // 60 degrees
-constexpr double band = 0.05;          // share of the triangle's height in which the field turns at a crease
+constexpr double band = 0.05;  // fraction of the triangle's height in which the field rotates at a crease
 
 }  // namespace
 
@@ -139,8 +139,8 @@ Vec3 SurfaceNormals::interpolated(const Bodies& bodies, std::span<const Vec3> po
       for (const Index group : groups_of_point_[t[i]]) of_point += area_of(group);
       joined += w[i] * normalized(of_point);
     }
-    const double share = 1.0 - from_crease / band;
-    normal = (1.0 - share) * smooth + share * joined;
+    const double fraction = 1.0 - from_crease / band;
+    normal = (1.0 - fraction) * smooth + fraction * joined;
   }
   normal = normalized(normal);
   return normal == Vec3{} ? normalized(area) : normal;

@@ -226,14 +226,15 @@ double advanced(const Along<leading>& along, double now, double least, double ro
   return next;
 }
 
-/// A direction that turns with the primitives between two times, as a quadratic in Bernstein form: the common
-/// normal of two edges, or what stays across one edge and a fixed vector. Any direction proves; a good one
-/// proves for long, where primitives turn fast and close slowly.
-struct Turning {
+/// A direction that rotates with the primitives between two times, as a quadratic in Bernstein form: the
+/// common normal of two edges, or what stays across one edge and a fixed vector. Any direction gives a valid
+/// bound; a good one is valid for long, where primitives rotate fast and approach slowly.
+struct RotatingDirection {
   std::array<Vec3, 3> controls;
   double longest = 0.0;
 
-  Turning(const Candidate& candidate, const std::array<Vec3, 4>& now, const std::array<Vec3, 4>& then) {
+  RotatingDirection(const Candidate& candidate, const std::array<Vec3, 4>& now,
+                    const std::array<Vec3, 4>& then) {
     const auto edge = [](const std::array<Vec3, 4>& x, const EdgeCorners& e) { return x[e[1]] - x[e[0]]; };
     const Vec3 u0 = edge(now, candidate.first);
     const Vec3 u1 = edge(then, candidate.first);
@@ -241,9 +242,9 @@ struct Turning {
     const Vec3 v0 = of_two ? edge(now, candidate.second) : cross(candidate.direction, u0);
     const Vec3 v1 = of_two ? edge(then, candidate.second) : v0;
     controls = {cross(u0, v0), 0.5 * (cross(u0, v1) + cross(u1, v0)), cross(u1, v1)};
-    const bool turned_over = dot(controls[0], candidate.direction) < 0.0;
+    const bool reversed = dot(controls[0], candidate.direction) < 0.0;
     for (Vec3& control : controls) {
-      if (turned_over) control = -control;
+      if (reversed) control = -control;
       longest = std::max(longest, length(control));
     }
   }
@@ -267,16 +268,16 @@ struct Turning {
   }
 };
 
-/// Where `next` is a short step from `now`: double steps, as far as a direction that turns proves them.
+/// Where `next` is a short step from `now`: double steps, as far as a rotating direction proves them.
 /// \param least  m; well above rounding
 template <std::size_t leading>
-double advanced_turning(const LocalSweep& sweep, const Candidate& candidate, double now, double next,
-                        double least) {
+double advanced_rotating(const LocalSweep& sweep, const Candidate& candidate, double now, double next,
+                         double least) {
   const std::array<Vec3, 4> from = sweep.at_time(now);
   for (double step = 2.0 * (next - now); next < 1.0; step *= 2.0) {
     const double then = std::min(now + step, 1.0);
     const std::array<Vec3, 4> to = sweep.at_time(then);
-    if (!Turning(candidate, from, to).separates<leading>(from, to, least)) break;
+    if (!RotatingDirection(candidate, from, to).separates<leading>(from, to, least)) break;
     next = then;
   }
   return next;
@@ -309,7 +310,7 @@ std::optional<SweptTouch> first_touch(const SweptPoints& points, double toleranc
     if (near || advance == most_advances) return touch_at<Pair>(candidates, time, before);
     double next = advanced(along, time, 0.25 * touching, sweep.rounding);
     if (advance >= few_advances && next > time)
-      next = advanced_turning<Pair::first>(sweep, best.candidate, time, next, 0.25 * touching);
+      next = advanced_rotating<Pair::first>(sweep, best.candidate, time, next, 0.25 * touching);
     if (next >= 1.0) return std::nullopt;
     if (!(next > time)) return touch_at<Pair>(candidates, time, before);
     time = next;

@@ -30,7 +30,7 @@ struct SweptTouch {
 /// Conservative: where the exact motions touch, however degenerate (coplanar, parallel, at corners, of no
 /// area or length), the result is a touch, at a time that is not after it. A touch is reported only where the
 /// two come within swept_tolerance() of each other; where the advances below are used up (10^4), within that
-/// or a 10^4th of the way that they go against each other.
+/// or a 10^4th of their relative motion.
 ///
 /// Method: advance in time from plane to plane. At a time, of the directions in which the two may be nearest
 /// (normal of the triangle or common normal of the edges; from each point to each edge) the one that

@@ -34,7 +34,7 @@ double along(std::size_t axis, const Vec3& p) {
 }
 
 template <class A, class B>
-bool share_a_point(const A& a, const B& b) {
+bool have_common_point(const A& a, const B& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
 
@@ -97,7 +97,7 @@ void SweptQuery::sweep_clusters(const Step& step) {
       const Vec3& to = at(step.end, p);
       swept.places.extend(from);
       swept.places.extend(to);
-      swept.ways.extend(to - from);
+      swept.motion.extend(to - from);
     }
     swept.places = grown(swept.places, step.settings.tolerance);
     clusters_[c] = swept;
@@ -110,7 +110,7 @@ void SweptQuery::sweep_bodies() {
     const Range& range = surface_.of_body[b];
     for (Index c = range.begin; c < range.end; ++c) {
       swept.places.extend(at(clusters_, c).places);
-      swept.ways.extend(at(clusters_, c).ways);
+      swept.motion.extend(at(clusters_, c).motion);
     }
     of_bodies_[b] = swept;
   }
@@ -144,7 +144,7 @@ void SweptQuery::find_body_pairs(const Step& step) {
       if (second.places.lower.x > first.places.upper.x) break;
       if (!first.places.overlaps(second.places)) continue;
       const double thickness = std::min(at(surface_.of_thinnest, a), at(surface_.of_thinnest, b));
-      if (!(furthest(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+      if (!(furthest(first.motion, second.motion) > step.settings.least_motion * thickness)) continue;
       if (!may_touch(step.filter, a, b)) continue;
       make_room(body_pairs_, body_pairs_.size() + 1);
       body_pairs_.push_back({a, b});
@@ -200,7 +200,7 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
             const Swept& second = at(clusters_, b);
             if (!first.places.overlaps(second.places)) continue;
             const double thickness = std::min(at(surface_.thickness, a), at(surface_.thickness, b));
-            if (!(furthest(first.ways, second.ways) > step.settings.least_motion * thickness)) continue;
+            if (!(furthest(first.motion, second.motion) > step.settings.least_motion * thickness)) continue;
             if (!is_body_pair(at(surface_.clusters.clusters, a).body, at(surface_.clusters.clusters, b).body))
               continue;
             list.push_back({std::min(a, b), std::max(a, b)});
@@ -254,7 +254,7 @@ void SweptQuery::test_point(const Step& step, Index point, Index triangle,
                             std::vector<SweptContact>& found) const {
   const Triangle& corners = at(bodies_.triangles(), triangle);
   const std::array<Index, 1> first{point};
-  if (share_a_point(first, corners)) return;
+  if (have_common_point(first, corners)) return;
   const auto touch =
       point_meets_triangle(points_of(step.start, step.end, first, corners), step.settings.tolerance);
   if (!touch) return;
@@ -297,7 +297,7 @@ void SweptQuery::test_edge(const Step& step, Index first, Index second,
                            std::vector<SweptContact>& found) const {
   const Edge& a = at(bodies_.edges(), first);
   const Edge& b = at(bodies_.edges(), second);
-  if (share_a_point(a, b)) return;
+  if (have_common_point(a, b)) return;
   const auto touch = edge_meets_edge(points_of(step.start, step.end, a, b), step.settings.tolerance);
   if (!touch) return;
   const bool apart_before = touch->direction != Vec3{};

@@ -32,7 +32,7 @@ struct SweptContact {
 struct SweptSettings {
   /// m; see point_meets_triangle().
   double tolerance = 0.0;
-  /// Two clusters are looked at only where points of them move against each other by more than so many times
+  /// Two clusters are tested only where points of them move against each other by more than so many times
   /// the lesser of their local thicknesses; negative: always.
   double least_motion = 0.25;
 };
@@ -70,7 +70,7 @@ class SweptQuery {
   /// Where corners are during the step, and the ways that they go in it.
   struct Swept {
     Box places;
-    Box ways;
+    Box motion;
   };
   using Pair = std::array<Index, 2>;
   struct Step {

@@ -54,9 +54,9 @@ AxisHolds::AxisHolds(const Bodies& bodies, const Materials& materials, std::span
       const double nu = m.poisson_ratio;
       // lambda + 2 mu
       const double modulus = instantaneous_modulus(m) * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
-      const double share = modulus * tet_volume_rest(bodies, tet) * squared_gradient(corners, own);
-      hold.stiffness += share;
-      hold.damping += m.stiffness_damping * share;
+      const double tet_stiffness = modulus * tet_volume_rest(bodies, tet) * squared_gradient(corners, own);
+      hold.stiffness += tet_stiffness;
+      hold.damping += m.stiffness_damping * tet_stiffness;
     }
     holds_.push_back(hold);
   }

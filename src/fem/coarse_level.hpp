@@ -57,7 +57,7 @@ class CoarseLevel {
   [[nodiscard]] const BlockRows<6, 6>& bodies() const { return bodies_; }
   [[nodiscard]] const BlockRows<6, 6>& couplings() const { return coupled_; }
   [[nodiscard]] CouplingParts& parts() { return parts_; }
-  /// What it brings to the right side, and its solution (n_nodes).
+  /// Its right side and its solution (n_nodes).
   [[nodiscard]] std::span<simd::Six> right_side() { return right_side_; }
   [[nodiscard]] std::span<simd::Six> solution() { return solution_; }
 

@@ -7,21 +7,21 @@
 namespace palpate::fem {
 namespace {
 
-/// Of the goal: what the estimate may take, and what the drift of the float residual from the true one may.
-constexpr double estimated_share = 0.9;
-constexpr double drift_share = 0.1;
+/// Fractions of the goal: for the estimate, and for the drift of the float residual from the true one.
+constexpr double estimated_fraction = 0.9;
+constexpr double drift_fraction = 0.1;
 /// Of the estimate of the error from the changes of the solution, with multigrid.
 constexpr double safety = 2.0;
-/// A float residual that has become so much smaller has little left that is true.
-constexpr double worn = 1e-5;
+/// A float residual that has fallen by this factor has hardly a correct digit left.
+constexpr double stale_below = 1e-5;
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 }  // namespace
 
-/// How far the iterations are by their own account.
-void ConjugateGradients::judge(const Run& run, SolveReport& report) const {
+/// Residual and error as the recurrence estimates them.
+void ConjugateGradients::estimate_error(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
   double estimate = report.multigrid ? safety * change_estimate_.error() : estimate_.error();
   if (report.multigrid && run.iterations_since == 0)
@@ -36,13 +36,13 @@ void ConjugateGradients::clear_estimates() {
   change_estimate_.clear();
 }
 
-bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double share) {
+bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double fraction) {
   const double found = goal.of_solution ? report.relative_error : report.relative_residual;
-  return found <= share * goal.tolerance;
+  return found <= fraction * goal.tolerance;
 }
 
-/// Takes over the solution and looks at the true residual; returns whether the goal is reached.
-bool ConjugateGradients::settle(Run& run, SolveReport& report) {
+/// Adds up the solution and computes the true residual; returns whether the goal is reached.
+bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   flush(run);
   find_residual(run);
   const double off = drift(run);
@@ -50,7 +50,7 @@ bool ConjugateGradients::settle(Run& run, SolveReport& report) {
                                                   [&](auto i) { return dot(residual_[i], residual_[i]); }));
   report.relative_residual = residual / run.residual_unit();
   report.relative_error += off / run.solution_unit();
-  const bool near = off <= drift_share * run.goal.tolerance * run.solution_unit();
+  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || (run.last_drift > 0.0 && !(off < 0.5 * run.last_drift));
   run.last_drift = off;
   run.direction_holds = off <= 0.1 * run.scale * std::sqrt(run.sums.by_mass);
@@ -136,24 +136,24 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   SolveReport report{.jacobi_iterations = goal.jacobi_iterations};
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
-  double turned = 0.0;
+  double beta = 0.0;
   bool broken = false;
   bool begun = false;
   while (true) {
-    judge(run, report);
+    estimate_error(run, report);
     const bool fresh = run.iterations_since == 0;
     const bool enough =
         fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
-    const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_share);
+    const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_fraction);
     const bool ends = done || broken || report.iterations >= most || run.sums.residual == 0.0;
-    const bool is_worn = !fresh && run.scale * std::sqrt(run.sums.residual) <= worn * run.largest;
+    const bool is_stale = !fresh && run.scale * std::sqrt(run.sums.residual) <= stale_below * run.largest;
     if (ends && (fresh || fixed)) break;
-    if (!fixed && (ends || is_worn)) {
-      if (settle(run, report) || report.iterations >= most) break;
+    if (!fixed && (ends || is_stale)) {
+      if (check_true_residual(run, report) || report.iterations >= most) break;
       if (broken && run.exact_products) break;
       run.exact_products = run.exact_products || broken;
       broken = false;
-      turned = replace(run, report);
+      beta = replace(run, report);
       continue;
     }
     if (!begun) {  // only here, as a good guess needs no preconditioner
@@ -162,9 +162,9 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
       begun = true;
     } else if (report.iterations >= run.change_at) {
       change(run, report);
-      turned = 0.0;  // restart: the preconditioner changed
+      beta = 0.0;  // restart: the preconditioner changed
     }
-    turn(run, turned);
+    next_direction(run, beta);
     const double curvature = multiply(run);
     const double before = run.sums.preconditioned;
     const double step = before / curvature;
@@ -178,7 +178,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     if (report.multigrid) change_estimate_.add(run.scale * step * direction_size(run));
     run.sums = advance(run, step);
     precondition(run, report);
-    turned = run.sums.preconditioned / before;
+    beta = run.sums.preconditioned / before;
     ++report.iterations;
     ++run.iterations_since;
   }

@@ -95,7 +95,7 @@ class ConjugateGradients {
     double size_b = 0.0;
     double scale = 1.0;                ///< of the float vectors: theirs times it are the true ones
     double largest = 0.0;              ///< residual, by its plain norm, when it last was the true one
-    double last_drift = 0.0;           ///< from the true residual, by mass, when it last was looked at
+    double last_drift = 0.0;           ///< from the true residual, by mass, when it was last computed
     double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
     double next_change = 0.0;          ///< size of the preconditioned true residual, by mass: of multigrid
     int iterations_since = 0;          ///< the residual last was the true one
@@ -116,14 +116,14 @@ class ConjugateGradients {
   void find_residual(const Run& run);
   void load(Run& run);
   void flush(Run& run);
-  bool settle(Run& run, SolveReport& report);
+  bool check_true_residual(Run& run, SolveReport& report);
   double replace(Run& run, const SolveReport& report);
   void choose(Run& run, SolveReport& report);
   void change(Run& run, SolveReport& report);
   void precondition(Run& run, const SolveReport& report);
   void resize(const LinearSystem& system);
-  static bool reached(const SolveGoal& goal, const SolveReport& report, double share);
-  void judge(const Run& run, SolveReport& report) const;
+  static bool reached(const SolveGoal& goal, const SolveReport& report, double fraction);
+  void estimate_error(const Run& run, SolveReport& report) const;
   double drift(const Run& run);
   double direction_size(const Run& run);
   double preconditioned_size(const Run& run);
@@ -131,7 +131,7 @@ class ConjugateGradients {
   double multiply(Run& run);
   simd::GradientVectors vectors(const Run& run);
   simd::VectorSums advance(const Run& run, double step);
-  void turn(const Run& run, double turn);
+  void next_direction(const Run& run, double beta);
 
   // By point, in double.
   std::vector<simd::Padded3> residual_;

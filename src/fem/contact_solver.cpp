@@ -11,13 +11,13 @@ namespace {
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t contact_grain = 256;
 /// Of the goal, what the drift of the float residual from the true one may be.
-constexpr double drift_share = 0.1;
+constexpr double drift_fraction = 0.1;
 /// Of the estimate of the error from the changes of the solution, with multigrid.
 constexpr double safety = 2.0;
-/// The preconditioner takes the contacts anew after so many iterations.
+/// The preconditioner is renewed with the present contacts after so many iterations.
 constexpr int renewal = 16;
-/// Times that the true residual is looked at before a solve that rounding stops is given up.
-constexpr int most_looks = 4;
+/// Checks of the true residual before a solve that rounding stops is ended.
+constexpr int max_residual_checks = 4;
 
 /// Directions that fit into memory.
 double most_by_memory(std::size_t rows) {
@@ -30,7 +30,7 @@ double most_by_memory(std::size_t rows) {
 /// As many as cost no more to find the best step in than a part of what an iteration takes otherwise, and fit
 /// into memory.
 std::size_t ContactSolver::most_directions(const Run& run) {
-  constexpr double share = 0.3;
+  constexpr double fraction = 0.3;
   constexpr double least = 6.0;
   constexpr double of_multigrid = 10.0;
   constexpr double of_jacobi = 2.0;  // products
@@ -38,13 +38,13 @@ std::size_t ContactSolver::most_directions(const Run& run) {
   const double product = 18.0 * bytes / (9.0 * sizeof(float));  // operations
   const double iteration = product * (run.report.multigrid ? of_multigrid : of_jacobi);
   const auto contacts = static_cast<double>(run.problem.laws.size());
-  const double by_cost = std::sqrt(share * iteration / (27.0 * contacts));
+  const double by_cost = std::sqrt(fraction * iteration / (27.0 * contacts));
   return static_cast<std::size_t>(std::clamp(std::min(by_cost, most_by_memory(run.points().size())), least,
                                              static_cast<double>(ReducedStep::largest)));
 }
 
 /// Twice as many directions, where with those that there is room for the residual hardly falls: what contacts
-/// need most is that nothing is forgotten. False where there are enough, or no more are allowed.
+/// need most is that no direction is lost. False where there are enough, or no more are allowed.
 bool ContactSolver::grow(Run& run) {
   constexpr int window = 8;
   constexpr double slow = 0.9;  // an iteration
@@ -156,7 +156,7 @@ void ContactSolver::precondition(Run& run) {
 }
 
 /// Solves in the span of the directions, and measures the step.
-void ContactSolver::take_step(Run& run) {
+void ContactSolver::apply_step(Run& run) {
   run.broken = !reduced_.solve(run.threads);
   const auto c = reduced_.solution();
   const auto change = reduced_.change();
@@ -178,8 +178,8 @@ void ContactSolver::take_step(Run& run) {
   estimate_.add(std::max(change.back() * run.decrease, 0.0));
 }
 
-/// How far the iterations are by their own account.
-void ContactSolver::judge(Run& run) const {
+/// Residual and error as the iteration estimates them.
+void ContactSolver::estimate_error(Run& run) const {
   run.report.relative_residual = 0.0;
   run.report.relative_error = 0.0;
   if (run.squares == 0.0) return;
@@ -189,9 +189,9 @@ void ContactSolver::judge(Run& run) const {
   run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
 
-/// Takes over the solution and looks at the true residual; returns whether the float one was near it.
-bool ContactSolver::settle(Run& run) {
-  ++run.looks;
+/// Adds up the solution and computes the true residual; returns whether the float one was near it.
+bool ContactSolver::check_true_residual(Run& run) {
+  ++run.residual_checks;
   flush(run);
   find_residual(run);
   const double ratio = run.scale;
@@ -210,7 +210,7 @@ bool ContactSolver::settle(Run& run) {
         }
         return static_cast<double>(inverse_masses[row]) * sum;
       }));
-  const bool near = off <= drift_share * run.goal.tolerance * run.solution_unit();
+  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || !near;
   return near;
 }
@@ -239,13 +239,13 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   while (true) {
-    judge(run);
+    estimate_error(run);
     if ((!fixed && run.reached()) || run.report.iterations >= most) {
-      const bool near = settle(run);
-      judge(run);
+      const bool near = check_true_residual(run);
+      estimate_error(run);
       // The true residual may be a little above the goal where the float one was just below it.
       const bool done = near && (fixed || run.reached());
-      if (done || run.looks >= most_looks || run.report.iterations >= most) break;
+      if (done || run.residual_checks >= max_residual_checks || run.report.iterations >= most) break;
     }
     if (run.report.iterations >= run.change_at) {
       change_preconditioner(run);
@@ -258,14 +258,14 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     if (reduced_.directions() == reduced_.most() && !grow(run)) shrink(run);
     precondition(run);
     if (!add_direction(run)) {
-      settle(run);
-      judge(run);
+      check_true_residual(run);
+      estimate_error(run);
       break;
     }
-    take_step(run);
+    apply_step(run);
     ++run.report.iterations;
     if (run.broken) {
-      // Rounding has made the directions alike: begins anew with the true residual.
+      // Rounding has made the directions dependent: restart with the true residual.
       run.exact_products = true;
       flush(run);
       find_residual(run);

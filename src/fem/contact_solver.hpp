@@ -70,10 +70,10 @@ class ContactSolver {
   bool add_direction(Run& run);
   double multiply(const Run& run, std::size_t direction);
   void add_products(const Run& run, std::size_t direction);
-  void take_step(Run& run);
-  void judge(Run& run) const;
+  void apply_step(Run& run);
+  void estimate_error(Run& run) const;
   void flush(Run& run);
-  bool settle(Run& run);
+  bool check_true_residual(Run& run);
   bool grow(Run& run);
   void shrink(Run& run);
   void move_directions(const Run& run, std::size_t kept);

@@ -28,9 +28,9 @@ struct ContactSolver::Run {
   double by_mass = 0.0;        ///< the same by 1 / m
   double decrease = 0.0;       ///< z^T r of the last direction: what the energy falls by, per its c
   double size = 0.0;           ///< of x, by mass
-  int looks = 0;               ///< at the true residual
+  int residual_checks = 0;     ///< of the true residual
   double past_residual = 0.0;  ///< true size at the iteration below, N s
-  int past = 0;                ///< iteration at which it was looked at whether directions are enough
+  int past = 0;                ///< iteration at which the number of directions was last checked
   bool broken = false;         ///< the last direction was no new one
   bool exact_products = false;
 

@@ -288,7 +288,7 @@ void ContactSolver::add_products(const Run& run, std::size_t d) {
   }
 }
 
-/// x takes over what c says, which becomes 0.
+/// Adds the step of c to x and sets c to 0.
 void ContactSolver::flush(Run& run) {
   const auto c = reduced_.solution();
   const auto points = run.points();
@@ -309,7 +309,7 @@ void ContactSolver::flush(Run& run) {
   reduced_.rebase(run.threads);
 }
 
-/// Makes room: the last step and the last few directions go on.
+/// Makes room: keeps the last step and the last few directions.
 void ContactSolver::shrink(Run& run) {
   const std::size_t size = reduced_.directions();
   const std::size_t kept = size / 3;

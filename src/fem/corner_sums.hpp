@@ -13,7 +13,7 @@
 
 namespace palpate::fem {
 
-/// Sums at points of what the corners of the elements there bring, in two steps, so that it never goes
+/// Sums at points over the corners of the elements there, in two steps, so that it never goes
 /// through memory corner by corner: each chunk of elements adds up what it has for each of its points, while
 /// that is in the first cache, and each point adds up what chunks have for it. Both in a fixed order: the
 /// same bits for every thread count.

@@ -35,7 +35,7 @@ struct Coupling {
 [[nodiscard]] Vec3 end_force(const Coupling& coupling, double time_step,
                              std::span<const Vec3> velocities_end);
 
-/// The couplings' share of the linear system of a step, never assembled: W = sum_c J_c^T (h D_c + h^2 S_c)
+/// The couplings' part of the linear system of a step, never assembled: W = sum_c J_c^T (h D_c + h^2 S_c)
 /// J_c, with J_c the coefficients of coupling c, restricted to the free points.
 ///
 /// Products go in two phases: each coupling computes its own vector, then each point gathers from the
@@ -52,7 +52,7 @@ class CouplingSystem {
   /// Phase 2: a free point's part of W x.
   [[nodiscard]] Vec3 product(Index point) const;
   /// Makes ready for products in float with vectors in this order. O(n_rows + n_couplings).
-  /// \param row_of_point  (n_points), -1 where a point takes no part
+  /// \param row_of_point  (n_points), -1 where a point is left out
   /// \param row_count     rows, those that only fill up included
   void order(std::span<const Index> row_of_point, std::size_t row_count);
   /// Phase 1 in float, as order() has it, and what phase 2 reads.

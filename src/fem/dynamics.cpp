@@ -48,7 +48,7 @@ void check_materials(const Bodies& bodies, const Materials& materials) {
   }
 }
 
-/// Masses, once all arguments of the constructor are known to be good.
+/// Masses, after all arguments of the constructor are checked.
 std::vector<double> checked_masses(const Bodies& bodies, const Materials& materials,
                                    std::span<const std::uint8_t> fixed,
                                    std::span<const std::uint8_t> obstacles) {
@@ -106,7 +106,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       stiff_system_(matrix_, stiff_couplings_, free_),
       multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
-      turns_(bodies, materials, masses_, obstacle_bodies) {
+      rotations_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
   point_mass_damping_ = mass_dampings(bodies, materials, masses_);
@@ -131,14 +131,14 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
                        &linear_positions_, &loads_, &linear_forces_}) {
     vector->resize(points);
   }
-  for (auto* vector :
-       {&solution_, &right_side_, &free_right_side_, &base_velocities_, &turn_velocities_, &way_})
+  for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &rotation_velocities_,
+                       &displacements_})
     vector->resize(points);
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
   mark_held_bodies();
 }
 
-/// Those with points that do not move freely. What is not linear finds its end in its own way.
+/// Those with points that do not move freely. Nonlinear bodies compute their end separately.
 void Dynamics::mark_held_bodies() {
   held_bodies_.assign(bodies_.size(), 0);
   for (std::size_t i = 0; i < masses_.size(); ++i)
@@ -153,7 +153,7 @@ void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
   holds_.stop(velocities_);
 }
 
-/// The mass share and the stiffness factors of the matrix, linearise().
+/// The mass part and the stiffness factors of the matrix, linearise().
 void Dynamics::set_time_step(double time_step) {
   if (time_step == time_step_) return;
   time_step_ = time_step;
@@ -177,7 +177,7 @@ void Dynamics::linearise() {
   goes_on_ = false;
   at_end_ = false;
   set_base_velocities();
-  if (turns_.any() || refined_) {
+  if (rotations_.any() || refined_) {
     place_linear_positions();
     elements_.update(threads_, linear_positions_);
     updated_ = false;
@@ -192,26 +192,26 @@ void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
   if (refined_) {
-    add_way_forces();
-  } else if (turns_.any()) {
-    add_turn_forces();
+    add_displacement_forces();
+  } else if (rotations_.any()) {
+    add_rotation_forces();
   }
   compute_free_right_side();
 }
 
-/// What turned frames add to the right side, as a force: the share of K' counts from the turned positions,
+/// Terms of rotated frames on the right side, as a force: the part of K' counts from the rotated positions,
 /// + (h b + h^2) K' (x' - x) / h, and inertia.
-void Dynamics::add_turn_forces() {
+void Dynamics::add_rotation_forces() {
   couplings_.set({}, time_step_, free_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    turn_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
+    rotation_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
   });
-  system_.multiply_exactly(threads_, turn_velocities_, right_side_);
+  system_.multiply_exactly(threads_, rotation_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
-    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(turn_velocities_[i]);
+    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
     point_forces_[i] += (1.0 / time_step_) * stiff +
-                        masses_[i] * turns_.inertial_acceleration(body_of_point_[i], positions_[i]);
+                        masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
   });
 }
 
@@ -249,7 +249,7 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v: a product with the matrix
 /// that is there anyway. Where a point is not free v is its prescribed velocity, so that its columns carry
-/// its motion to the free rows; in turned frames it is the mean velocity without force.
+/// its motion to the free rows; in rotated frames it is the mean velocity without force.
 void Dynamics::compute_free_right_side() {
   couplings_.set({}, time_step_, free_);
   system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
@@ -260,7 +260,7 @@ void Dynamics::compute_free_right_side() {
   });
 }
 
-/// With the couplings' share, h f - W v.
+/// With the couplings' part, h f - W v.
 void Dynamics::compute_right_side() {
   couplings_.multiply(threads_, base_velocities_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -275,7 +275,7 @@ void Dynamics::compute_right_side() {
 
 /// The last step's dv; without one, that of free fall, which then is exact at any tolerance. The solver drops
 /// a guess that is worse than none.
-void Dynamics::guess_solution(double time_step, const Vec3& gravity) {
+void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
   const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;
   });
@@ -290,9 +290,9 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
   begin_step(time_step, gravity, external_forces);
   Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
-  constexpr int most_turns = 8;
-  for (int turn = 0; follow_turns(); ++turn) {
-    if (turn == most_turns) {
+  constexpr int max_rotation_solves = 8;
+  for (int round = 0; follow_rotations(); ++round) {
+    if (round == max_rotation_solves) {
       report.converged = false;
       break;
     }
@@ -301,7 +301,7 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   constexpr int most_linearisations = 20;
   for (int n = 0; follow_tissue(tolerance); ++n) {
     if (n == most_linearisations) {
-      end_on_way();
+      end_where_linearised();
       report.converged = false;
       break;
     }
@@ -316,14 +316,14 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
   prescribed_positions_.assign(positions.begin(), positions.end());
 }
 
-/// The solution counts from them: turned frames, begun or changed, change it with them.
+/// The solution counts from them: rotated frames, begun or changed, change it with them.
 void Dynamics::set_base_velocities() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) {
       base_velocities_[i] = {};
       return;
     }
-    const Vec3 velocity = turns_.free_velocity(body_of_point_[i], positions_[i], velocities_[i]);
+    const Vec3 velocity = rotations_.free_velocity(body_of_point_[i], positions_[i], velocities_[i]);
     solution_[i] = padded(unpadded(solution_[i]) + unpadded(base_velocities_[i]) - velocity);
     base_velocities_[i] = padded(velocity);
   });
@@ -338,16 +338,16 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   set_time_step(time_step);
-  if (elements_.viscosity().any()) {
+  if (elements_.is_viscous()) {
     elements_.find_history(threads_);
     updated_ = false;
   }
   multigrid_.begin_step();
   refined_ = false;
-  turns_.begin(threads_, positions_, velocities_, time_step);
+  rotations_.begin(threads_, positions_, velocities_, time_step);
   set_loads(gravity, external_forces);
   linearise();
-  guess_solution(time_step, gravity);
+  set_initial_guess(time_step, gravity);
   find_end();
 }
 
@@ -386,13 +386,13 @@ void Dynamics::check_solution(double residual) {
                        "a velocity that is not finite", "numbers within the range of double precision");
 }
 
-bool Dynamics::follow_turns() {
-  if (!turns_.follow(threads_, positions_, mean_velocities_)) return false;
+bool Dynamics::follow_rotations() {
+  if (!rotations_.follow(threads_, positions_, mean_velocities_)) return false;
   linearise();
   return true;
 }
 
-/// Where the solution leads to.
+/// Positions at the end of the step by the solution.
 void Dynamics::find_end() {
   holds_.stop(base_velocities_, solution_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -402,10 +402,10 @@ void Dynamics::find_end() {
   });
   straight_bodies_ = held_bodies_;
   for (const Index p : prescribed_points_) at(straight_bodies_, at(body_of_point_, p)) = 1;
-  bent_ = turns_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
+  bent_ = rotations_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
   if (bent_) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      end_positions_[i] += turns_.arc(body_of_point_[i], positions_[i]);
+      end_positions_[i] += rotations_.arc(body_of_point_[i], positions_[i]);
     });
   }
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
@@ -417,12 +417,12 @@ void Dynamics::find_end() {
 void Dynamics::end_step() {
   prescribed_points_.clear();
   std::swap(velocities_, mean_velocities_);
-  if (bent_ || turns_.any()) {
+  if (bent_ || rotations_.any()) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       if (system_.free()[i] == 0) return;
       const Index body = body_of_point_[i];
-      const Vec3 straight = velocities_[i] - turns_.excess_velocity(body, positions_[i]);
-      velocities_[i] = turns_.bent_velocity(body, positions_[i], straight);
+      const Vec3 straight = velocities_[i] - rotations_.excess_velocity(body, positions_[i]);
+      velocities_[i] = rotations_.bent_velocity(body, positions_[i], straight);
     });
     holds_.stop(velocities_);
   }
@@ -491,17 +491,16 @@ void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
 
 DynamicsState Dynamics::state() const {
   const auto strains = elements_.plastic_strains();
-  const auto stresses = elements_.viscosity().stresses();
   return {.positions = positions_,
           .velocities = velocities_,
           .velocity_changes = velocity_changes_,
           .plastic_strains = {strains.begin(), strains.end()},
-          .viscous_stresses = {stresses.begin(), stresses.end()},
+          .viscous_stresses = elements_.viscous_stresses(),
           .inversion_clocks = inversion_clocks_,
           .jacobi_iterations = jacobi_iterations_,
           .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
           .multigrid_reference = multigrid_.reference(),
-          .multigrid_worn = multigrid_.worn()};
+          .multigrid_stale_iterations = multigrid_.stale_iterations()};
 }
 
 void Dynamics::set_state(const DynamicsState& state) {
@@ -510,19 +509,19 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_points(state.velocity_changes, "velocity_changes");
   check_tensors("plastic_strains", state.plastic_strains, elements_.plastic_strains().size(),
                 "element that can yield");
-  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscosity().stresses().size(),
+  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
                 "element and term");
   if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
   set_inversion_clocks(state.inversion_clocks);  // the last that can fail
   std::ranges::copy(state.positions, positions_.begin());
-  // Not through set_velocities(): what moves on rails has a velocity that friction feels.
+  // Not through set_velocities(): prescribed points have a velocity that friction depends on.
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);
   elements_.set_viscous_stresses(state.viscous_stresses);
   jacobi_iterations_ = state.jacobi_iterations;
   jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
-  multigrid_.set_reference(state.multigrid_reference, state.multigrid_worn);
+  multigrid_.set_reference(state.multigrid_reference, state.multigrid_stale_iterations);
   updated_ = false;
 }
 
@@ -534,10 +533,14 @@ double Dynamics::kinetic_energy() {
 
 double Dynamics::elastic_energy() {
   update_elements();
-  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, [&](std::size_t e) {
+  const bool apart = elements_.smoothing().is_viscous();
+  const auto energy_of = [&](std::size_t e) {
     const auto element = static_cast<Index>(e);
+    if (apart && elements_.is_smoothed(element)) return 0.0;
     return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
-  });
+  };
+  const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
+  return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
 }
 
 std::int64_t Dynamics::inverted_elements() {

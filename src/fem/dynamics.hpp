@@ -12,7 +12,7 @@
 
 #include "fem/axis_holds.hpp"
 #include "fem/block_matrix.hpp"
-#include "fem/body_turns.hpp"
+#include "fem/body_rotations.hpp"
 #include "fem/conjugate_gradients.hpp"
 #include "fem/contact_solver.hpp"
 #include "fem/coupling.hpp"
@@ -33,7 +33,7 @@ struct DynamicsState {
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
   int jacobi_iterations_of_contacts = 0;  ///< the same of solves by ContactSolver
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
-  int multigrid_worn = 0;                 ///< Multigrid::worn()
+  int multigrid_stale_iterations = 0;     ///< Multigrid::stale_iterations()
 };
 
 /// The contacts of a step.
@@ -77,15 +77,14 @@ class Dynamics {
   /// in cloth simulation", SIGGRAPH 1998, eq. 6), then v += dv, x += h v:
   ///   (M + h C + h^2 K' + W) dv = h (f_elastic + f_external + f_couplings - C v - h K' v) - W v,
   /// with C = mass_damping M + stiffness_damping K' (per tet), K' the turned stiffness of Elements at the
-  /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own share.
-  /// Deviation: bodies that turn so far that straight ways would swell them take the step in a frame that
-  /// turns with them (BodyTurns): f_elastic and K' are those of the turned positions x', from which the share
-  /// of K' counts, v in the other terms is the turned velocity, and the turn adds to both of x and v at the
-  /// end.
-  /// Where tissue is viscous (ViscousElements), f_elastic is its force at the end of the step without a move,
-  /// and the elastic K' is its stiffness over the step.
-  /// Full bodies (Elements) are linearised anew at the end of the step until their forces there are those of
-  /// the linear system, to `tolerance` of the solution: Newton's method for implicit Euler (follow_tissue()).
+  /// start of the step and W = sum_c J_c^T (h D_c + h^2 S_c) J_c the couplings' own part.
+  /// Deviation: bodies that rotate so far that straight paths would swell them use a frame for the step that
+  /// turns with them (BodyRotations): f_elastic and K' are those of the turned positions x', from which the
+  /// part of K' counts, v in the other terms is the rotated velocity, and the rotation adds to x and to v at
+  /// the end. Where tissue is viscous (ViscousElements), f_elastic is its force at the end of the step
+  /// without a move, and the elastic K' is its stiffness over the step. Full bodies (Elements) are linearised
+  /// anew at the end of the step until their forces there are those of the linear system, to `tolerance` of
+  /// the solution: Newton's method for implicit Euler (follow_tissue()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -117,26 +116,27 @@ class Dynamics {
   /// Between solve() and end_step(): where bodies turn otherwise than the frames of the step, takes frames
   /// that turn as the solution does and returns true; then another solve() is due. How fast a body turns
   /// hardly depends on its frame: once a step is enough, in practice.
-  bool follow_turns();
+  bool follow_rotations();
   /// Between solve() and end_step(): whether hyperelastic tissue at the end of the step has other forces than
   /// the linear system says; then it is linearised there, or, where its energy is above what the linear
-  /// system promises, on the way there, and another solve() is due. Elements are left as they are at the end
-  /// of the step, when it returns false. O(n_elements), nothing without a full body. \param tolerance  bound
-  /// of what this error can change of the solution, relative, by mass
+  /// system promises, on the line to there, and another solve() is due. Elements are left as they are at the
+  /// end of the step, when it returns false. O(n_elements), nothing without a full body. \param tolerance
+  /// bound of what this error can change of the solution, relative, by mass
   bool follow_tissue(double tolerance);
   /// After follow_tissue() has returned true, in place of another solve(): full bodies end the step where
-  /// they were linearised, where the energy of the whole is lower than where that way began.
-  void end_on_way();
+  /// they were linearised, where the energy of the whole is lower than at the start of that line.
+  void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
   void set_activations(std::span<const double> activations);
   /// The same with contacts, whose forces are those of their laws at the end of the step (ContactSolver);
   /// where they hold as at mean_velocities(), to 1 % of the forces, by one linear solve, which is tried where
   /// they are expected to be `steady`. Again in the same step, with more contacts and the same linear
-  /// couplings, it goes on from what it knows. On return the contacts' couplings hold the forces that acted.
+  /// couplings, it continues from the directions that it has. On return the contacts' couplings hold the
+  /// forces that acted.
   Report solve(const ContactSet& contacts, SolveGoal goal, bool steady);
-  /// Mean velocities over the step as the last solve() has them, before the first as it is guessed (n_points
-  /// x 3), m/s: the ways that points go in it, over its length. Those at its end are the same but in bodies
-  /// that are followed in their turn.
+  /// Mean velocities over the step as the last solve() has them, before the first the initial guess (n_points
+  /// x 3), m/s: the displacements of points in it, over its length. Those at its end are the same but in
+  /// bodies that are followed in their turn.
   [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
   /// Between solve() and end_step(): throws Error naming body and tet where mean_velocities() are above
   /// `max_speed`, or where an element has been inverted for `inverted_time` (s; none: no limit) without a
@@ -161,10 +161,10 @@ class Dynamics {
   /// dv of the last step (n_points x 3), m/s: the guess of the next. Part of the state that a resumed run
   /// needs.
   [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
-  /// Plastic strain of each element in its turned frame, (n_elements), or empty where no material yields; and
-  /// an inversion clock of each (n_elements), s: > 0: the length of the steps in a row that it has started
-  /// inverted; < 0: the time until it has its whole bulk modulus again (docs/inversion.md); 0: neither. Part
-  /// of the state, too.
+  /// Plastic strain of each element in its rotated frame, (n_elements), or empty where no material yields;
+  /// and an inversion clock of each (n_elements), s: > 0: the length of the steps in a row that it has
+  /// started inverted; < 0: the time until it has its whole bulk modulus again (docs/inversion.md); 0:
+  /// neither. Part of the state, too.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const {
     return elements_.plastic_strains();
   }
@@ -213,13 +213,13 @@ class Dynamics {
   void place_linear_positions();
   void update_elements();
   void compute_point_forces();
-  void add_turn_forces();
-  void add_way_forces();
+  void add_rotation_forces();
+  void add_displacement_forces();
   [[nodiscard]] bool is_full(std::size_t point) const { return full_points_[point] != 0; }
   [[nodiscard]] const Vec3& linear_position(std::size_t point) const;
   [[nodiscard]] double full_energy();
   [[nodiscard]] double tissue_error();
-  void shorten_way(double linear_energy, double work, double stiff_work, double promised);
+  void shorten_step(double linear_energy, double work, double stiff_work, double promised);
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_free_right_side();
   void compute_right_side();
@@ -232,7 +232,7 @@ class Dynamics {
   void set_base_velocities();
   void mark_held_bodies();
   void find_end();
-  void guess_solution(double time_step, const Vec3& gravity);
+  void set_initial_guess(double time_step, const Vec3& gravity);
   void advance_inversion_clocks();
   void add_damping_forces(std::span<Vec3> forces) const;
   void add_stiff_forces(std::span<Vec3> forces) const;
@@ -271,8 +271,8 @@ class Dynamics {
   bool goes_on_ = false;                           ///< contact_solver_ has solved this linear system
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
-  std::vector<double> diagonal_;                   ///< (n_points), scratch: mass share of the matrix
-  std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness share of the matrix
+  std::vector<double> diagonal_;                   ///< (n_points), scratch: mass part of the matrix
+  std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness part of the matrix
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
   std::vector<Vec3> end_positions_;                     ///< as the last solve() has them
@@ -283,26 +283,26 @@ class Dynamics {
   std::vector<simd::Padded3> solution_;
   std::vector<simd::Padded3> right_side_;
   std::vector<simd::Padded3> free_right_side_;  ///< without couplings
-  BodyTurns turns_;                             ///< of the step that has begun
-  std::vector<std::uint8_t> held_bodies_;       ///< 1 where a body is not bent (BodyTurns), but for
+  BodyRotations rotations_;                     ///< of the step that has begun
+  std::vector<std::uint8_t> held_bodies_;       ///< 1 where a body is not bent (BodyRotations), but for
   std::vector<std::uint8_t> straight_bodies_;   ///< prescribed points: with them
   bool bent_ = false;                           ///< some body is
   /// What elements are linearised about, where not positions_: bodies as they are turned, full bodies as
   /// follow_tissue() moved them.
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;                        ///< follow_tissue() has moved them in this step
-  bool at_end_ = false;                         ///< elements of full bodies are as end_positions_ are
-  std::vector<std::uint8_t> full_points_;       ///< (n_points) 1: of a full body
-  std::vector<double> elastic_fractions_;       ///< (n_elements) h a / (h a + b): of the stiffness factor
-  std::vector<double> damping_fractions_;       ///< (n_elements) the rest
-  std::vector<simd::Padded3> way_;              ///< (n_points) scratch
-  std::vector<Vec3> linear_forces_;             ///< (n_points) elastic, of the linear system at its solution
-  std::vector<Vec3> loads_;                     ///< (n_points) gravity and external forces of the step, N
-  std::vector<Vec3> point_forces_;              ///< at the start of the step, couplings apart
-  std::vector<Vec3> mean_velocities_;           ///< as the last solve() has them
-  std::vector<Index> prescribed_points_;        ///< for the next step
-  std::vector<Vec3> prescribed_positions_;      ///< of them, at its end
-  std::vector<simd::Padded3> turn_velocities_;  ///< scratch
+  bool refined_ = false;                      ///< follow_tissue() has moved them in this step
+  bool at_end_ = false;                       ///< elements of full bodies are as end_positions_ are
+  std::vector<std::uint8_t> full_points_;     ///< (n_points) 1: of a full body
+  std::vector<double> elastic_fractions_;     ///< (n_elements) h a / (h a + b): of the stiffness factor
+  std::vector<double> damping_fractions_;     ///< (n_elements) the rest
+  std::vector<simd::Padded3> displacements_;  ///< (n_points) scratch
+  std::vector<Vec3> linear_forces_;           ///< (n_points) elastic, of the linear system at its solution
+  std::vector<Vec3> loads_;                   ///< (n_points) gravity and external forces of the step, N
+  std::vector<Vec3> point_forces_;            ///< at the start of the step, couplings apart
+  std::vector<Vec3> mean_velocities_;         ///< as the last solve() has them
+  std::vector<Index> prescribed_points_;      ///< for the next step
+  std::vector<Vec3> prescribed_positions_;    ///< of them, at its end
+  std::vector<simd::Padded3> rotation_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;  ///< at the start of the step; where not free, as prescribed
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;    ///< of the solution, by mass: that of gravity and external forces alone

@@ -50,9 +50,9 @@ void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
 Vec3 Dynamics::stiff_velocity(Index point, double elastic) const {
   const auto p = static_cast<std::size_t>(point);
   Vec3 velocity = mean_velocities_[p];
-  if (!turns_.any() && !refined_) return velocity;
+  if (!rotations_.any() && !refined_) return velocity;
   velocity -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
-  velocity -= ((1.0 - elastic) / time_step_) * turns_.displacement(body_of_point_[p], positions_[p]);
+  velocity -= ((1.0 - elastic) / time_step_) * rotations_.displacement(body_of_point_[p], positions_[p]);
   return velocity;
 }
 

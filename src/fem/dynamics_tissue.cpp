@@ -9,7 +9,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t point_grain = 256;
-/// Fraction of the decrease of the energy that the linear system promises which a way must give, at least.
+/// Fraction of the decrease of the energy that the linear system promises that an update must give, at least.
 constexpr double least_decrease = 1e-4;
 constexpr int most_halvings = 10;
 /// Relative, of sums of energies.
@@ -18,37 +18,38 @@ constexpr double rounding = 1e-12;
 }  // namespace
 
 const Vec3& Dynamics::linear_position(std::size_t point) const {
-  return turns_.any() || refined_ ? linear_positions_[point] : positions_[point];
+  return rotations_.any() || refined_ ? linear_positions_[point] : positions_[point];
 }
 
 /// Full bodies stay where follow_tissue() has put them.
 void Dynamics::place_linear_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (refined_ && is_full(i)) return;
-    linear_positions_[i] = positions_[i] + turns_.displacement(body_of_point_[i], positions_[i]);
+    linear_positions_[i] = positions_[i] + rotations_.displacement(body_of_point_[i], positions_[i]);
   });
 }
 
-/// What a linearisation elsewhere than at the start adds to the right side, as a force: the elastic share of
-/// the matrix counts from there, that of damping from the turned bodies. And inertia in turned frames.
-void Dynamics::add_way_forces() {
+/// Terms on the right side of a linearisation elsewhere than at the start, as a force: the elastic part of
+/// the matrix counts from there, that of damping from the turned bodies. And inertia in rotated frames.
+void Dynamics::add_displacement_forces() {
   const double rate = 1.0 / time_step_;
   const auto add = [&](std::span<const simd::Padded3> products) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       if (free_[i] != 0) point_forces_[i] += rate * unpadded(products[i]);
     });
   };
-  parallel::for_each(threads_, masses_.size(), point_grain,
-                     [&](std::size_t i) { way_[i] = padded(rate * (linear_positions_[i] - positions_[i])); });
-  add(elements_.multiply(threads_, way_, elastic_fractions_));
-  if (!turns_.any()) return;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    way_[i] = padded(rate * turns_.displacement(body_of_point_[i], positions_[i]));
+    displacements_[i] = padded(rate * (linear_positions_[i] - positions_[i]));
   });
-  add(elements_.multiply(threads_, way_, damping_fractions_));
+  add(elements_.multiply(threads_, displacements_, elastic_fractions_));
+  if (!rotations_.any()) return;
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    displacements_[i] = padded(rate * rotations_.displacement(body_of_point_[i], positions_[i]));
+  });
+  add(elements_.multiply(threads_, displacements_, damping_fractions_));
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (free_[i] != 0)
-      point_forces_[i] += masses_[i] * turns_.inertial_acceleration(body_of_point_[i], positions_[i]);
+      point_forces_[i] += masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
   });
 }
 
@@ -77,20 +78,21 @@ bool Dynamics::follow_tissue(double tolerance) {
   if (elements_.nonlinear_begin() == elements_.size()) return false;
   at_end_ = false;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    way_[i] = is_full(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};
+    displacements_[i] = is_full(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};
   });
-  const auto stiff = elements_.multiply(threads_, way_, elastic_fractions_);  // h^2 K' times it
+  const auto stiff = elements_.multiply(threads_, displacements_, elastic_fractions_);  // h^2 K' times it
   const auto elastic = elements_.point_forces();
   const double rate = 1.0 / (time_step_ * time_step_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     linear_forces_[i] = unpadded(elastic[i]) - rate * unpadded(stiff[i]);
   });
   const auto sum = [&](auto&& term) { return parallel::sum(threads_, masses_.size(), partial_, term); };
-  const double work = sum([&](std::size_t i) { return dot(unpadded(elastic[i]), unpadded(way_[i])); });
+  const double work =
+      sum([&](std::size_t i) { return dot(unpadded(elastic[i]), unpadded(displacements_[i])); });
   const double stiff_work =
-      sum([&](std::size_t i) { return rate * dot(unpadded(stiff[i]), unpadded(way_[i])); });
+      sum([&](std::size_t i) { return rate * dot(unpadded(stiff[i]), unpadded(displacements_[i])); });
   const double inertia = sum([&](std::size_t i) {
-    return free_[i] == 0 ? 0.0 : rate * diagonal_[i] * squared_length(unpadded(way_[i]));
+    return free_[i] == 0 ? 0.0 : rate * diagonal_[i] * squared_length(unpadded(displacements_[i]));
   });
   const double energy = full_energy();
   place_linear_positions();
@@ -104,17 +106,18 @@ bool Dynamics::follow_tissue(double tolerance) {
     at_end_ = true;
     return false;
   }
-  shorten_way(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
+  shorten_step(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
   goes_on_ = false;
   form_system();
   return true;
 }
 
-/// Halves the way while the energy of the tissue at its end is above that of the linear system by so much
+/// Halves the update while the energy of the tissue at its end is above that of the linear system by so much
 /// that the whole need not have fallen. The rest of the problem (inertia, couplings, contacts) is convex, and
-/// the solution is the minimum with linear tissue, `promised` below where the way begins: so the whole falls
-/// by s (promised - ...) after a fraction s of the way. \param energy, work, stiff_work  of the linear tissue
-void Dynamics::shorten_way(double energy, double work, double stiff_work, double promised) {
+/// the solution is the minimum with linear tissue, `promised` below where the update begins: so the whole
+/// falls by s (promised - ...) after a fraction s of the update. \param energy, work, stiff_work  of the
+/// linear tissue
+void Dynamics::shorten_step(double energy, double work, double stiff_work, double promised) {
   double fraction = 1.0;
   for (int halvings = 0; halvings < most_halvings; ++halvings) {
     const double now = full_energy();
@@ -123,13 +126,14 @@ void Dynamics::shorten_way(double energy, double work, double stiff_work, double
     if (now - linear <= (1.0 - least_decrease) * fraction * promised + slack) return;
     fraction *= 0.5;
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      if (is_full(i)) linear_positions_[i] = end_positions_[i] - (1.0 - fraction) * unpadded(way_[i]);
+      if (is_full(i))
+        linear_positions_[i] = end_positions_[i] - (1.0 - fraction) * unpadded(displacements_[i]);
     });
     elements_.update(threads_, linear_positions_);
   }
 }
 
-void Dynamics::end_on_way() {
+void Dynamics::end_where_linearised() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (free_[i] == 0 || !is_full(i)) return;
     end_positions_[i] = linear_positions_[i];

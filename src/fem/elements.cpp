@@ -254,8 +254,8 @@ void Elements::set_factors(std::span<const double> factors) {
   std::copy(factors.begin(), factors.end(), factor_.begin());
 }
 
-void Elements::take_forces(std::size_t chunk, const CornerSums::Values& forces,
-                           std::span<simd::Padded3> corner_forces) {
+void Elements::collect_forces(std::size_t chunk, const CornerSums::Values& forces,
+                              std::span<simd::Padded3> corner_forces) {
   force_sums_.take(chunk, forces);
   if (corner_forces.empty()) return;
   const auto own = corner_forces.subspan(4 * CornerSums::chunk * chunk);
@@ -266,8 +266,7 @@ void Elements::take_forces(std::size_t chunk, const CornerSums::Values& forces,
 void Elements::update(const parallel::Threads& threads, std::span<const Vec3> positions,
                       std::span<simd::Padded3> corner_forces) {
   if (tets_.empty()) return;
-  parallel::for_each(threads, positions.size(), point_grain,
-                     [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
+  set_displacements(threads, positions);
   simd::ElementPass pass{};
   pass.displacements = displacements_.data();
   pass.corners = corners_.front().data();
@@ -294,10 +293,15 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                            }
                            if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
                          }
-                         take_forces(chunk, forces, corner_forces);
+                         collect_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(threads, point_forces_);
   update_smoothing(threads);
+}
+
+void Elements::set_displacements(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  parallel::for_each(threads, positions.size(), point_grain,
+                     [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
 }
 
 /// Needs displacements_.
@@ -317,11 +321,10 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                            update_element(e, positions, &forces[16 * (e - begin)]);
                            if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
                          }
-                         take_forces(chunk, forces, corner_forces);
+                         collect_forces(chunk, forces, corner_forces);
                        });
   force_sums_.collect(one, point_forces_);
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    displacements_[i] = padded(positions[i] - points_rest_[i]);
+  set_displacements(one, positions);
   update_smoothing(one);
 }
 

@@ -33,7 +33,7 @@ struct ElementDeformation {
   Matrix3 stretch;                    ///< R e: F - R without the plastic part
   SymmetricMatrix3 plastic_strain;    ///< p
   Vec3 twist;                         ///< w
-  SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the turned frame (viscosity.hpp), Pa
+  SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the rotated frame (viscosity.hpp), Pa
   double viscous_energy = 0.0;        ///< theirs, J/m^3
   double mu = 0.0;                    ///< Pa
   double lambda = 0.0;                ///< Pa, as the element has it at present
@@ -47,7 +47,8 @@ struct ElementDeformation {
 /// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
 /// stiffness is kept in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*: the
 /// stiffness of each of its other tets, of whichever model, is kept as blocks (hyperelastic.hpp), and its
-/// tets go by models. Others hear nothing of it. Of the full bodies those with a hyperelastic tet come last.
+/// tets go by models. Only Elements uses this order. Of the full bodies those with a hyperelastic tet come
+/// last.
 ///
 /// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
@@ -71,8 +72,8 @@ struct ElementDeformation {
 ///
 /// *Viscosity* (viscosity.hpp): where the material has some, forces are those of the energy
 ///   a E + V H : (R^T F - I),  P = a P_E + R (H + [w]_x),
-/// with the stiffness a and the history H of the step, w that of H (plastic_twist), and K' times a by way of
-/// set_factors(); H has no share in K'.
+/// with the stiffness a and the history H of the step, w that of H (plastic_twist), and K' times a through
+/// set_factors(); H has no part in K'.
 ///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
@@ -143,7 +144,7 @@ class Elements {
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
   /// K' = sum of K'_e times its factor, as of the last update(), times the vectors (n_points), in double:
   /// (n_points), valid until the next call. O(n_elements).
-  /// \param weights  empty, or (n_elements) a factor of each element's share
+  /// \param weights  empty, or (n_elements) a factor of each element's term
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors,
                                           std::span<const double> weights = {}) const;
@@ -162,7 +163,7 @@ class Elements {
   /// Whether an element had no positive volume, or none that is a number, at the last update().
   [[nodiscard]] bool inverted(Index element) const { return at(inverted_, element) != 0; }
 
-  /// Plastic strain of each element, in its own turned frame: (n_elements), or empty where no material
+  /// Plastic strain of each element, in its own rotated frame: (n_elements), or empty where no material
   /// yields; zero in elements that cannot.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const { return plastic_strains_; }
   /// Sets it, from an array of the length of plastic_strains(); stays zero where the material cannot yield.
@@ -173,14 +174,26 @@ class Elements {
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
-  /// Viscosity of the elements: as of the next set_time_step() or find_history() and update().
+  /// Viscosity of elements and of smoothing domains: as of the next set_time_step() or find_history() and
+  /// update(). viscosity() has the stiffness of all elements, and the stresses of those that are not
+  /// smoothed.
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
+  [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);
-  void find_history(const parallel::Threads& threads) { viscosity_.find_history(threads); }
+  void find_history(const parallel::Threads& threads);
   /// Ends a time step at these positions. O(viscous elements).
   void relax(const parallel::Threads& threads, std::span<const Vec3> positions);
-  /// From an array of the length of viscosity().stresses().
-  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
+  /// Stresses of both, the state: those of a body in the same order whatever other bodies there are.
+  /// Allocate.
+  [[nodiscard]] std::vector<SymmetricMatrix3> viscous_stresses() const;
+  [[nodiscard]] std::vector<Index> body_of_viscous_stress() const;
+  /// From an array of that length.
+  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses);
+  /// Elastic energy of smoothed tets at the positions of the last update(), J, with what viscosity stores.
+  /// O(n_domains).
+  [[nodiscard]] double smoothed_energy(const parallel::Threads& threads, std::vector<double>& partial) const {
+    return smoothing_.energy(threads, displacements_, bulk_fraction_, partial);
+  }
 
  private:
   /// What is the same for tets of a group that a kernel takes at once.
@@ -211,13 +224,14 @@ class Elements {
   [[nodiscard]] bool is_hyperelastic(std::size_t element) const {
     return is_full(element) && hyperelastic_[element - static_cast<std::size_t>(full_begin_)] != 0;
   }
-  void take_forces(std::size_t chunk, const CornerSums::Values& forces,
-                   std::span<simd::Padded3> corner_forces);
+  void collect_forces(std::size_t chunk, const CornerSums::Values& forces,
+                      std::span<simd::Padded3> corner_forces);
   void set_gradient(std::size_t element, int corner, const Vec3& a);
   void add_plasticity(const Material& material);
   void add_viscosity(const Materials& materials);
   void add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces);
   void set_tensions();
+  void set_displacements(const parallel::Threads& threads, std::span<const Vec3> positions);
   void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
     return !plasticity_.empty() && plasticity_[element].yield.has_value();

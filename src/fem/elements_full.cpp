@@ -114,7 +114,8 @@ void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
     for (int k = 0; k < 4; ++k) tet.gradients[static_cast<std::size_t>(k)] = gradient_rest(e, k);
     tets.push_back(tet);
   }
-  if (!tets.empty()) smoothing_ = SmoothingDomains(std::move(tets), bodies.points_rest().size());
+  if (!tets.empty())
+    smoothing_ = SmoothingDomains(std::move(tets), bodies.points_rest().size(), materials.all);
 }
 
 std::vector<HyperelasticResponse> Elements::smoothed_responses(const parallel::Threads& threads,
@@ -134,7 +135,6 @@ bool Elements::set_activations(std::span<const double> activations) {
   }
   if (!changed) return false;
   set_tensions();
-  smoothing_.set_tensions(tension_, full_begin_);
   return true;
 }
 

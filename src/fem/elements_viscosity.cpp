@@ -15,12 +15,52 @@ constexpr std::size_t element_grain = 128;
 
 void Elements::add_viscosity(const Materials& materials) {
   std::vector<Index> material(tets_.size());
-  for (std::size_t e = 0; e < tets_.size(); ++e) material[e] = materials.index_of(tets_[e], body_[e]);
-  viscosity_ = ViscousElements(materials.all, material);
+  std::vector<std::uint8_t> smoothed(tets_.size());
+  for (std::size_t e = 0; e < tets_.size(); ++e) {
+    material[e] = materials.index_of(tets_[e], body_[e]);
+    smoothed[e] = is_smoothed(e) ? 1 : 0;
+  }
+  viscosity_ = ViscousElements(materials.all, material, smoothed);
+}
+
+bool Elements::is_viscous() const {
+  return !viscosity_.elements().empty() || smoothing_.is_viscous();
+}
+
+void Elements::find_history(const parallel::Threads& threads) {
+  viscosity_.find_history(threads);
+  smoothing_.find_history(threads);
+}
+
+std::vector<SymmetricMatrix3> Elements::viscous_stresses() const {
+  const auto own = viscosity_.stresses();
+  const auto of_domains = smoothing_.viscosity().stresses();
+  std::vector<SymmetricMatrix3> all(own.begin(), own.end());
+  all.insert(all.end(), of_domains.begin(), of_domains.end());
+  return all;
+}
+
+void Elements::set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) {
+  const std::size_t own = viscosity_.stresses().size();
+  viscosity_.set_stresses(stresses.first(own));
+  smoothing_.set_viscous_stresses(stresses.subspan(own));
+}
+
+std::vector<Index> Elements::body_of_viscous_stress() const {
+  std::vector<Index> bodies;
+  const auto add = [&](const ViscousElements& viscosity, auto&& element_of) {
+    for (std::size_t k = 0; k < viscosity.elements().size(); ++k)
+      bodies.insert(bodies.end(), viscosity.stress_count(k), at(body_, element_of(viscosity.elements()[k])));
+  };
+  add(viscosity_, [](Index element) { return element; });
+  add(smoothing_.viscosity(),
+      [&](Index domain) { return smoothing_.element(static_cast<std::size_t>(domain)); });
+  return bodies;
 }
 
 void Elements::set_time_step(double time_step) {
   viscosity_.set_time_step(time_step);
+  smoothing_.set_time_step(time_step);
   set_tensions();
 }
 
@@ -30,6 +70,7 @@ void Elements::set_tensions() {
     const double stiffness = viscosity_.stiffness(static_cast<std::size_t>(full_begin_) + k);
     laws_[simd::law_tension][k] = tension_[k] / stiffness;
   }
+  smoothing_.set_tensions(tension_, full_begin_);
 }
 
 /// To the elastic forces on its corners and its energy, which are there.
@@ -56,6 +97,9 @@ void Elements::relax(const parallel::Threads& threads, std::span<const Vec3> pos
   parallel::for_each(threads, viscous.size(), element_grain, [&](std::size_t k) {
     viscosity_.advance(static_cast<std::size_t>(viscous[k]), biot_stress(deformation(viscous[k], positions)));
   });
+  if (!smoothing_.is_viscous()) return;
+  set_displacements(threads, positions);
+  smoothing_.relax(threads, displacements_, bulk_fraction_);
 }
 
 }  // namespace palpate::fem

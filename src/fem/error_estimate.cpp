@@ -40,7 +40,7 @@ void ErrorEstimate::add(double decrease) {
   while (first > 0 && decrease > long_ago * tails_[first]) --first;
   double ratio = 1.0;
   for (std::size_t l = first; l < tails_.size(); ++l) ratio = std::max(ratio, tails_[l] / decreases_[l]);
-  // Decreases go up and down on their way; the largest of late says more than the last.
+  // Decreases oscillate; the largest of the last ones says more than the last one.
   const std::size_t late = std::max(enough, decreases_.size() / 4);
   error_ = std::sqrt(
       ratio * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));

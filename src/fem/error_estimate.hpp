@@ -19,7 +19,7 @@ class ErrorEstimate {
   /// Takes d_k of the next iteration. O(k).
   void add(double decrease);
   /// Estimate of |e_k|_A before the iteration of the last add(): the error now is smaller. Infinite before
-  /// there are enough iterations to judge by.
+  /// there are enough iterations for an estimate.
   [[nodiscard]] double error() const { return error_; }
 
  private:

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t chunks = 16;
 
-/// Places of what a row has met so far.
+/// Places of the columns that a row has so far.
 class Found {
  public:
   explicit Found(std::size_t count) : place_(count, none) {}

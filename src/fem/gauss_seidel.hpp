@@ -20,7 +20,7 @@ class GaussSeidel {
  public:
   explicit GaussSeidel(const BlockMatrix& matrix);
 
-  /// Takes over the matrix and the couplings as LinearSystem::update_preconditioner() left them.
+  /// Copies the matrix and the couplings as LinearSystem::update_preconditioner() left them.
   /// O(n_points + n_couplings).
   void update(const parallel::Threads& threads, const LinearSystem& system);
   /// Sweeps over all colours, from the first or from the last, for A z = r: by rows, r by slices.

@@ -38,7 +38,7 @@ double ConjugateGradients::start(const Run& run) {
   }
   const double squared_x = parallel::sum(run.threads, points, partial_sums_,
                                          [&](std::size_t i) { return dot(run.x[i], run.x[i]); });
-  if (squared_x == 0.0) {  // no guess: what a product would say is known
+  if (squared_x == 0.0) {  // no initial guess: the product is zero
     std::copy(run.b.begin(), run.b.end(), residual_.begin());
     return std::sqrt(squared_b);
   }
@@ -144,11 +144,11 @@ simd::VectorSums ConjugateGradients::advance(const Run& run, double step) {
   return sums;
 }
 
-void ConjugateGradients::turn(const Run& run, double turn) {
+void ConjugateGradients::next_direction(const Run& run, double beta) {
   const simd::GradientVectors all = vectors(run);
   parallel::for_chunks(run.threads, run.system.blocks().slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::turn_slices(all, static_cast<float>(turn), begin, end);
+                         simd::update_directions(all, static_cast<float>(beta), begin, end);
                        });
 }
 

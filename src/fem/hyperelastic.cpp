@@ -67,14 +67,6 @@ FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h) {
           4.0 * passive.curvature - pull / (length * length)};
 }
 
-/// F F^T
-SymmetricMatrix3 outer_square(const Matrix3& f) {
-  const Vec3 a = row(f, 0);
-  const Vec3 b = row(f, 1);
-  const Vec3 c = row(f, 2);
-  return {dot(a, a), dot(b, b), dot(c, c), dot(a, b), dot(a, c), dot(b, c)};
-}
-
 Matrix3 product(const SymmetricMatrix3& a, const Matrix3& b) {
   Matrix3 c;
   for (int j = 0; j < 3; ++j) {
@@ -84,10 +76,6 @@ Matrix3 product(const SymmetricMatrix3& a, const Matrix3& b) {
     c(2, j) = column.z;
   }
   return c;
-}
-
-double trace(const Matrix3& a) {
-  return a(0, 0) + a(1, 1) + a(2, 2);
 }
 
 /// The matrix with its negative eigenvalues set to zero.

@@ -36,10 +36,10 @@ void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
           if (rows[row] < 0) continue;
           inverse_masses_[row] = 1.0F / blocks_->masses()[row];
           if (!couplings_->holds(rows[row])) continue;
-          const SymmetricMatrix3 share = couplings_->diagonal_block(rows[row]);
+          const SymmetricMatrix3 block = couplings_->diagonal_block(rows[row]);
           float* place =
               diagonal_.data() + simd::slice_symmetric * (row / simd::slice_rows) + row % simd::slice_rows;
-          const std::array entries{share.xx, share.yy, share.zz, share.xy, share.xz, share.yz};
+          const std::array entries{block.xx, block.yy, block.zz, block.xy, block.xz, block.yz};
           for (std::size_t k = 0; k < 6; ++k) place[simd::slice_rows * k] += static_cast<float>(entries[k]);
         }
         simd::invert_slices(diagonal_.data(), inverse_diagonal_.data(), begin, end);

@@ -17,7 +17,7 @@ namespace palpate::fem {
 /// and by rows of B: what solvers iterate with. They differ by the rounding of B's blocks.
 ///
 /// The restriction is exact: rows of points that are not free give zero, and vectors are zero there, so their
-/// columns have no part either. Refers to B and W, which must outlive it.
+/// columns do not count either. Refers to B and W, which must outlive it.
 class LinearSystem {
  public:
   /// \param free  (n_points) 1 where a point may move, those of B and W
@@ -34,7 +34,7 @@ class LinearSystem {
   [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
   [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
-  /// Takes over the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
+  /// Copies the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
   /// y = A x at free points, 0 elsewhere, in double; x and y are of (n_points), and x may be other than zero

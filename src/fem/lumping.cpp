@@ -62,9 +62,9 @@ std::vector<Material> mean_materials(const Bodies& bodies, const Materials& mate
     double volume = 0.0;
     const Range tets = at(bodies.bodies(), body).tets;
     for (Index tet = tets.begin; tet < tets.end; ++tet) {
-      const double share = tet_volume_rest(bodies, tet);
-      change += share * (instantaneous_modulus(materials.of(tet, body)) - own);
-      volume += share;
+      const double own_volume = tet_volume_rest(bodies, tet);
+      change += own_volume * (instantaneous_modulus(materials.of(tet, body)) - own);
+      volume += own_volume;
     }
     if (change != 0.0) at(means, body).young_modulus += change / volume;
   }

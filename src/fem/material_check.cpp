@@ -19,8 +19,8 @@ void refuse(std::string_view owner, const char* key, const std::string& found, c
 /// The least Poisson ratio with which the bulk modulus of the law, lambda + 5/8 first, is positive.
 double least_poisson_ratio(const Material& material) {
   const double fraction = material.model == MaterialModel::mooney_rivlin ? material.mooney_fraction : 0.0;
-  const double share = 5.0 / 6.0 * (1.0 - fraction);           // of mu
-  return std::max(-1.0, 0.0 - share / (2.0 * (1.0 - share)));  // never -0
+  const double factor = 5.0 / 6.0 * (1.0 - fraction);            // of mu
+  return std::max(-1.0, 0.0 - factor / (2.0 * (1.0 - factor)));  // never -0
 }
 
 void check_fibres(const Fibres& fibres, std::string_view owner) {
@@ -81,8 +81,6 @@ void check_model(const Material& material, std::string_view owner) {
       refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),
              "a number >= 0 with smoothed elements");
     }
-    if (!material.viscosity.fractions.empty())
-      refuse(owner, "viscosity", "it with smoothed elements", "linear elements");
     if (material.plastic_yield)
       refuse(owner, "plastic_yield", "it with smoothed elements", "linear elements");
   }
@@ -91,7 +89,7 @@ void check_model(const Material& material, std::string_view owner) {
            "the model corotational");
   }
   if (linear && material.fibres.any())
-    refuse(owner, "fibres", "them with the model corotational", "another model");
+    refuse(owner, "fibres", "fibres with the model corotational", "another model");
   const double least = linear ? -1.0 : least_poisson_ratio(material);
   if (!(material.poisson_ratio > least)) {
     refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),

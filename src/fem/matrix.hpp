@@ -103,6 +103,16 @@ constexpr Matrix3 times_transposed(const Matrix3& a, const Matrix3& b) {
   return c;
 }
 
+/// a a^T
+constexpr SymmetricMatrix3 outer_square(const Matrix3& a) {
+  return {dot(row(a, 0), row(a, 0)), dot(row(a, 1), row(a, 1)), dot(row(a, 2), row(a, 2)),
+          dot(row(a, 0), row(a, 1)), dot(row(a, 0), row(a, 2)), dot(row(a, 1), row(a, 2))};
+}
+
+constexpr double trace(const Matrix3& a) {
+  return a(0, 0) + a(1, 1) + a(2, 2);
+}
+
 constexpr SymmetricMatrix3 symmetric_part(const Matrix3& a) {
   return {a(0, 0),
           a(1, 1),

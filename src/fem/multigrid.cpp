@@ -10,9 +10,9 @@ namespace {
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t node_grain = 64;
 constexpr std::size_t coupling_grain = 64;
-constexpr int many = 20;       // iterations of a solve with a hierarchy that should be made anew
-constexpr int few = 12;        // iterations of a solve with couplings that should be taken anew
-constexpr int worn_out = 200;  // iterations of such solves: what it costs to make it
+constexpr int many = 20;                   // iterations of a solve from which a hierarchy counts as stale
+constexpr int few = 12;                    // iterations of a solve from which couplings are renewed
+constexpr int max_stale_iterations = 200;  // iterations of such solves: what it costs to make it
 
 }  // namespace
 
@@ -22,12 +22,12 @@ bool Multigrid::is_current() const {
 }
 
 void Multigrid::count(int iterations) {
-  if (iterations > many) worn_ += iterations;
+  if (iterations > many) stale_iterations_ += iterations;
   if (iterations > few) outdated_ = true;
 }
 
-void Multigrid::set_reference(std::span<const Vec3> reference, int worn) {
-  worn_ = worn;
+void Multigrid::set_reference(std::span<const Vec3> reference, int stale_iterations) {
+  stale_iterations_ = stale_iterations;
   if (std::ranges::equal(reference_, reference)) return;
   reference_.assign(reference.begin(), reference.end());
   levels_.clear();
@@ -51,14 +51,14 @@ void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> p
 }
 
 /// J_c R P of each coupling.
-void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingSystem& couplings) {
+void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSystem& couplings) {
   const auto row_of = matrix_->row_of_point();
   const auto row = [&](const Coupling& coupling, std::size_t k) {
     return coupling.points[k] >= 0 ? at(row_of, coupling.points[k]) : -1;
   };
   const auto all = couplings.couplings();
   assign_with_room(most_parts_, all.size(), 0U);
-  // Open contacts have no stiffness, and no part in coarse matrices.
+  // Open contacts have no stiffness and are left out of coarse matrices.
   const auto stiff = [&](std::size_t c) { return couplings.weight(c) != SymmetricMatrix3{}; };
   for (std::size_t c = 0; c < all.size(); ++c) {
     if (!stiff(c)) continue;
@@ -74,11 +74,11 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
     for (std::size_t k = 0; k < 5; ++k) {
       if (row(all[c], k) < 0) continue;
       const auto r = static_cast<std::size_t>(row(all[c], k));
-      Dense<3, 3> turn{};
+      Dense<3, 3> rotated_term{};
       for (std::size_t e = 0; e < 9; ++e) {
-        turn[e] = all[c].coefficients[k] *
-                  static_cast<double>(rotations_[simd::slot_values * (r / simd::slice_rows) +
-                                                 simd::slice_rows * e + r % simd::slice_rows]);
+        rotated_term[e] = all[c].coefficients[k] *
+                          static_cast<double>(rotations_[simd::slot_values * (r / simd::slice_rows) +
+                                                         simd::slice_rows * e + r % simd::slice_rows]);
       }
       for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
         Dense<3, 6>& motion = parts.part(c, transfer_.columns[p]).motion;
@@ -87,7 +87,7 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
         for (std::size_t e = 0; e < 3; ++e) {
           for (std::size_t j = 0; j < 6; ++j) rows[6 * e + j] = static_cast<double>(block[4 * j + e]);
         }
-        add_product<3, 3, 6>(motion, turn, rows);
+        add_product<3, 3, 6>(motion, rotated_term, rows);
       }
     }
   });
@@ -95,7 +95,7 @@ void Multigrid::take_couplings(const parallel::Threads& threads, const CouplingS
 
 void Multigrid::update(const parallel::Threads& threads, const LinearSystem& system,
                        std::span<const Vec3> positions) {
-  if (worn_ >= worn_out && !std::ranges::equal(reference_, positions)) {
+  if (stale_iterations_ >= max_stale_iterations && !std::ranges::equal(reference_, positions)) {
     set_reference(positions, 0);
   }
   if (!is_current()) {
@@ -112,7 +112,7 @@ void Multigrid::update(const parallel::Threads& threads, const LinearSystem& sys
   if (!outdated_ && system.couplings().size() == taken_) return;
   outdated_ = false;
   taken_ = system.couplings().size();
-  take_couplings(threads, system.couplings());
+  set_couplings(threads, system.couplings());
   for (std::size_t l = 0; l < levels_.size(); ++l)
     levels_[l].update(threads, system.couplings(), l + 1 < levels_.size() ? &levels_[l + 1] : nullptr);
 }
@@ -130,18 +130,18 @@ double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, 
   system.couplings().multiply(threads, vector_);
   const simd::SmootherRows rows = smoother.rows(system, rotations_.data());
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::turned_residual(rows, r.data(), vector_.data(), turned_.data(), begin, end);
+    simd::rotated_residual(rows, r.data(), vector_.data(), rotated_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
   parallel::for_chunks(
       threads, coarse.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-        simd::gather_points(restriction_.rows(), turned_.data(), coarse.right_side().data(), begin, end);
+        simd::gather_points(restriction_.rows(), rotated_.data(), coarse.right_side().data(), begin, end);
       });
   coarse.solve(threads, std::span(levels_).subspan(1));
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::spread_to_points(transfer_.rows(), coarse.solution().data(), turned_.data(),
+    simd::spread_to_points(transfer_.rows(), coarse.solution().data(), rotated_.data(),
                            simd::slice_rows * begin, simd::slice_rows * end);
-    simd::add_turned(rows, turned_.data(), vector_.data(), begin, end);
+    simd::add_rotated(rows, rotated_.data(), vector_.data(), begin, end);
   });
   smoother.backward(threads, system, r, vector_);
   for_slices([&](std::size_t begin, std::size_t end, std::size_t chunk) {

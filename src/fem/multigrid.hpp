@@ -36,19 +36,19 @@ class Multigrid {
   /// (n_points x 3), and the couplings' part of all levels: in a step anew where there are others or the last
   /// solve was slow. The system is as update_preconditioner() left it.
   void update(const parallel::Threads& threads, const LinearSystem& system, std::span<const Vec3> positions);
-  /// A step begins: its first update() takes the couplings anew, so that nothing depends on steps before.
+  /// A step begins: its first update() renews the couplings, so that nothing depends on steps before.
   void begin_step() { outdated_ = true; }
   /// z = P^-1 r, by rows, simd::slice_values a slice; returns the sum of r z.
   double apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<float> z);
 
-  /// Takes note of a solve with it, of so many iterations.
+  /// Counts a solve with it, of so many iterations.
   void count(int iterations);
   /// What later solves depend on, as part of a state: the positions that the hierarchy is made at (n_points),
   /// empty for rest, and the iterations that count against it.
   [[nodiscard]] const std::vector<Vec3>& reference() const { return reference_; }
-  [[nodiscard]] int worn() const { return worn_; }
-  void set_reference(std::span<const Vec3> reference, int worn);
+  [[nodiscard]] int stale_iterations() const { return stale_iterations_; }
+  void set_reference(std::span<const Vec3> reference, int stale_iterations);
 
   /// Levels below the finest, and blocks of all levels over those of the finest, by their numbers.
   [[nodiscard]] std::span<const CoarseLevel> levels() const { return levels_; }
@@ -66,11 +66,11 @@ class Multigrid {
   void connect_rows(const BlockRows<3, 6>& transfer, std::size_t count);
   void place_edges();
   void rotate(const parallel::Threads& threads, std::span<const Vec3> positions);
-  void take_couplings(const parallel::Threads& threads, const CouplingSystem& couplings);
+  void set_couplings(const parallel::Threads& threads, const CouplingSystem& couplings);
 
   const BlockMatrix* matrix_;
   std::vector<Vec3> reference_;
-  int worn_ = 0;
+  int stale_iterations_ = 0;
   std::vector<double> factors_;      ///< of the elements, when it was made
   std::vector<double> diagonal_;     ///< the same of the points
   std::vector<std::uint32_t> rows_;  ///< that have a point: the nodes of the finest level
@@ -86,7 +86,7 @@ class Multigrid {
   std::size_t taken_ = 0;         ///< couplings that they have taken
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row
-  simd::AlignedVector<simd::Quad> turned_;     ///< by row
+  simd::AlignedVector<simd::Quad> rotated_;    ///< by row
   std::vector<std::uint32_t> most_parts_;      ///< scratch
   std::vector<double> partial_;
 };

@@ -255,7 +255,7 @@ void Multigrid::place_edges() {
   rotations_.resize(simd::slot_values * slices);
   positions_.resize(simd::slice_rows * slices);
   vector_.resize(simd::slice_rows * slices);
-  turned_.resize(simd::slice_rows * slices);
+  rotated_.resize(simd::slice_rows * slices);
   partial_.resize(parallel::chunk_count(slices, slice_grain));
 }
 

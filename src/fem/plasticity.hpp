@@ -34,7 +34,7 @@ struct Plasticity {
                                             const Plasticity& plasticity, double time_step, double mu,
                                             double lambda);
 
-/// The vector w of dR's share in the stress of an element with plastic strain p: with S = R^T F and
+/// The vector w of dR's part of the stress of an element with plastic strain p: with S = R^T F and
 /// e = S - I - p, the derivative of mu |e|^2 + lambda/2 tr^2(e) with F at fixed p is
 ///   R (2 mu (e - [w]_x) + lambda tr(e) I),  (tr(S) I - S) w = vee(S p - p S).
 /// Derivation: dF = dR S + R dS with R^T dR = [o]_x gives (tr(S) I - S) o = vee(A - A^T) for A = R^T dF, and

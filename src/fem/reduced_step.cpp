@@ -50,7 +50,7 @@ void ReducedStep::grow(std::size_t most) {
   gram_.resize(stride_ * stride_, 0.0);
   spread(rates_, 3 * laws_.size());
   for (auto* vector : {&g_, &c_}) vector->resize(stride_, 0.0);
-  forget_stiffness();
+  clear_stiffness();
 }
 
 void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction) {
@@ -67,10 +67,10 @@ void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFrict
   resize_with_room(changes_, whole_groups);
   make_room(partial_, parallel::chunk_count(laws.size(), grain) * stride_ * stride_);
   put_in_rows(laws, friction.time_step, law_rows_);
-  forget_stiffness();
+  clear_stiffness();
 }
 
-void ReducedStep::forget_stiffness() {
+void ReducedStep::clear_stiffness() {
   assembled_ = 0;
   std::ranges::fill(stiffness_, 0.0);
   std::ranges::fill(weights_, Matrix3{});
@@ -139,7 +139,7 @@ void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
   }
   gram_[0] = square;
   size_ = kept + 1;
-  forget_stiffness();
+  clear_stiffness();
 }
 
 /// F at c with these forces, less those at c = 0.
@@ -183,13 +183,13 @@ void ReducedStep::find_forces(const parallel::Threads& threads, const std::vecto
   });
 }
 
-/// Trial velocities and forces at that share of step_.
-void ReducedStep::try_share(const parallel::Threads& threads, double share, bool with_bounds) {
+/// Trial velocities and forces at that fraction of step_.
+void ReducedStep::try_step(const parallel::Threads& threads, double step_length, bool with_bounds) {
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
-    trial_velocities_[k] = velocities_[k] + share * step_velocities_[k];
+    trial_velocities_[k] = velocities_[k] + step_length * step_velocities_[k];
   });
   find_forces(threads, trial_velocities_, with_bounds, trial_forces_);
-  for (std::size_t k = 0; k < size_; ++k) trial_c_[k] = c_[k] + share * step_[k];
+  for (std::size_t k = 0; k < size_; ++k) trial_c_[k] = c_[k] + step_length * step_[k];
 }
 
 void ReducedStep::accept_trial() {

@@ -28,9 +28,9 @@ class ReducedStep {
  public:
   static constexpr std::size_t largest = 48;  ///< number of directions
 
-  /// Forgets the directions. \param most  of them, later; at most `largest`
+  /// Removes all directions. \param most  of them, later; at most `largest`
   void begin(std::size_t most);
-  /// Takes the contacts; what they are at c = 0 and what directions change of them is to be set anew. The
+  /// Sets the contacts; their state at c = 0 and their changes by directions must be set again. The
   /// span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
 
@@ -51,10 +51,10 @@ class ReducedStep {
   void add(std::span<const double> row, double residual);
   void set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
   void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
-  /// c = 0 is what the present c was; then the residuals are to be set anew.
+  /// The present c becomes c = 0; then the residuals must be set again.
   void rebase(const parallel::Threads& threads);
   /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept`
-  /// ones behind it. The residuals are to be set anew.
+  /// ones behind it. The residuals must be set again.
   void compress(std::span<const double> a, std::size_t kept);
   /// Room for more directions; those that are there stay. \param most  more than most(), at most `largest`
   void grow(std::size_t most);
@@ -68,13 +68,13 @@ class ReducedStep {
   [[nodiscard]] simd::ContactLawRows law_rows(bool with_bounds) const;
   void find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities, bool with_bounds,
                    std::vector<Vec3>& forces) const;
-  void try_share(const parallel::Threads& threads, double share, bool with_bounds);
+  void try_step(const parallel::Threads& threads, double step_length, bool with_bounds);
   void accept_trial();
   void project(const parallel::Threads& threads, std::span<const double> c, std::span<const Vec3> forces,
                std::vector<double>& f);
   void assemble(const parallel::Threads& threads, bool with_bounds);
   void assemble_new(const parallel::Threads& threads);
-  void forget_stiffness();
+  void clear_stiffness();
   void set_most(std::size_t most);
   bool factor_gram();
   [[nodiscard]] double norm(std::span<const double> f);

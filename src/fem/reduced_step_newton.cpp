@@ -82,12 +82,12 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   assemble(threads, false);
   if (!solve_linear(f_, step_)) return false;
   find_step_velocities(threads);
-  double share = 1.0;
-  for (int i = 0; i < halvings; ++i, share *= 0.5) {
-    try_share(threads, share, false);
+  double step_length = 1.0;
+  for (int i = 0; i < halvings; ++i, step_length *= 0.5) {
+    try_step(threads, step_length, false);
     project(threads, trial_c_, trial_forces_, trial_f_);
     const double found = norm(trial_f_);
-    if (!(found < (1.0 - enough * share) * size_of_f_)) continue;
+    if (!(found < (1.0 - enough * step_length) * size_of_f_)) continue;
     accept_trial();
     std::swap(f_, trial_f_);
     size_of_f_ = found;
@@ -96,8 +96,8 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   return false;
 }
 
-/// The share of step_ at which the convex function that the bounds of friction give is least, about; 0 where
-/// it rises from the start. O(contacts) a trial.
+/// The fraction of step_ at which the convex function that the bounds of friction give is least, about; 0
+/// where it rises from the start. O(contacts) a trial.
 double ReducedStep::search_line(const parallel::Threads& threads) {
   constexpr int halvings = 8;
   constexpr double furthest = 64.0;
@@ -114,12 +114,12 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
     curvature += step_[i] * along_step;
   }
   // step^T F: how fast the function falls.
-  const auto slope = [&](double share) {
-    try_share(threads, share, true);
+  const auto slope = [&](double step_length) {
+    try_step(threads, step_length, true);
     const double work = parallel::sum(threads, laws_.size(), partial_, [&](std::size_t k) {
       return dot(step_velocities_[k], trial_forces_[k]);
     });
-    return constant - share * curvature + friction_.time_step * work;
+    return constant - step_length * curvature + friction_.time_step * work;
   };
   const double at_start = slope(0.0);
   if (!(at_start > 0.0)) return 0.0;
@@ -157,9 +157,9 @@ bool ReducedStep::step_convex(const parallel::Threads& threads) {
     assemble(threads, true);
     if (!solve_linear(f_, step_)) break;
     find_step_velocities(threads);
-    const double share = search_line(threads);
-    if (share == 0.0) break;
-    try_share(threads, share, true);
+    const double step_length = search_line(threads);
+    if (step_length == 0.0) break;
+    try_step(threads, step_length, true);
     accept_trial();
     project(threads, c_, forces_, f_);
   }
@@ -177,7 +177,7 @@ bool ReducedStep::solve(const parallel::Threads& threads) {
   if (!independent) {
     --size_;
     c_[size_] = 0.0;
-    forget_stiffness();
+    clear_stiffness();
   }
   if (independent) {
     project(threads, c_, forces_, f_);

@@ -47,7 +47,7 @@ Matrix4 quaternion_form(const Matrix3& f) {
 }
 
 /// Turns rows and columns p, q of n so that n[p][q] = 0; `vectors` collects the turns in its columns.
-void jacobi_turn(Matrix4& n, Matrix4& vectors, std::size_t p, std::size_t q) {
+void jacobi_rotation(Matrix4& n, Matrix4& vectors, std::size_t p, std::size_t q) {
   const double theta = (n[q][q] - n[p][p]) / (2.0 * n[p][q]);
   // A theta that overflows gives t = 0, which is right: the entry is negligible.
   const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
@@ -85,7 +85,7 @@ std::array<double, 4> largest_eigenvector(Matrix4 n) {
       for (std::size_t q = p + 1; q < 4; ++q) {
         // The largest entry of F is 1, so entries below this are rounding.
         if (std::abs(n[p][q]) < 1e-17) continue;
-        jacobi_turn(n, vectors, p, q);
+        jacobi_rotation(n, vectors, p, q);
         turned = true;
       }
     }

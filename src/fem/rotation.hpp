@@ -17,7 +17,7 @@ namespace palpate::fem {
 /// SIAM J. Sci. Stat. Comput. 7 (1986), with scaling by Frobenius norms, for healthy F; for the rest the
 /// eigenvector of the largest eigenvalue of the 4x4 matrix of Horn, "Closed-form solution of absolute
 /// orientation using unit quaternions", J. Opt. Soc. Am. A 4 (1987), section 4, by cyclic Jacobi rotations.
-/// Unlike an SVD by way of F^T F it squares nothing and needs no case for a sign.
+/// Unlike an SVD through F^T F it squares nothing and needs no case for a sign.
 [[nodiscard]] Matrix3 nearest_rotation(const Matrix3& f);
 
 }  // namespace palpate::fem

@@ -9,6 +9,7 @@
 
 #include "fem/hyperelastic.hpp"
 #include "fem/matrix.hpp"
+#include "fem/viscosity.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/padded.hpp"
@@ -40,8 +41,8 @@ struct SmoothedTet {
 /// domains of points lambda alone (volume):
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
-/// Forces are -V P b_i, stiffness blocks V b_i : dP/dF : b_j, as those of a tet are; corotational ones at
-/// fixed R.
+/// Forces are -V P b_i, stiffness blocks V b_i : dP/dF : b_j, as those of a tet are; that
+/// of corotational ones without its negative part (twists_of).
 ///
 /// Deviations: the two parts are split by Lame's constants and not by deviator and trace, so that each alone
 /// has no stress at rest, also in laws that are not linear.
@@ -49,7 +50,9 @@ class SmoothingDomains {
  public:
   SmoothingDomains() = default;
   /// O(n_tets log).
-  SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count);
+  /// \param materials  those that SmoothedTet::material counts
+  SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count,
+                   std::span<const Material> materials);
 
   [[nodiscard]] bool empty() const { return tets_.empty(); }
   [[nodiscard]] std::size_t size() const { return volume_.size(); }
@@ -100,6 +103,20 @@ class SmoothingDomains {
   /// Tensions of active fibres, per element from `first` on, Pa; as of the next update().
   void set_tensions(std::span<const double> tensions, Index first);
 
+  /// Viscosity of the domains, as that of elements: a domain's stress is Biot's of its part of the law.
+  [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
+  [[nodiscard]] bool is_viscous() const { return !viscosity_.elements().empty(); }
+  void set_time_step(double time_step) { viscosity_.set_time_step(time_step); }
+  void find_history(const parallel::Threads& threads) { viscosity_.find_history(threads); }
+  /// Ends a time step at these displacements. O(viscous domains).
+  void relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+             std::span<const double> bulk_fractions);
+  void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
+  /// Elastic energy at these displacements, J, with what viscosity stores. O(n_domains). \param partial
+  /// scratch of parallel::sum
+  [[nodiscard]] double energy(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                              std::span<const double> bulk_fractions, std::vector<double>& partial) const;
+
   using Block = std::array<float, 9>;
   /// Calls add(block) for the other points of an entry's domain, ascending: the stiffness block of the
   /// entry's point with each of them times its factor, as of the last update(). Blocks (i, j) and (j, i) have
@@ -115,10 +132,9 @@ class SmoothingDomains {
     };
     if (first_tet(entry.domain).hyperelastic) {
       for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
-    } else if (is_node(entry.domain)) {
-      for_others([&](std::size_t k) { return volume_block(turned_[own], turned_[k]); });
     } else {
-      for_others([&](std::size_t k) { return shape_block(turned_[own], turned_[k]); });
+      const bool volume = is_node(entry.domain);
+      for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
   /// The same at rest, turned by a rotation.
@@ -144,14 +160,26 @@ class SmoothingDomains {
   void list_entries(std::size_t point_count);
   void set_law(std::span<const Member> members);
   [[nodiscard]] Block hyperelastic_block(std::size_t domain, std::size_t a, std::size_t b) const;
-  static Block volume_block(const simd::Quad& a, const simd::Quad& b) {
-    return {a.x * b.x, a.x * b.y, a.x * b.z, a.y * b.x, a.y * b.y,
-            a.y * b.z, a.z * b.x, a.z * b.y, a.z * b.z};
+  /// A point's place in a corotational domain, so that blocks are sums of products of two of them.
+  struct RotatedGradient {
+    simd::Quad strain;                ///< sqrt(factor V modulus) R b_i
+    std::array<simd::Quad, 3> twist;  ///< sqrt(factor V) a_k x R b_i, a_k of Twists
+  };
+  static void add_outer_product(const simd::Quad& a, const simd::Quad& b, Block& block) {
+    const Block product{a.x * b.x, a.x * b.y, a.x * b.z, a.y * b.x, a.y * b.y,
+                        a.y * b.z, a.z * b.x, a.z * b.y, a.z * b.z};
+    for (std::size_t k = 0; k < 9; ++k) block[k] += product[k];
   }
-  static Block shape_block(const simd::Quad& a, const simd::Quad& b) {
-    const float trace = a.x * b.x + a.y * b.y + a.z * b.z;
-    Block block = volume_block(b, a);
-    for (std::size_t k = 0; k < 9; k += 4) block[k] += trace;
+  static Block corotational_block(const RotatedGradient& a, const RotatedGradient& b, bool volume) {
+    Block block{};
+    if (volume) {
+      add_outer_product(a.strain, b.strain, block);
+    } else {
+      const float trace = a.strain.x * b.strain.x + a.strain.y * b.strain.y + a.strain.z * b.strain.z;
+      for (std::size_t k = 0; k < 9; k += 4) block[k] = trace;
+      add_outer_product(b.strain, a.strain, block);
+    }
+    for (std::size_t k = 0; k < 3; ++k) add_outer_product(a.twist[k], b.twist[k], block);
     return block;
   }
   /// All of a domain have one material.
@@ -163,9 +191,18 @@ class SmoothingDomains {
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
                                               std::span<const simd::Padded3> displacements) const;
+  /// Of the elastic law. \param tension  factor of that of active fibres
   [[nodiscard]] HyperelasticResponse respond_at(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                                                double fraction) const;
-  [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction) const;
+                                                double fraction, double tension) const;
+  void add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                   HyperelasticResponse& response) const;
+  [[nodiscard]] HyperelasticResponse whole_response(std::size_t domain, const Matrix3& h,
+                                                    double fraction) const;
+  [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
+  /// Principal axes at the positions, each with the root of the stiffness of the twist about it, Pa.
+  using Twists = std::array<Vec3, 3>;
+  [[nodiscard]] Twists twists_of(std::size_t domain, const Matrix3& f, const Matrix3& rotation,
+                                 double fraction) const;
   void set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation, double fraction);
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
 
@@ -181,15 +218,18 @@ class SmoothingDomains {
   std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else of no meaning; lambda in full
   std::vector<std::size_t> entry_begin_;     ///< (n_points + 1)
   std::vector<Entry> entries_;
+  ViscousElements viscosity_;           ///< its elements are domains
   std::vector<Index> smoothed_points_;  ///< with an entry
   // As of the last update().
-  std::vector<Matrix3> stresses_;              ///< V P, N m
-  std::vector<double> densities_;              ///< of energy, J/m^3
-  std::vector<double> scales_;                 ///< factor V
-  std::vector<Matrix3> rotations_;             ///< of corotational tissue
-  simd::AlignedVector<simd::Quad> turned_;     ///< as points_: sqrt(factor V modulus) R b_i, corotational
-  std::vector<HyperelasticTangent> tangents_;  ///< of hyperelastic tissue
-  mutable std::vector<Matrix3> changes_;       ///< scratch
+  std::vector<Matrix3> stresses_;   ///< V P, N m
+  std::vector<double> densities_;   ///< of energy, J/m^3
+  std::vector<double> scales_;      ///< factor V
+  std::vector<Matrix3> rotations_;  ///< of corotational tissue
+  std::vector<SymmetricMatrix3>
+      twist_stiffness_;  ///< factor V sum a_k a_k^T of Twists, of corotational tissue
+  simd::AlignedVector<RotatedGradient> rotated_;  ///< as points_, of corotational tissue
+  std::vector<HyperelasticTangent> tangents_;     ///< of hyperelastic tissue
+  mutable std::vector<Matrix3> changes_;          ///< scratch
 };
 
 }  // namespace palpate::fem

@@ -29,10 +29,10 @@ struct ElementStress {
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
                                       const HyperelasticResponse& response);
 
-/// The elastic stress in the turned frame of the element, the symmetric part of R^T P (Biot's), without
+/// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without
 /// viscosity and active fibres, Pa.
 [[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);
-/// P of a stress T that is fixed in the turned frame, R (T + [w]_x): the derivative of T : R^T F, with w of
+/// P of a stress T that is fixed in the rotated frame, R (T + [w]_x): the derivative of T : R^T F, with w of
 /// plastic_twist() for T. It has no torque.
 [[nodiscard]] Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient,
                                          const Matrix3& rotation);

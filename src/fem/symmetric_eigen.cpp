@@ -9,7 +9,7 @@
 namespace palpate::fem {
 namespace {
 
-/// A matrix on its way to a diagonal one, and the rotations so far: column k is the k-th eigenvector to be.
+/// A matrix that is being diagonalised, and the rotations so far: column k is the k-th eigenvector to be.
 struct Rotated {
   Matrix3 a;
   Matrix3 v = identity();

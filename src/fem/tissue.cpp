@@ -67,12 +67,12 @@ struct Mean {
     stress = stress + v * to_matrix(tets.stress[tet]);
   }
   void put(TissueState& points, std::size_t row) const {
-    const double share = 1.0 / volume;
-    for (std::size_t k = 0; k < 9; ++k) points.deformation_gradient[row][k] = share * gradient[k];
-    points.strain[row] = to_tensor(share * strain);
-    points.plastic_strain[row] = to_tensor(share * plastic_strain);
-    points.energy_density[row] = share * energy_density;
-    points.volume_ratio[row] = share * volume_ratio;
+    const double scale = 1.0 / volume;
+    for (std::size_t k = 0; k < 9; ++k) points.deformation_gradient[row][k] = scale * gradient[k];
+    points.strain[row] = to_tensor(scale * strain);
+    points.plastic_strain[row] = to_tensor(scale * plastic_strain);
+    points.energy_density[row] = scale * energy_density;
+    points.volume_ratio[row] = scale * volume_ratio;
     set_stress(points, row, (stressed_volume > 0.0 ? 1.0 / stressed_volume : none) * stress);
   }
 };

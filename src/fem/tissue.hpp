@@ -16,7 +16,7 @@ namespace palpate::fem {
                                          const Elements& elements, std::span<const Vec3> positions);
 
 /// Means at each point of a state of the tets; see Simulation::tissue_at_points(). Tets without a stress
-/// (J <= 0) have no part in the mean stress. O(tets), parallel.
+/// (J <= 0) are left out of the mean stress. O(tets), parallel.
 [[nodiscard]] TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bodies,
                                            const Elements& elements, const Materials& materials,
                                            const TissueState& tets);

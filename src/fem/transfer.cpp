@@ -112,8 +112,8 @@ std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<c
     const Matrix3 minors = cofactors(s);
     const double flat = minors(0, 0) + minors(1, 1) + minors(2, 2);
     constexpr double line = 1e-4;
-    const bool turns = own[a] > 0.0 || flat > line * line * size * size;
-    aggregates[a].radius = turns ? std::sqrt((size + own[a]) / members[a]) : 0.0;
+    const bool rotates = own[a] > 0.0 || flat > line * line * size * size;
+    aggregates[a].radius = rotates ? std::sqrt((size + own[a]) / members[a]) : 0.0;
   }
   return aggregates;
 }
@@ -161,9 +161,9 @@ class Minimiser {
       const std::vector<double> now = by_body(partial, before.size());
       for_each_node([&](std::size_t i) {
         const double old = at(before, nodes_[i].body);
-        const double turn = old > 0.0 ? at(now, nodes_[i].body) / old : 0.0;
+        const double beta = old > 0.0 ? at(now, nodes_[i].body) / old : 0.0;
         for_each_block(i, [&](std::size_t k) {
-          for (std::size_t e = 0; e < 6 * N; ++e) direction[k][e] = product[k][e] + turn * direction[k][e];
+          for (std::size_t e = 0; e < 6 * N; ++e) direction[k][e] = product[k][e] + beta * direction[k][e];
         });
       });
       before = now;
@@ -256,10 +256,10 @@ class Minimiser {
       add_transposed_product<6, 6, 6>(squares, motion, motion);
       add_product<N, 6, 6>(moved, y[k], motion);
     });
-    Dense<N, 6> share{};
-    add_product<N, 6, 6>(share, moved, inverse_semi_definite<6>(squares));
+    Dense<N, 6> coefficients{};
+    add_product<N, 6, 6>(coefficients, moved, inverse_semi_definite<6>(squares));
     for_each_block(i, [&](std::size_t k) {
-      subtract_product_transposed<N, 6, 6>(y[k], share,
+      subtract_product_transposed<N, 6, 6>(y[k], coefficients,
                                            rigid_motion<6>(aggregates_[transfer_.columns[k]], here));
     });
   }

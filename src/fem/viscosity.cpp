@@ -29,7 +29,8 @@ double instantaneous_modulus(const Material& material) {
 }
 
 ViscousElements::ViscousElements(std::span<const Material> materials,
-                                 std::span<const Index> material_of_element) {
+                                 std::span<const Index> material_of_element,
+                                 std::span<const std::uint8_t> without_stress) {
   for (const Material& material : materials) {
     const auto& [fractions, times] = material.viscosity;
     const double rest = rest_of(fractions);
@@ -41,6 +42,8 @@ ViscousElements::ViscousElements(std::span<const Material> materials,
   for (std::size_t e = 0; e < material_of_element.size(); ++e) {
     const auto material = static_cast<std::size_t>(material_of_element[e]);
     if (series_[material].terms.empty()) continue;
+    if (material_.empty()) material_.assign(material_of_element.begin(), material_of_element.end());
+    if (!without_stress.empty() && without_stress[e] != 0) continue;
     place_.resize(material_of_element.size(), -1);
     place_[e] = static_cast<Index>(elements_.size());
     elements_.push_back(static_cast<Index>(e));
@@ -88,6 +91,10 @@ double ViscousElements::energy_density(std::size_t element, double mu, double la
   for (const Term& term : series_[series_of(element)].terms) {
     ++q;
     const double trace = q->xx + q->yy + q->zz;
+    if (mu == 0.0) {
+      sum += trace * trace / (18.0 * lambda * term.modulus);
+      continue;
+    }
     const double size = norm(*q);
     sum += (size * size - spherical * trace * trace) / (4.0 * mu * term.modulus);
   }

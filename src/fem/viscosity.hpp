@@ -17,7 +17,7 @@ namespace palpate::fem {
 
 /// Stresses of the Maxwell elements of tets whose material has a Viscosity, over time.
 ///
-/// With T(t) the elastic stress of a tet in its own turned frame (Biot's, the symmetric part of R^T P), its
+/// With T(t) the elastic stress of a tet in its own rotated frame (Biot's, the symmetric part of R^T P), its
 /// stress is T + sum_i q_i, where q_i is the convolution of dT/dt with gamma_i exp(-t / tau_i), gamma_i =
 /// g_i / (1 - sum_j g_j). T is taken as linear in a step of length h, in which the convolution is exact
 /// (Taylor, Pister & Goudreau, Int. J. Numer. Meth. Eng. 2 (1970); Simo & Hughes, "Computational
@@ -30,17 +30,19 @@ class ViscousElements {
  public:
   ViscousElements() = default;
   /// \param material_of_element  into `materials`
-  ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element);
+  /// \param without_stress       per element, or empty: 1 where stresses are kept elsewhere (smoothed tets)
+  ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element,
+                  std::span<const std::uint8_t> without_stress = {});
 
-  [[nodiscard]] bool any() const { return !elements_.empty(); }
-  [[nodiscard]] bool has(std::size_t element) const { return any() && place_[element] >= 0; }
-  /// Elements that have some, growing.
+  /// Whether an element has stresses of its own.
+  [[nodiscard]] bool has(std::size_t element) const { return !place_.empty() && place_[element] >= 0; }
+  /// Those that have, growing.
   [[nodiscard]] std::span<const Index> elements() const { return elements_; }
 
   void set_time_step(double time_step);
   /// Factor of the elastic stress at the end of a step, as of set_time_step(); 1 for an element without.
   [[nodiscard]] double stiffness(std::size_t element) const {
-    return has(element) ? series_[series_of(element)].stiffness : 1.0;
+    return material_.empty() ? 1.0 : series_[static_cast<std::size_t>(material_[element])].stiffness;
   }
   /// The history of the stresses as they are, for steps of this length. O(elements x terms).
   void find_history(const parallel::Threads& threads);
@@ -50,13 +52,17 @@ class ViscousElements {
   /// sum_i q_i at present.
   [[nodiscard]] SymmetricMatrix3 stress(std::size_t element) const;
   /// sum_i q_i : C^-1 : q_i / (2 gamma_i) with Hooke's law C, J/m^3: what Maxwell elements store where the
-  /// law is linear.
+  /// law is linear. With mu = 0 of the spherical part of q_i.
   [[nodiscard]] double energy_density(std::size_t element, double mu, double lambda) const;
   /// Ends a step of one element. \param elastic  T at its end
   void advance(std::size_t element, const SymmetricMatrix3& elastic);
 
   /// T and q_i of each element, one after the other: the state.
   [[nodiscard]] std::span<const SymmetricMatrix3> stresses() const { return stresses_; }
+  /// How many of them are of elements()[k].
+  [[nodiscard]] std::size_t stress_count(std::size_t k) const {
+    return 1 + series_[series_of_[k]].terms.size();
+  }
   /// From an array of that length.
   void set_stresses(std::span<const SymmetricMatrix3> stresses);
 
@@ -80,7 +86,8 @@ class ViscousElements {
   }
 
   std::vector<Series> series_;          ///< (n_materials), those without viscosity empty
-  std::vector<Index> elements_;         ///< with viscosity
+  std::vector<Index> material_;         ///< (n_elements), or empty where none has a series
+  std::vector<Index> elements_;         ///< with stresses
   std::vector<Index> place_;            ///< (n_elements) among them, -1 for others; or empty
   std::vector<std::size_t> series_of_;  ///< of them, as what follows
   std::vector<std::size_t> first_;      ///< into stresses_

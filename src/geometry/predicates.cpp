@@ -120,13 +120,13 @@ bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, co
   // volume.
   bool positive = false;
   bool negative = false;
-  const auto turns = [&](int sign) {
+  const auto has_both_signs = [&](int sign) {
     positive |= sign > 0;
     negative |= sign < 0;
     return positive && negative;
   };
-  if (turns(orient3d(p, b, c, d)) || turns(orient3d(a, p, c, d)) || turns(orient3d(a, b, p, d)) ||
-      turns(orient3d(a, b, c, p))) {
+  if (has_both_signs(orient3d(p, b, c, d)) || has_both_signs(orient3d(a, p, c, d)) ||
+      has_both_signs(orient3d(a, b, p, d)) || has_both_signs(orient3d(a, b, c, p))) {
     return false;
   }
   // The four volumes add up to that of the tet: all of one sign or zero, and one not zero, is inside.

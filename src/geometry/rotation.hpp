@@ -12,31 +12,31 @@
 namespace palpate {
 
 /// A unit quaternion: a rotation.
-struct Turn {
+struct Quaternion {
   double scalar = 1.0;
   Vec3 vector{};
 };
 
 /// From (w, x, y, z) of any length but zero.
-inline Turn turn_of(const std::array<double, 4>& quaternion) {
+inline Quaternion quaternion_of(const std::array<double, 4>& quaternion) {
   const auto& [w, x, y, z] = quaternion;
   const double norm = scaled_length({w, scaled_length({x, y, z}), 0.0});
   return {w / norm, (1.0 / norm) * Vec3{x, y, z}};
 }
 
 /// About an axis of any length but zero, right-handed.
-inline Turn turn_about(const Vec3& axis, double degrees) {
+inline Quaternion rotation_about(const Vec3& axis, double degrees) {
   const double half = 0.5 * degrees * std::numbers::pi / 180.0;
   return {cosine(half), sine(half) * normalized(axis)};
 }
 
-inline Vec3 rotated(const Turn& turn, const Vec3& a) {
-  const Vec3 t = 2.0 * cross(turn.vector, a);
-  return a + turn.scalar * t + cross(turn.vector, t);
+inline Vec3 rotated(const Quaternion& rotation, const Vec3& a) {
+  const Vec3 t = 2.0 * cross(rotation.vector, a);
+  return a + rotation.scalar * t + cross(rotation.vector, t);
 }
 
 /// From a (share 0) to b (share 1) the shorter way round, at constant angular speed: slerp.
-inline Turn between(const Turn& a, Turn b, double share) {
+inline Quaternion between(const Quaternion& a, Quaternion b, double fraction) {
   double cosine_between = a.scalar * b.scalar + dot(a.vector, b.vector);
   if (cosine_between < 0.0) {
     b = {-b.scalar, -b.vector};
@@ -44,15 +44,15 @@ inline Turn between(const Turn& a, Turn b, double share) {
   }
   // Near each other the sine of the angle loses its digits, and the straight line is the arc to rounding.
   constexpr double nearly_equal = 1.0 - 1e-9;
-  double part_a = 1.0 - share;
-  double part_b = share;
+  double part_a = 1.0 - fraction;
+  double part_b = fraction;
   if (cosine_between < nearly_equal) {
     const double angle = arc_cosine(cosine_between);
-    part_a = sine((1.0 - share) * angle) / sine(angle);
-    part_b = sine(share * angle) / sine(angle);
+    part_a = sine((1.0 - fraction) * angle) / sine(angle);
+    part_b = sine(fraction * angle) / sine(angle);
   }
   const Vec3 vector = part_a * a.vector + part_b * b.vector;
-  return turn_of({part_a * a.scalar + part_b * b.scalar, vector.x, vector.y, vector.z});
+  return quaternion_of({part_a * a.scalar + part_b * b.scalar, vector.x, vector.y, vector.z});
 }
 
 }  // namespace palpate

@@ -28,8 +28,8 @@ Reduced reduced(double angle) {
   constexpr double most = 0x1p20;
   constexpr std::array part{0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
   if (!(std::abs(angle) <= most)) angle = std::fmod(angle, 2.0 * std::numbers::pi);  // exact
-  const double turns = angle * (2.0 / std::numbers::pi);
-  const auto quarter = static_cast<std::int64_t>(turns + (turns < 0.0 ? -0.5 : 0.5));
+  const double quarter_turns = angle * (2.0 / std::numbers::pi);
+  const auto quarter = static_cast<std::int64_t>(quarter_turns + (quarter_turns < 0.0 ? -0.5 : 0.5));
   const auto n = static_cast<double>(quarter);
   const double a = angle - n * part[0];
   const double b = n * part[1];

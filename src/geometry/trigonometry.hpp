@@ -2,7 +2,7 @@
 
 namespace palpate {
 
-/// Trigonometric functions for whatever changes the simulated state. They use only additions,
+/// Trigonometric functions for all code that changes the simulated state. They use only additions,
 /// multiplications, divisions and square roots, each rounded as IEEE 754 says, in the order written. So they
 /// return the same bits with every compiler, C library and processor; those of <cmath> do not.
 

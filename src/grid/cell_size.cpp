@@ -30,18 +30,18 @@ Spread edge_lengths(const Bodies& bodies) {
 class Trial {
  public:
   Trial(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-        std::span<const std::uint8_t> takes_part, const Clusters* clusters)
+        std::span<const std::uint8_t> included, const Clusters* clusters)
       : threads_(threads),
         bodies_(bodies),
         clusters_(clusters),
         positions_(positions),
-        takes_part_(takes_part),
-        bounds_(bounds_of(threads, positions, takes_part, scratch_)) {}
+        included_(included),
+        bounds_(bounds_of(threads, positions, included, scratch_)) {}
 
   CellSizeTrial run(double cell_size) {
     const Lattice lattice(bounds_, cell_size);
     grid_.build_points(threads_, lattice, positions_.size(), [&](Index p) {
-      return at(takes_part_, p) == 0 ? std::nullopt : std::optional(lattice.cell_of(at(positions_, p)));
+      return at(included_, p) == 0 ? std::nullopt : std::optional(lattice.cell_of(at(positions_, p)));
     });
     constexpr std::size_t most = 20000;
     const std::size_t all = clusters_ != nullptr ? clusters_->clusters.size() : bodies_.tets().size();
@@ -78,7 +78,7 @@ class Trial {
   const Bodies& bodies_;
   const Clusters* clusters_;  ///< that ask; or none
   std::span<const Vec3> positions_;
-  std::span<const std::uint8_t> takes_part_;
+  std::span<const std::uint8_t> included_;
   std::vector<Box> scratch_;
   Box bounds_;
   CompactGrid grid_{Order::linear, Sort::counting};
@@ -86,7 +86,7 @@ class Trial {
 };
 
 CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodies& bodies,
-                                    std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                    std::span<const Vec3> positions, std::span<const std::uint8_t> included,
                                     const Clusters* clusters) {
   double smallest = edge_lengths(bodies).mean;
   double largest = smallest;
@@ -95,7 +95,7 @@ CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodi
     smallest = std::min(smallest, mean);
     largest = std::max(largest, mean);
   }
-  Trial trial(threads, bodies, positions, takes_part, clusters);
+  Trial trial(threads, bodies, positions, included, clusters);
   CellSizeChoice choice{CellSizeRule::automatic, 0.0, {}};
   for (double size = 0.5 * smallest; size <= 2.0 * largest * (1.0 + 1e-9); size *= 2.0) {
     choice.trials.push_back(trial.run(size));
@@ -119,7 +119,7 @@ void check_cell_size(const CellSize& wanted) {
 }
 
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
-                                std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                std::span<const Vec3> positions, std::span<const std::uint8_t> included,
                                 const CellSize& wanted, const Clusters* clusters) {
   if (const double* length = std::get_if<double>(&wanted)) {
     return {wanted, *length, {}};
@@ -132,7 +132,7 @@ CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& 
     case CellSizeRule::automatic:
       break;
   }
-  return choose_automatically(threads, bodies, positions, takes_part, clusters);
+  return choose_automatically(threads, bodies, positions, included, clusters);
 }
 
 }  // namespace palpate

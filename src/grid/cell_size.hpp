@@ -22,10 +22,10 @@ void check_cell_size(const CellSize& wanted);
 /// of at most 20000 tets, or clusters where those ask, the rows of cells to look up and the points met there.
 /// Counts, not times, decide, so the choice is the same on every machine. The paper's rules serve bodies of
 /// like elements; where elements differ a hundredfold the mean makes large tets cover a million cells and the
-/// maximum puts whole bodies into one cell. `wanted` has passed check_cell_size(). `takes_part` marks points
+/// maximum puts whole bodies into one cell. `wanted` has passed check_cell_size(). `included` marks points
 /// (n_points); `clusters`: those of the query; none where single tets ask. O(n_points) for each length tried.
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
-                                std::span<const Vec3> positions, std::span<const std::uint8_t> takes_part,
+                                std::span<const Vec3> positions, std::span<const std::uint8_t> included,
                                 const CellSize& wanted, const Clusters* clusters = nullptr);
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// Approximate collision detection (paper 5): a primitive has K slots for the cells that it covers. One that
-/// covers more shares its slots among them by random choice; the cells left out are counted, and what only
+/// covers more divides its slots among them by random choice; the cells left out are counted, and what only
 /// they would have shown is missed. The choice is a hash of (primitive, step, slot), so it has the same bits
 /// for every thread count, and changes from step to step so that no cell is left out for good.
 class CellSlots {
@@ -23,17 +23,17 @@ class CellSlots {
   /// K; 0 where every cell has a slot.
   [[nodiscard]] int count() const { return slots_; }
   [[nodiscard]] bool exact() const { return slots_ == 0; }
-  /// Whether a footprint of so many cells has to share.
-  [[nodiscard]] bool shares(std::uint64_t cells) const {
+  /// Whether a footprint of so many cells has more cells than slots.
+  [[nodiscard]] bool overflows(std::uint64_t cells) const {
     return slots_ != 0 && cells > static_cast<std::uint64_t>(slots_);
   }
   /// How many of `cells` are left out.
   [[nodiscard]] std::uint64_t left_out(std::uint64_t cells) const {
-    return shares(cells) ? cells - static_cast<std::uint64_t>(slots_) : 0;
+    return overflows(cells) ? cells - static_cast<std::uint64_t>(slots_) : 0;
   }
 
   /// K different numbers out of [0, cells), ascending, each subset as likely as any other (Floyd's algorithm;
-  /// Bentley & Floyd, "A sample of brilliance", 1987). For footprints that share. O(K^2).
+  /// Bentley & Floyd, "A sample of brilliance", 1987). For footprints that overflow. O(K^2).
   [[nodiscard]] std::span<const std::uint64_t> choose(std::uint64_t primitive, std::uint64_t cells,
                                                       std::array<std::uint64_t, most>& chosen) const;
 
@@ -41,7 +41,7 @@ class CellSlots {
   template <class Visit>
   void for_each_range(std::uint64_t primitive, const CellRange& range, Visit&& visit) const {
     const std::uint64_t cells = range.count();
-    if (!shares(cells)) return visit(range);
+    if (!overflows(cells)) return visit(range);
     std::array<std::uint64_t, most> storage{};
     for (const std::uint64_t n : choose(primitive, cells, storage)) {
       const Cell cell{range.lower[0] + static_cast<std::int32_t>(n % range.along(0)),

@@ -109,7 +109,7 @@ void CompactGrid::write_keys(const parallel::Threads& threads, const Lattice& la
   keys_.resize(count);
   parallel::for_each(threads, count, 2048, [&](std::size_t i) {
     const auto p = static_cast<Index>(i);
-    keys_[i] = points.takes_part(p) ? key_of(index_(points.cell_of(at(points.points(), p)))) : no_key;
+    keys_[i] = points.included(p) ? key_of(index_(points.cell_of(at(points.points(), p)))) : no_key;
   });
 }
 

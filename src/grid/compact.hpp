@@ -53,13 +53,13 @@ class CompactGrid {
                    std::size_t slots, Footprint&& footprint);
 
   /// Rebuilds the grid over `count` points: `cell_of(p)` gives the cell of point p, or none for a point that
-  /// takes no part. One entry a point at most, so last frame's order can be put right (Sort::repair) instead
+  /// is left out. One entry a point at most, so last frame's order can be put right (Sort::repair) instead
   /// of sorted anew. Returns the sort that was used. O(points + cells) at most for counting and repair.
   template <class CellOf>
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
-  /// The same for points whose cells are known; those with a negative coordinate take no part.
+  /// The same for points whose cells are known; those with a negative coordinate are left out.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
   /// The same for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
@@ -72,7 +72,7 @@ class CompactGrid {
   [[nodiscard]] SortSwitch& adaptive_switch() { return point_sort_.adaptive_switch(); }
   [[nodiscard]] const SortSwitch& adaptive_switch() const { return point_sort_.adaptive_switch(); }
   /// Whether each key is one cell.
-  [[nodiscard]] bool tells_cells_apart() const { return key_shift_ == 0; }
+  [[nodiscard]] bool distinguishes_cells() const { return key_shift_ == 0; }
 
   /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
   /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
@@ -87,7 +87,7 @@ class CompactGrid {
 
   /// Whether these hold no others.
   [[nodiscard]] bool finds_only(const CellRange& range) const {
-    return tells_cells_apart() && !looks_at_entries(range);
+    return distinguishes_cells() && !reads_entries(range);
   }
 
   /// Asks for the memory that for_each_interval() reads first.
@@ -155,7 +155,7 @@ class CompactGrid {
   /// The range in blocks of cells that share a key (Z-order).
   [[nodiscard]] CellRange blocks_of(CellRange range) const;
   /// Whether a range has more cells (or rows of them) than there are entries.
-  [[nodiscard]] bool looks_at_entries(const CellRange& range) const;
+  [[nodiscard]] bool reads_entries(const CellRange& range) const;
 
   static constexpr std::uint64_t most_prefetched = 64;
 
@@ -229,8 +229,8 @@ Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& 
 
 template <class Visit>
 void CompactGrid::for_each(const CellRange& range, Visit&& visit) const {
-  // Where it is cheaper to look at the entries than to look up cells, it is to ask for the cell of each.
-  const bool asks = key_shift_ == 0 && looks_at_entries(range);
+  // Where reading the entries is cheaper than looking up cells, compare the cell of each entry.
+  const bool asks = key_shift_ == 0 && reads_entries(range);
   for_each_interval(range, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t e = begin; e < end; ++e) {
       if (asks && !range.contains(index_.cell_of(cell_key_of(entries_[e])))) continue;
@@ -242,7 +242,7 @@ void CompactGrid::for_each(const CellRange& range, Visit&& visit) const {
 template <class Visit>
 void CompactGrid::for_each_interval(const CellRange& range, Visit&& visit) const {
   if (entries_.empty()) return;
-  if (looks_at_entries(range))
+  if (reads_entries(range))
     return visit_keys(key_of(index_(range.lower)), key_of(index_(range.upper)), visit);
   if (index_.order() == Order::linear) {
     return key_shift_ + start_shift_ == 0 ? visit_rows(range, visit) : visit_linear(range, visit);
@@ -258,7 +258,7 @@ inline CellRange CompactGrid::blocks_of(CellRange range) const {
   return range;
 }
 
-inline bool CompactGrid::looks_at_entries(const CellRange& range) const {
+inline bool CompactGrid::reads_entries(const CellRange& range) const {
   if (index_.order() == Order::linear) return range.along(1) * range.along(2) > entries_.size();
   return blocks_of(range).count() > entries_.size();
 }

@@ -52,7 +52,7 @@ class CuckooGrid {
              Footprint&& footprint);
 
   /// Calls visit(reference) for each entry in the cells of `range`, in order of cells, then references. At
-  /// most three slots are looked at for each cell; where there are more cells than keys, each key once.
+  /// most three slots are read for each cell; where there are more cells than keys, each key once.
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 

@@ -23,14 +23,14 @@ int fraction_bits_of(const Lattice& lattice) {
 
 }  // namespace
 
-FixedPositions::FixedPositions(std::span<const std::uint8_t> takes_part, std::span<const std::uint8_t> marks)
-    : takes_part_(takes_part.begin(), takes_part.end()), points_(takes_part.size()) {
+FixedPositions::FixedPositions(std::span<const std::uint8_t> included, std::span<const std::uint8_t> marks)
+    : included_(included.begin(), included.end()), points_(included.size()) {
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const std::uint32_t mark = marks[p] != 0 ? simd::marked : 0U;
-    if (takes_part[p] == 0) absent_.push_back(static_cast<std::uint32_t>(p));
+    if (included[p] == 0) absent_.push_back(static_cast<std::uint32_t>(p));
     points_[p] = {0, 0, 0, static_cast<std::int32_t>(static_cast<std::uint32_t>(p) | mark)};
   }
-  const auto n = static_cast<std::size_t>(std::count(takes_part.begin(), takes_part.end(), 1));
+  const auto n = static_cast<std::size_t>(std::count(included.begin(), included.end(), 1));
   words_.resize(n + simd::row_padding);
   names_.resize(n + simd::row_padding);
 }
@@ -51,7 +51,7 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
         bounds_[chunk] =
             simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
       });
-  // Points that take no part may be anywhere.
+  // Points that are left out may be anywhere.
   for (const std::uint32_t p : absent_) points_[p] = {0, 0, 0, points_[p].name};
   if (!absent_.empty()) return std::nullopt;
   Box box;

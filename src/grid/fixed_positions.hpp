@@ -24,20 +24,20 @@ namespace palpate {
 /// the fraction.
 class FixedPositions {
  public:
-  /// \param takes_part  per point; the others have no fixed position
+  /// \param included  per point; the others have no fixed position
   /// \param marks       per point: whether its name gets simd::marked
-  FixedPositions(std::span<const std::uint8_t> takes_part, std::span<const std::uint8_t> marks);
+  FixedPositions(std::span<const std::uint8_t> included, std::span<const std::uint8_t> marks);
 
   /// Whether the numbers of a lattice stay finite: all but cells smaller than 1e-290.
   [[nodiscard]] static bool represents(const Lattice& lattice);
-  /// Takes over the positions (n_points x 3) of a frame, and gives the box of those that take part; none
+  /// Copies the positions (n_points x 3) of a frame, and gives the box of the included ones; none
   /// where one of them may not be finite or is beyond largest_coordinate. Means nothing unless the box is in
   /// the domain of the lattice. Parallel, O(n).
   std::optional<Box> place(const parallel::Threads& threads, const Lattice& lattice,
                            std::span<const Vec3> positions);
-  /// Takes over the numbers of points, their names stay, in a lattice with the same parts.
+  /// Copies the numbers of points, their names stay, in a lattice with the same parts.
   void set_points(std::span<const std::array<std::int32_t, 3>> numbers);
-  /// The keys of all points, linear cell indices below 2^31; those that take no part have no_key. Parallel,
+  /// The keys of all points, linear cell indices below 2^31; those that are left out have no_key. Parallel,
   /// O(n).
   void write_linear_keys(const parallel::Threads& threads, std::vector<std::uint32_t>& keys) const;
   /// Puts points in the order of L, `entries`. Parallel, O(entries).
@@ -56,15 +56,15 @@ class FixedPositions {
     return {std::min(p.x >> fraction_bits_, size_[0] - 1), std::min(p.y >> fraction_bits_, size_[1] - 1),
             std::min(p.z >> fraction_bits_, size_[2] - 1)};
   }
-  [[nodiscard]] bool takes_part(Index point) const { return at(takes_part_, point) != 0; }
+  [[nodiscard]] bool included(Index point) const { return at(included_, point) != 0; }
   [[nodiscard]] std::size_t bytes() const {
     return points_.capacity() * sizeof(simd::FixedPoint) +
            (words_.capacity() + names_.capacity()) * sizeof(std::int32_t);
   }
 
  private:
-  std::vector<std::uint8_t> takes_part_;
-  std::vector<std::uint32_t> absent_;  ///< points that take no part
+  std::vector<std::uint8_t> included_;
+  std::vector<std::uint32_t> absent_;  ///< points that are left out
   std::vector<simd::Bounds> bounds_;   ///< of a chunk
   std::vector<simd::FixedPoint> points_;
   std::vector<std::int32_t> words_;  ///< in the order of L

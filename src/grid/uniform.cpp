@@ -28,7 +28,7 @@ void UniformGrid::clear(const Cell& size, std::size_t primitives) {
   }
 }
 
-std::uint32_t UniformGrid::take_block(std::uint32_t size) {
+std::uint32_t UniformGrid::allocate_block(std::uint32_t size) {
   Index& left = left_blocks_[static_cast<std::size_t>(std::countr_zero(size))];
   if (left != no_block) {
     const Index block = left;
@@ -54,11 +54,11 @@ void UniformGrid::insert(std::uint64_t cell, Index reference) {
   CellArray& array = cells_[cell];
   if (array.size == 0) {
     used_.push_back(cell);
-    array.begin = take_block(smallest_block);
+    array.begin = allocate_block(smallest_block);
   } else if (blocks_[array.begin + array.size - 1] == reference) {
     return;  // this primitive covers several cells of the lattice that are one here
   } else if (array.size >= smallest_block && std::has_single_bit(array.size)) {
-    const std::uint32_t larger = take_block(2 * array.size);
+    const std::uint32_t larger = allocate_block(2 * array.size);
     std::copy_n(blocks_.begin() + array.begin, array.size, blocks_.begin() + larger);
     leave_block(array.begin, array.size);
     array.begin = larger;

@@ -54,7 +54,7 @@ class UniformGrid {
   void clear(const Cell& size, std::size_t primitives);  ///< empties the cells of the last build
   void insert(std::uint64_t cell, Index reference);
   /// A block of `size` (a power of two) items: one that was left, or new at the end of the list.
-  [[nodiscard]] std::uint32_t take_block(std::uint32_t size);
+  [[nodiscard]] std::uint32_t allocate_block(std::uint32_t size);
   void leave_block(std::uint32_t begin, std::uint32_t size);
   void keep_some_room(std::size_t capacity_before);
 

@@ -35,9 +35,9 @@ std::string number(double value) {
 }  // namespace
 
 Rgb scale_colour(double value, const ColourScale& scale) {
-  const double share =
+  const double fraction =
       std::isfinite(value) ? std::clamp((value - scale.least) / (scale.most - scale.least), 0.0, 1.0) : 0.0;
-  const double place = share * (viridis.size() - 1);
+  const double place = fraction * (viridis.size() - 1);
   const auto low = std::min(static_cast<std::size_t>(place), viridis.size() - 2);
   const auto between = static_cast<float>(place - static_cast<double>(low));
   Rgb colour{};
@@ -54,16 +54,16 @@ void draw_scale(Image& image, const ColourScale& scale, int bottom) {
   const int right = image.width - 4 * unit;
   const int left = right - unit;
   for (int y = top; y < end; ++y) {
-    const double share = static_cast<double>(end - 1 - y) / std::max(1, end - 1 - top);
-    const Rgb colour = scale_colour(scale.least + share * (scale.most - scale.least), scale);
+    const double fraction = static_cast<double>(end - 1 - y) / std::max(1, end - 1 - top);
+    const Rgb colour = scale_colour(scale.least + fraction * (scale.most - scale.least), scale);
     for (int x = std::max(left, 0); x < right; ++x) {
       for (std::size_t c = 0; c < 3; ++c)
         image.pixel(x, y)[c] = static_cast<std::uint8_t>(std::lround(255.0F * colour[c]));
     }
   }
-  for (const double share : {0.0, 0.5, 1.0}) {
-    const int y = static_cast<int>(std::lround(end - 1 - share * (end - 1 - top)));
-    draw_text(image, number(scale.least + share * (scale.most - scale.least)), unit, right + unit / 2, y,
+  for (const double fraction : {0.0, 0.5, 1.0}) {
+    const int y = static_cast<int>(std::lround(end - 1 - fraction * (end - 1 - top)));
+    draw_text(image, number(scale.least + fraction * (scale.most - scale.least)), unit, right + unit / 2, y,
               TextSide::right);
   }
   draw_text(image, scale.label, unit, right + 3 * unit, 2 * unit, TextSide::left);

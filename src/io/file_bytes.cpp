@@ -39,7 +39,7 @@ void require_regular_file(const std::filesystem::path& path, const std::string& 
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found) fail(path, "no such file", expected);
-  if (error) fail(path, "a path that cannot be looked up (" + error.message() + ")", expected);
+  if (error) fail(path, "a path that cannot be read (" + error.message() + ")", expected);
   if (std::filesystem::is_directory(status)) fail(path, "a folder", expected);
   if (!std::filesystem::is_regular_file(status)) fail(path, "something that is not a regular file", expected);
   refuse_lfs_pointer(path, expected);

@@ -21,7 +21,7 @@ constexpr bool is_binary = std::is_same_v<Scanner, BinaryScanner>;
 
 /// A number that binary files write as int.
 template <class Scanner>
-std::int64_t take_int(Scanner& scanner, const char* what) {
+std::int64_t read_int(Scanner& scanner, const char* what) {
   if constexpr (is_binary<Scanner>) {
     return scanner.integer32(what);
   } else {
@@ -31,7 +31,7 @@ std::int64_t take_int(Scanner& scanner, const char* what) {
 
 /// A number that binary files of version 4.1 write as size_t.
 template <class Scanner>
-std::int64_t take_size(Scanner& scanner, const char* what) {
+std::int64_t read_size(Scanner& scanner, const char* what) {
   if constexpr (is_binary<Scanner>) {
     return scanner.integer64(what);
   } else {
@@ -55,8 +55,8 @@ constexpr std::size_t least_bytes(std::size_t ints, std::size_t sizes, std::size
 }
 
 template <class Scanner>
-const GmshCellType& take_cell_type(Scanner& scanner) {
-  const std::int64_t number = take_int(scanner, "an element type");
+const GmshCellType& read_cell_type(Scanner& scanner) {
+  const std::int64_t number = read_int(scanner, "an element type");
   const GmshCellType* type = gmsh_cell_type(number);
   if (type == nullptr) {
     scanner.fail(fmt::format("element type {}", number), "a type of the Gmsh manual (1 to 31, 92, 93)");
@@ -66,7 +66,7 @@ const GmshCellType& take_cell_type(Scanner& scanner) {
 
 /// Reads the nodes of one element, with `take` for one number; keeps the corners of those with a volume.
 template <class Scanner, class Take>
-void take_element(Scanner& scanner, std::int64_t number_of_it, const GmshCellType& type, Take take,
+void read_element(Scanner& scanner, std::int64_t number_of_it, const GmshCellType& type, Take take,
                   GmshMesh& mesh) {
   const std::size_t wanted = volume_corners(type.kind);
   std::array<Index, 8> corners{};
@@ -78,7 +78,7 @@ void take_element(Scanner& scanner, std::int64_t number_of_it, const GmshCellTyp
       scanner.fail(fmt::format("node number {}", number), "the number of a node that the file defines");
   }
   if (wanted == 0) return count_dropped(mesh.file, type.kind);
-  take_volume_cell(mesh.file, type.kind, std::span(corners).first(wanted));
+  add_volume_cell(mesh.file, type.kind, std::span(corners).first(wanted));
   mesh.element_of_tet.resize(mesh.file.mesh.tets.size(), number_of_it);
 }
 
@@ -94,7 +94,7 @@ void read_nodes_2(Scanner& scanner, Index count, GmshMesh& mesh) {
   mesh.file.mesh.points.reserve(static_cast<std::size_t>(count));
   mesh.numbers.reserve(static_cast<std::size_t>(count));
   for (Index i = 0; i < count; ++i) {
-    mesh.numbers.add(take_int(scanner, "a node number"));
+    mesh.numbers.add(read_int(scanner, "a node number"));
     mesh.file.mesh.points.push_back(scanner.point());
   }
 }
@@ -106,14 +106,14 @@ void read_nodes_40(Scanner& scanner, GmshMesh& mesh) {
   mesh.file.mesh.points.reserve(static_cast<std::size_t>(nodes));
   mesh.numbers.reserve(static_cast<std::size_t>(nodes));
   for (Index block = 0; block < blocks; ++block) {
-    take_int(scanner, "an entity number");
+    read_int(scanner, "an entity number");
     const auto dimension =
-        in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
+        in_range(scanner, "the dimension of an entity", read_int(scanner, "a dimension"), 0, 3);
     const auto parametric =
-        in_range(scanner, "the parametric flag", take_int(scanner, "a parametric flag"), 0, 1);
+        in_range(scanner, "the parametric flag", read_int(scanner, "a parametric flag"), 0, 1);
     const Index count = scanner.count("the number of nodes in the block", least_bytes<Scanner>(1, 0, 3));
     for (Index i = 0; i < count; ++i) {
-      mesh.numbers.add(take_int(scanner, "a node number"));
+      mesh.numbers.add(read_int(scanner, "a node number"));
       mesh.file.mesh.points.push_back(scanner.point());
       for (std::int64_t j = 0; j < parametric * dimension; ++j) scanner.number("a parametric coordinate");
     }
@@ -126,18 +126,18 @@ template <class Scanner>
 void read_nodes_41(Scanner& scanner, GmshMesh& mesh) {
   const Index blocks = scanner.count("the number of node blocks", least_bytes<Scanner>(3, 1, 0));
   const Index nodes = scanner.count("the number of nodes", least_bytes<Scanner>(0, 1, 3));
-  take_size(scanner, "the lowest node number");
-  take_size(scanner, "the highest node number");
+  read_size(scanner, "the lowest node number");
+  read_size(scanner, "the highest node number");
   mesh.file.mesh.points.reserve(static_cast<std::size_t>(nodes));
   mesh.numbers.reserve(static_cast<std::size_t>(nodes));
   for (Index block = 0; block < blocks; ++block) {
     const auto dimension =
-        in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
-    take_int(scanner, "an entity number");
+        in_range(scanner, "the dimension of an entity", read_int(scanner, "a dimension"), 0, 3);
+    read_int(scanner, "an entity number");
     const auto parametric =
-        in_range(scanner, "the parametric flag", take_int(scanner, "a parametric flag"), 0, 1);
+        in_range(scanner, "the parametric flag", read_int(scanner, "a parametric flag"), 0, 1);
     const Index count = scanner.count("the number of nodes in the block", least_bytes<Scanner>(0, 1, 3));
-    for (Index i = 0; i < count; ++i) mesh.numbers.add(take_size(scanner, "a node number"));
+    for (Index i = 0; i < count; ++i) mesh.numbers.add(read_size(scanner, "a node number"));
     for (Index i = 0; i < count; ++i) {
       mesh.file.mesh.points.push_back(scanner.point());
       for (std::int64_t j = 0; j < parametric * dimension; ++j) scanner.number("a parametric coordinate");
@@ -153,15 +153,15 @@ void read_elements_40(Scanner& scanner, GmshMesh& mesh) {
   const Index elements = scanner.count("the number of elements", least_bytes<Scanner>(2, 0, 0));
   std::int64_t found = 0;
   for (Index block = 0; block < blocks; ++block) {
-    take_int(scanner, "an entity number");
-    in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
-    const GmshCellType& type = take_cell_type(scanner);
+    read_int(scanner, "an entity number");
+    in_range(scanner, "the dimension of an entity", read_int(scanner, "a dimension"), 0, 3);
+    const GmshCellType& type = read_cell_type(scanner);
     const auto nodes = static_cast<std::size_t>(type.nodes);
     const Index count =
         scanner.count("the number of elements in the block", least_bytes<Scanner>(1 + nodes, 0, 0));
     for (Index i = 0; i < count; ++i) {
-      const std::int64_t number = take_int(scanner, "an element number");
-      take_element(scanner, number, type, take_int<Scanner>, mesh);
+      const std::int64_t number = read_int(scanner, "an element number");
+      read_element(scanner, number, type, read_int<Scanner>, mesh);
     }
     found += count;
   }
@@ -172,19 +172,19 @@ template <class Scanner>
 void read_elements_41(Scanner& scanner, GmshMesh& mesh) {
   const Index blocks = scanner.count("the number of element blocks", least_bytes<Scanner>(3, 1, 0));
   const Index elements = scanner.count("the number of elements", least_bytes<Scanner>(0, 2, 0));
-  take_size(scanner, "the lowest element number");
-  take_size(scanner, "the highest element number");
+  read_size(scanner, "the lowest element number");
+  read_size(scanner, "the highest element number");
   std::int64_t found = 0;
   for (Index block = 0; block < blocks; ++block) {
-    in_range(scanner, "the dimension of an entity", take_int(scanner, "a dimension"), 0, 3);
-    take_int(scanner, "an entity number");
-    const GmshCellType& type = take_cell_type(scanner);
+    in_range(scanner, "the dimension of an entity", read_int(scanner, "a dimension"), 0, 3);
+    read_int(scanner, "an entity number");
+    const GmshCellType& type = read_cell_type(scanner);
     const auto nodes = static_cast<std::size_t>(type.nodes);
     const Index count =
         scanner.count("the number of elements in the block", least_bytes<Scanner>(0, 1 + nodes, 0));
     for (Index i = 0; i < count; ++i) {
-      const std::int64_t number = take_size(scanner, "an element number");
-      take_element(scanner, number, type, take_size<Scanner>, mesh);
+      const std::int64_t number = read_size(scanner, "an element number");
+      read_element(scanner, number, type, read_size<Scanner>, mesh);
     }
     found += count;
   }
@@ -194,27 +194,27 @@ void read_elements_41(Scanner& scanner, GmshMesh& mesh) {
 void read_elements_1(TextScanner& scanner, Index count, GmshMesh& mesh) {
   for (Index i = 0; i < count; ++i) {
     const std::int64_t number = scanner.integer("an element number");
-    const GmshCellType& type = take_cell_type(scanner);
+    const GmshCellType& type = read_cell_type(scanner);
     scanner.integer("a physical region");
     scanner.integer("an elementary region");
     scanner.integer("the number of nodes of that element type", type.nodes, type.nodes);
-    take_element(scanner, number, type, take_int<TextScanner>, mesh);
+    read_element(scanner, number, type, read_int<TextScanner>, mesh);
   }
 }
 
 void read_elements_2(TextScanner& scanner, Index count, GmshMesh& mesh) {
   for (Index i = 0; i < count; ++i) {
     const std::int64_t number = scanner.integer("an element number");
-    const GmshCellType& type = take_cell_type(scanner);
+    const GmshCellType& type = read_cell_type(scanner);
     const Index tags = scanner.count("the number of tags", least_bytes<TextScanner>(1, 0, 0));
     for (Index tag = 0; tag < tags; ++tag) scanner.integer("a tag of an element");
-    take_element(scanner, number, type, take_int<TextScanner>, mesh);
+    read_element(scanner, number, type, read_int<TextScanner>, mesh);
   }
 }
 
 void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh) {
   for (std::int64_t done = 0; done < count;) {
-    const GmshCellType& type = take_cell_type(scanner);
+    const GmshCellType& type = read_cell_type(scanner);
     const auto in_block = in_range(scanner, "the number of elements of the block",
                                    scanner.integer32("the number of elements of a block"), 1, count - done);
     const auto tags = in_range(scanner, "the number of tags", scanner.integer32("the number of tags"), 0,
@@ -222,7 +222,7 @@ void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh) {
     for (std::int64_t i = 0; i < in_block; ++i) {
       const std::int64_t number = scanner.integer32("an element number");
       for (std::int64_t tag = 0; tag < tags; ++tag) scanner.integer32("a tag of an element");
-      take_element(scanner, number, type, take_int<BinaryScanner>, mesh);
+      read_element(scanner, number, type, read_int<BinaryScanner>, mesh);
     }
     done += in_block;
   }
@@ -231,7 +231,7 @@ void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh) {
 template <class Scanner>
 void read_vectors(Scanner& scanner, Index count, std::map<std::int64_t, Vec3>& vectors) {
   for (Index i = 0; i < count; ++i) {
-    const std::int64_t element = take_int(scanner, "an element number");
+    const std::int64_t element = read_int(scanner, "an element number");
     vectors[element] = scanner.point();
   }
 }

@@ -14,7 +14,7 @@ struct Machine {
   std::string commit;  ///< git commit (40 hex digits, "-dirty" after them if sources differed), or "unknown"
 };
 
-/// The machine and build of this process. Reads /proc/cpuinfo; never throws for want of it.
+/// The machine and build of this process. Reads /proc/cpuinfo; never throws where it is missing.
 Machine describe_machine();
 
 /// The first "model name" in text of the form of /proc/cpuinfo, or "unknown".

@@ -102,7 +102,7 @@ class MeditReader {
         if (corner < wanted) corners[corner] = point;
       }
       scanner_.number("the reference of a cell");
-      take_volume_cell(file_, section->kind, std::span(corners).first(wanted));
+      add_volume_cell(file_, section->kind, std::span(corners).first(wanted));
     }
   }
 

@@ -14,7 +14,7 @@ namespace palpate::io {
 MeshFile read_gmsh(const std::filesystem::path& path);
 
 /// Medit ASCII (INRIA RT-0253, "MEDIT: an interactive mesh visualization software", appendix). The closing
-/// keyword End is required: nothing else tells a whole file from one that was cut in its last number.
+/// keyword End is required: nothing else distinguishes a whole file from one that was cut in its last number.
 MeshFile read_medit(const std::filesystem::path& path);
 
 /// TetGen .node and .ele (TetGen manual, "File formats"), given by either path. Numbering starts at 0 or 1
@@ -22,7 +22,7 @@ MeshFile read_medit(const std::filesystem::path& path);
 MeshFile read_tetgen(const std::filesystem::path& path);
 
 /// VTK legacy unstructured grid, ASCII or binary, file versions up to 5.1 (VTK file formats, "Simple legacy
-/// formats"), or XML as read_vtu() takes it. What follows the cells (point and cell data) is not looked at.
+/// formats"), or XML as read_vtu() takes it. Data after the cells (point and cell data) are not read.
 /// An ASCII file must end with a line end: the format has no end mark.
 MeshFile read_vtk_legacy(const std::filesystem::path& path);
 

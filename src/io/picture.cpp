@@ -162,8 +162,8 @@ Colour default_colour(Index body) {
   return at(colours, body % 6);
 }
 
-Image take_picture(const PictureSubject& subject, const PictureSettings& settings,
-                   const parallel::Threads& threads) {
+Image render_picture(const PictureSubject& subject, const PictureSettings& settings,
+                     const parallel::Threads& threads) {
   check(subject, settings);
   Image image(settings.width, settings.height);
   std::ranges::fill(image.bytes, std::uint8_t{255});
@@ -184,12 +184,12 @@ void render_picture(const std::filesystem::path& path, const Bodies& bodies, std
                     std::span<const Index> contact_points, std::span<const Colour> body_colours,
                     const PictureSettings& settings, const parallel::Threads& threads) {
   check_length("positions", positions.size(), bodies.points_rest().size());
-  write_png(path, take_picture({.positions = positions,
-                                .triangles = bodies.triangles(),
-                                .body_of_point = bodies.body_of_point(),
-                                .contact_points = contact_points,
-                                .body_colours = body_colours},
-                               settings, threads));
+  write_png(path, render_picture({.positions = positions,
+                                  .triangles = bodies.triangles(),
+                                  .body_of_point = bodies.body_of_point(),
+                                  .contact_points = contact_points,
+                                  .body_colours = body_colours},
+                                 settings, threads));
 }
 
 }  // namespace palpate::io

@@ -58,12 +58,12 @@ struct PictureSubject {
 /// n_triangles).
 ///
 /// Not to be called from several threads at once (VTK's fonts are shared).
-Image take_picture(const PictureSubject& subject, const PictureSettings& settings,
-                   const parallel::Threads& threads);
+Image render_picture(const PictureSubject& subject, const PictureSettings& settings,
+                     const parallel::Threads& threads);
 
 /// Takes a picture of the surfaces of all bodies at `positions` (n_points x 3) and writes it as PNG, whole or
 /// not at all. `contact_points` may be empty, and so may `body_colours` (else n_bodies). Throws as
-/// take_picture() and write_png() do.
+/// render_picture() and write_png() do.
 void render_picture(const std::filesystem::path& path, const Bodies& bodies, std::span<const Vec3> positions,
                     std::span<const Index> contact_points, std::span<const Colour> body_colours,
                     const PictureSettings& settings, const parallel::Threads& threads);

@@ -35,13 +35,13 @@ class Cutter {
   /// Height above the plane: positive is taken away.
   [[nodiscard]] double height(Index p) const { return dot(at(result_.points, p) - settings_.point, normal_); }
 
-  /// A new point where the way from a, in front of the plane, to b, behind it, meets the plane.
+  /// A new point where the segment from a, in front of the plane, to b, behind it, meets the plane.
   Index meeting(Index a, Index b) {
-    const double share = height(a) / (height(a) - height(b));
+    const double fraction = height(a) / (height(a) - height(b));
     const Vec3 from = at(result_.points, a);
     const double value = at(result_.values, a);
-    result_.points.push_back(from + share * (at(result_.points, b) - from));
-    result_.values.push_back(value + share * (at(result_.values, b) - value));
+    result_.points.push_back(from + fraction * (at(result_.points, b) - from));
+    result_.values.push_back(value + fraction * (at(result_.values, b) - value));
     result_.body_of_point.push_back(at(result_.body_of_point, a));
     return static_cast<Index>(result_.points.size()) - 1;
   }
@@ -78,15 +78,15 @@ class Cutter {
         for (const Index b : behind) corners.push_back(meeting(a, b));
       }
     }
-    if (corners.size() >= 3) turn_to_front(corners);
+    if (corners.size() >= 3) face_front(corners);
     add_polygon(corners);
   }
 
   /// Counter-clockwise seen from what is taken away.
-  void turn_to_front(std::vector<Index>& corners) const {
+  void face_front(std::vector<Index>& corners) const {
     const Vec3& a = at(result_.points, corners[0]);
-    const Vec3 way = cross(at(result_.points, corners[1]) - a, at(result_.points, corners[2]) - a);
-    if (dot(way, normal_) < 0.0) std::ranges::reverse(corners);
+    const Vec3 normal = cross(at(result_.points, corners[1]) - a, at(result_.points, corners[2]) - a);
+    if (dot(normal, normal_) < 0.0) std::ranges::reverse(corners);
   }
 
   /// A convex polygon of three or four corners, its diagonal no edge.

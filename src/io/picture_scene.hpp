@@ -40,7 +40,7 @@ class RayScene {
   using Scene = std::unique_ptr<RTCScene, Release<RTCScene, rtcReleaseScene>>;
 
   RayScene();
-  /// Takes over a geometry whose buffers are filled.
+  /// Takes ownership of a geometry whose buffers are filled.
   void commit(RTCGeometry geometry);
 
   Device device_;

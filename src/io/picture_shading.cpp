@@ -52,7 +52,7 @@ double mean_edge_length(std::span<const Vec3> points, std::span<const Triangle> 
   return std::max(smallest, sum / (3.0 * static_cast<double>(triangles.size())));
 }
 
-/// A number in [0, 1) for each pixel that neighbours share out evenly, so that what noise is left is
+/// A number in [0, 1) for each pixel that is spread evenly over neighbours, so that the noise that is left is
 /// fine-grained (interleaved gradient noise, Jimenez 2014).
 double pixel_noise(double x, double y) {
   return fraction(52.9829189 * fraction(0.06711056 * x + 0.00583715 * y));

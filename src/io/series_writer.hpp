@@ -33,9 +33,9 @@ class SeriesWriter {
   [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }
   /// In the collection.
   [[nodiscard]] std::size_t frame_count() const { return times_.size() - missing_.size(); }
-  /// Of all frames that were written, also of those that are gone.
+  /// Of all frames that were written, also of deleted ones.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
-  /// Numbers of frames that were gone when the run went on, ascending.
+  /// Numbers of frames that had been deleted when the run was resumed, ascending.
   [[nodiscard]] const std::vector<std::size_t>& missing_frames() const { return missing_; }
   /// FOLDER/frames/frame_NNNNNN.vtu.
   [[nodiscard]] std::filesystem::path frame_path(std::size_t frame) const;

@@ -78,7 +78,7 @@ void read_elements(TextScanner& scanner, Index first_point, MeshFile& file) {
       points[corner] = scanner.point_index(first_point, static_cast<Index>(file.mesh.points.size()));
     skip_numbers(scanner, attributes, "a region attribute of a tet");
     end_record(scanner, "the end of the tet's line");
-    take_volume_cell(file, corners == 4 ? "tetrahedron" : "tetrahedron10", std::span(points).first<4>());
+    add_volume_cell(file, corners == 4 ? "tetrahedron" : "tetrahedron10", std::span(points).first<4>());
   }
   if (!scanner.at_end()) end_record(scanner, "the end of the file behind the last tet");
 }

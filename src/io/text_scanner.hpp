@@ -9,7 +9,7 @@
 
 namespace palpate::io {
 
-/// Takes a text apart into words and numbers, the same in every locale, and knows the line of each for
+/// Splits a text into words and numbers, the same in every locale, and gives the line of each for
 /// messages.
 ///
 /// Words are separated by blanks and line ends (LF or CRLF). Every function that takes something throws Error
@@ -25,7 +25,7 @@ class TextScanner {
 
   [[nodiscard]] const std::string& source() const { return source_; }
   [[nodiscard]] std::string_view text() const { return text_; }
-  /// Offset of the next byte to look at.
+  /// Offset of the next byte to read.
   [[nodiscard]] std::size_t position() const { return position_; }
   void set_position(std::size_t position) { position_ = position; }
   [[nodiscard]] std::size_t bytes_left() const { return text_.size() - position_; }
@@ -71,7 +71,7 @@ class TextScanner {
   char comment_;
   std::size_t position_ = 0;
   std::string_view
-      last_;  ///< the last word taken; a view into text_, which tells its line when one is asked for
+      last_;  ///< the last word taken; a view into text_, from which its line is found when one is asked for
 };
 
 /// A word from a file in double quotes, shortened, with unprintable bytes as \xNN, so that a message stays

@@ -20,7 +20,7 @@ struct Shape {
   std::size_t face_count;
 };
 
-// vtkHexahedron, vtkWedge and vtkPyramid of VTK 9, which way round does not matter here.
+// vtkHexahedron, vtkWedge and vtkPyramid of VTK 9, their orientation does not matter here.
 constexpr std::array<Shape, 4> shapes{
     {{"tetrahedron", 4, {}, 0},
      {"hexahedron",
@@ -96,7 +96,7 @@ std::size_t volume_corners(std::string_view kind) {
   return shape == nullptr ? 0 : shape->corners;
 }
 
-void take_volume_cell(MeshFile& file, std::string_view kind, std::span<const Index> corners) {
+void add_volume_cell(MeshFile& file, std::string_view kind, std::span<const Index> corners) {
   const Shape& shape = *shape_of(kind);
   if (kind == "tetrahedron") {
     file.mesh.tets.push_back({corners[0], corners[1], corners[2], corners[3]});

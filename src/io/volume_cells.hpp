@@ -21,6 +21,6 @@ std::size_t volume_corners(std::string_view kind);
 ///
 /// \param corners  the first volume_corners(kind) points of the cell in the order of VTK, which Gmsh, Medit
 ///                 and Abaqus share; indices of points of `file`, not checked
-void take_volume_cell(MeshFile& file, std::string_view kind, std::span<const Index> corners);
+void add_volume_cell(MeshFile& file, std::string_view kind, std::span<const Index> corners);
 
 }  // namespace palpate::io

@@ -144,7 +144,7 @@ class CellAppender {
       std::swap(points[2], points[3]);
       std::swap(points[6], points[7]);
     }
-    take_volume_cell(file, known->kind, std::span(points).first(wanted));
+    add_volume_cell(file, known->kind, std::span(points).first(wanted));
   }
 
   const VtkCells& cells_;

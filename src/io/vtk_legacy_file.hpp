@@ -22,7 +22,7 @@ struct VtkLegacyFile {
 };
 
 /// Reads an unstructured grid or PolyData, ASCII or binary, of file versions up to 5.1 (VTK file formats,
-/// "Simple legacy formats"). What follows the cells (point and cell data) is not looked at, vertices and
+/// "Simple legacy formats"). Data after the cells (point and cell data) are not read, vertices and
 /// lines of PolyData are passed over. An ASCII file must end with a line end: the format has no end mark.
 /// Throws Error naming the line or byte.
 VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);

@@ -22,7 +22,7 @@ const ScalarType& LegacyNumbers::read_type() {
   return *type;
 }
 
-std::string_view LegacyNumbers::take_bytes(std::size_t count, std::size_t bytes_each) {
+std::string_view LegacyNumbers::read_bytes(std::size_t count, std::size_t bytes_each) {
   if (!scanner_.at_line_end()) {
     scanner_.word("");
     scanner_.fail("the end of the line");
@@ -39,7 +39,7 @@ std::string_view LegacyNumbers::take_bytes(std::size_t count, std::size_t bytes_
 }
 
 std::vector<double> LegacyNumbers::reals(std::size_t count, const ScalarType& type, const char* what) {
-  if (binary_) return decode_reals(take_bytes(count, type.bytes), type, swapped);
+  if (binary_) return decode_reals(read_bytes(count, type.bytes), type, swapped);
   std::vector<double> values;
   for (std::size_t i = 0; i < count; ++i) values.push_back(scanner_.number(what));
   return values;
@@ -48,7 +48,7 @@ std::vector<double> LegacyNumbers::reals(std::size_t count, const ScalarType& ty
 std::vector<std::int64_t> LegacyNumbers::integers(std::size_t count, const ScalarType& type,
                                                   const char* what) {
   if (type.kind == ScalarType::Kind::real) scanner_.fail("a type of whole numbers");
-  if (binary_) return decode_integers(take_bytes(count, type.bytes), type, swapped);
+  if (binary_) return decode_integers(read_bytes(count, type.bytes), type, swapped);
   std::vector<std::int64_t> values(count);
   for (std::int64_t& value : values) value = scanner_.integer(what);
   return values;
@@ -56,7 +56,7 @@ std::vector<std::int64_t> LegacyNumbers::integers(std::size_t count, const Scala
 
 void LegacyNumbers::skip(std::size_t count, const ScalarType& type) {
   if (binary_) {
-    take_bytes(count, type.bytes);
+    read_bytes(count, type.bytes);
   } else {
     for (std::size_t i = 0; i < count; ++i) scanner_.number("a number of an array");
   }

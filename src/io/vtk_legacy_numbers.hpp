@@ -25,7 +25,7 @@ class LegacyNumbers {
   /// The word of a type of numbers.
   const ScalarType& read_type();
   /// The bytes of a binary array, from behind this line.
-  std::string_view take_bytes(std::size_t count, std::size_t bytes_each);
+  std::string_view read_bytes(std::size_t count, std::size_t bytes_each);
   /// Numbers of a binary array may be NaN or infinite.
   std::vector<double> reals(std::size_t count, const ScalarType& type, const char* what);
   std::vector<std::int64_t> integers(std::size_t count, const ScalarType& type, const char* what);

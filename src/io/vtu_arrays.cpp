@@ -47,7 +47,7 @@ class BinaryArray {
          fmt::format("{} bytes ({})", n, what));
   }
 
-  std::uint64_t take_word(const char* what) {
+  std::uint64_t read_word(const char* what) {
     const std::string bytes = take(structure_.header_bytes, what);
     const ScalarType type{ScalarType::Kind::natural, structure_.header_bytes};
     const std::int64_t word = decode_integers(bytes, type, structure_.swapped).front();
@@ -56,16 +56,16 @@ class BinaryArray {
   }
 
   std::string read_plain(std::uint64_t expected_bytes) {
-    const std::uint64_t length = take_word("the length of the data");
+    const std::uint64_t length = read_word("the length of the data");
     if (length != expected_bytes)
       fail(fmt::format("{} bytes", length), fmt::format("{} bytes", expected_bytes));
     return take(length, "the data");
   }
 
   std::string read_compressed(std::uint64_t expected_bytes) {
-    const std::uint64_t blocks = take_word("the number of blocks");
-    const std::uint64_t block_bytes = take_word("the length of a block");
-    const std::uint64_t last_bytes = take_word("the length of the last block");
+    const std::uint64_t blocks = read_word("the number of blocks");
+    const std::uint64_t block_bytes = read_word("the length of a block");
+    const std::uint64_t last_bytes = read_word("the length of the last block");
     if (blocks > size_ / structure_.header_bytes) {
       fail(fmt::format("{} blocks", blocks), fmt::format("at most {}", size_ / structure_.header_bytes));
     }
@@ -74,7 +74,7 @@ class BinaryArray {
            fmt::format("data for {} bytes", expected_bytes));
     }
     std::vector<std::uint64_t> compressed(blocks);
-    for (std::uint64_t& length : compressed) length = take_word("the length of a compressed block");
+    for (std::uint64_t& length : compressed) length = read_word("the length of a compressed block");
     std::string result(expected_bytes, '\0');
     std::uint64_t done = 0;
     for (std::uint64_t block = 0; block < blocks; ++block) {

@@ -115,7 +115,7 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const std::string& source, const Vt
 void write_vtu(const std::filesystem::path& path, const VtuData& data) {
   const std::string source = path.string();
   check_indices(source, data);
-  AtomicFile file(path);  // before the work, so that a bad path is told at once
+  AtomicFile file(path);  // before the work, so that a bad path is an error at once
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetInputData(grid_of(source, data));
   writer->SetDataModeToAppended();
@@ -133,7 +133,7 @@ void write_vtu(const std::filesystem::path& path, const VtuData& data) {
 namespace {
 
 /// Positions for a frame: those of points in no tet, which nothing moves, are that of a point of their body
-/// that is in one, so that they are in nobody's way and the bounds are those of the bodies.
+/// that is in one, so that the bounds are those of the bodies.
 std::vector<Vec3> positions_of_tets(const Bodies& bodies, std::span<const Vec3> positions) {
   std::vector<Vec3> result(positions.begin(), positions.end());
   for (std::size_t b = 0; b < bodies.bodies().size(); ++b) {

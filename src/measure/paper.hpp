@@ -68,7 +68,7 @@ struct CellSizeFigures {
 /// The paper: the mean edge length is best in general, that is here: within 3 % in most scenes.
 Finding cell_size_finding(const std::vector<CellSizeFigures>& scenes);
 
-/// Bytes a point of each structure in a scene, and the share of the cuckoo table that is full.
+/// Bytes a point of each structure in a scene, and the fraction of the cuckoo table that is full.
 struct StructureFigures {
   double uniform = 0.0;
   double compact = 0.0;
@@ -93,8 +93,8 @@ struct ErrorFigures {
 /// The paper: fewer cells are faster, and errors are on average below 1 mm.
 Finding errors_finding(const std::vector<ErrorFigures>& scenes);
 
-/// Share p of the work that runs in parallel, from the speed-up s with n threads (paper 6, from Amdahl's
+/// Fraction p of the work that runs in parallel, from the speed-up s with n threads (paper 6, from Amdahl's
 /// law): s = 1 / ((1 - p) + p / n).
-double parallel_share(double speed_up, int threads);
+double parallel_fraction(double speed_up, int threads);
 
 }  // namespace palpate::measure

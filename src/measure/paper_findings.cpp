@@ -10,9 +10,9 @@ Verdict agreement(bool agrees) {
   return agrees ? Verdict::agrees : Verdict::differs;
 }
 
-std::string share_text(double speed_up, int threads) {
+std::string fraction_text(double speed_up, int threads) {
   if (speed_up <= 1.0) return "none";
-  return fmt::format("{:.0f} %", 100.0 * parallel_share(speed_up, threads));
+  return fmt::format("{:.0f} %", 100.0 * parallel_fraction(speed_up, threads));
 }
 
 /// "0.92 to 1.20 times": the least and the most of a ratio over the scenes.
@@ -42,7 +42,7 @@ Finding eye_finding(double insertion, double index_speed_up, double cuckoo_speed
       index_speed_up > cuckoo_speed_up ? "better"
       : scales                         ? "no worse"
                                        : "worse",
-      share_text(index_speed_up, threads), share_text(cuckoo_speed_up, threads), threads);
+      fraction_text(index_speed_up, threads), fraction_text(cuckoo_speed_up, threads), threads);
   return {agreement(faster && scales), why};
 }
 
@@ -68,17 +68,17 @@ Finding structures_finding(const std::vector<StructureFigures>& scenes, std::siz
   const bool all_less = std::ranges::all_of(scenes, [](const StructureFigures& s) {
     return s.compact < s.uniform && s.hash < s.uniform && s.cuckoo < s.uniform;
   });
-  const auto share = [&](double StructureFigures::*structure) {
+  const auto fraction = [&](double StructureFigures::*structure) {
     return range_of(scenes, "{:.2f}", [&](const StructureFigures& s) { return s.*structure / s.uniform; });
   };
-  return {
-      agreement(all_less && second_tries == 0),
-      fmt::format(
-          "of the memory of uniform grids, compact ones take {}, hashing {} and cuckoo hashing {} times; "
-          "cuckoo tables are {} % full, the paper's 71 %, and needed {} second tries",
-          share(&StructureFigures::compact), share(&StructureFigures::hash), share(&StructureFigures::cuckoo),
-          range_of(scenes, "{:.0f}", [](const StructureFigures& s) { return 100.0 * s.occupancy; }),
-          second_tries)};
+  return {agreement(all_less && second_tries == 0),
+          fmt::format(
+              "of the memory of uniform grids, compact ones take {}, hashing {} and cuckoo hashing {} times; "
+              "cuckoo tables are {} % full, the paper's 71 %, and needed {} second tries",
+              fraction(&StructureFigures::compact), fraction(&StructureFigures::hash),
+              fraction(&StructureFigures::cuckoo),
+              range_of(scenes, "{:.0f}", [](const StructureFigures& s) { return 100.0 * s.occupancy; }),
+              second_tries)};
 }
 
 Finding errors_finding(const std::vector<ErrorFigures>& scenes) {

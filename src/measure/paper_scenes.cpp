@@ -19,7 +19,7 @@ constexpr std::array<const char*, 4> kinds{"points", "edges", "triangles", "tets
 
 }  // namespace
 
-double parallel_share(double speed_up, int threads) {
+double parallel_fraction(double speed_up, int threads) {
   return threads < 2 ? 0.0 : (1.0 - 1.0 / speed_up) / (1.0 - 1.0 / threads);
 }
 

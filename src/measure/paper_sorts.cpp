@@ -25,8 +25,8 @@ std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, in
   const std::size_t steps = static_cast<std::size_t>(rounds) * frames.steps();
   for (std::size_t step = 0; step < steps; ++step) {
     const std::size_t frame = frames.frame_at(step);
-    for (std::size_t turn = 0; turn < all.size(); ++turn) {
-      const std::size_t s = (step + turn) % all.size();
+    for (std::size_t round = 0; round < all.size(); ++round) {
+      const std::size_t s = (step + round) % all.size();
       Stopwatch watch;
       const std::vector<std::uint64_t>& words = sorters[s](frames, frame);
       const double seconds = watch.lap();

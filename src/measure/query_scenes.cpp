@@ -60,8 +60,8 @@ void QueryScene::place(std::uint32_t frame, std::vector<Vec3>& positions) const 
   positions.resize(places.size());
   const std::uint64_t stream = 16 + std::uint64_t{frame} * 4;
   for (std::size_t p = 0; p < places.size(); ++p) {
-    const Vec3 way{random_unit(stream, p), random_unit(stream + 1, p), random_unit(stream + 2, p)};
-    positions[p] = places[p] + tremble * way;
+    const Vec3 method{random_unit(stream, p), random_unit(stream + 1, p), random_unit(stream + 2, p)};
+    positions[p] = places[p] + tremble * method;
     if (frame % 2 == 1) positions[p].x += shift;
   }
 }
@@ -86,12 +86,12 @@ QueryScene pile_scene() {
     const bool ball = b % 2 == 0;
     TetMesh mesh = ball ? make_ball(0.58, 4 + b % 5) : make_box({5 + b % 4, 6, 5}, {1.05, 1.05, 1.05});
     const Vec3 axis{1.0 + random_unit(2, static_cast<std::uint64_t>(b)), 1.0, 0.5};
-    const Turn turn = turn_about(axis, 37.0 * b);
+    const Quaternion rotation = rotation_about(axis, 37.0 * b);
     const std::div_t layer = std::div(b, 9);
     const std::div_t row = std::div(layer.rem, 3);
     const Vec3 centre{static_cast<double>(row.rem), static_cast<double>(row.quot),
                       static_cast<double>(layer.quot)};
-    for (Vec3& p : mesh.points) p = rotated(turn, p) + centre;
+    for (Vec3& p : mesh.points) p = rotated(rotation, p) + centre;
     scene.bodies.add((ball ? "ball " : "box ") + std::to_string(b), std::move(mesh));
   }
   start(scene);
@@ -113,9 +113,9 @@ QueryScene tubes_scene() {
     const double side = apart * (layer.rem - 0.5 * (abreast - 1));
     std::vector<anatomy::TubeStation> stations;
     for (int i = 0; i <= parts; ++i) {
-      const double way = length * (static_cast<double>(i) / parts - 0.5);
-      const double bend = 0.3 * std::sin(way + layer.quot);
-      const Vec3 centre{along_x ? way : side + bend, along_x ? side + bend : way, apart * layer.quot};
+      const double method = length * (static_cast<double>(i) / parts - 0.5);
+      const double bend = 0.3 * std::sin(method + layer.quot);
+      const Vec3 centre{along_x ? method : side + bend, along_x ? side + bend : method, apart * layer.quot};
       stations.push_back({centre, {0.0, 0.0, 1.0}, radius, radius});
     }
     constexpr double reach = 0.5 * length + 2.0 * radius;

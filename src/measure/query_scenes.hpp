@@ -9,7 +9,7 @@
 
 namespace palpate::measure {
 
-/// Bodies whose points move a little from frame to frame, so that a wanted share of them has another cell
+/// Bodies whose points move a little from frame to frame, so that a wanted fraction of them has another cell
 /// than in the frame before: they tremble around their places, or, where all are to be movers, the whole also
 /// goes to and fro along x.
 struct QueryScene {
@@ -27,7 +27,8 @@ struct QueryScene {
 
 /// The paper's stack of 20 membranes, each of n x n x 1 cells of 5 tets, pressed into each other unevenly so
 /// that about 38 % of the points collide.
-/// \param movers  wanted share of points in another cell than in the frame before, for cells of the mean edge
+/// \param movers  wanted fraction of points in another cell than in the frame before, for cells of the mean
+/// edge
 QueryScene stacking_scene(int cells, double movers = 0.02);
 /// That stack as it is at rest, to be simulated.
 Model stacking_model(int cells);

@@ -38,7 +38,7 @@ void require_same(const Contacts& found, const Contacts& expected, const std::st
     return;
   throw Error("benchmark", name + ", frame " + std::to_string(frame),
               std::to_string(found.size()) + " contacts, or other depths",
-              "those of the first way, " + std::to_string(expected.size()));
+              "those of the first method, " + std::to_string(expected.size()));
 }
 
 }  // namespace
@@ -47,16 +47,16 @@ double total(const DetectionTimes& times) {
   return times.grid + times.contacts + times.border_edges + times.crossings + times.depth;
 }
 
-double WayTimes::median_total() const {
+double MethodTimes::median_total() const {
   return median(of_frame, total);
 }
-double WayTimes::median_update() const {
+double MethodTimes::median_update() const {
   return median(of_frame, [](const DetectionTimes& t) { return t.grid; });
 }
-double WayTimes::median_query() const {
+double MethodTimes::median_query() const {
   return median(of_frame, [](const DetectionTimes& t) { return total(t) - t.grid; });
 }
-double WayTimes::median_crossings() const {
+double MethodTimes::median_crossings() const {
   return median(of_frame, [](const DetectionTimes& t) { return t.crossings; });
 }
 
@@ -82,37 +82,37 @@ std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash) {
   return hash;
 }
 
-void add_measures(Section& section, const std::string& scene, const std::vector<Way>& ways,
-                  const std::vector<WayTimes>& times) {
-  for (std::size_t w = 0; w < ways.size(); ++w) {
+void add_measures(Section& section, const std::string& scene, const std::vector<Method>& methods,
+                  const std::vector<MethodTimes>& times) {
+  for (std::size_t w = 0; w < methods.size(); ++w) {
     std::vector<double> milliseconds;
     for (std::size_t f = 1; f < times[w].of_frame.size(); ++f)
       milliseconds.push_back(1e3 * total(times[w].of_frame[f]));
     if (!milliseconds.empty())
-      section.measures.push_back(measure_of(scene + ", " + ways[w].name, std::move(milliseconds)));
+      section.measures.push_back(measure_of(scene + ", " + methods[w].name, std::move(milliseconds)));
   }
   // Of several scenes, all their hashes.
   const std::string both = section.result_hash + hash_text(times.front().hash);
   section.result_hash = section.result_hash.empty() ? both : hash_text(fnv1a(std::as_bytes(std::span(both))));
 }
 
-std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds) {
-  std::vector<WayTimes> results(ways.size());
+std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Method>& methods, int rounds) {
+  std::vector<MethodTimes> results(methods.size());
   for (int round = 0; round < rounds; ++round) {
     std::vector<Detector> detectors;
-    detectors.reserve(ways.size());
-    for (const Way& way : ways) {
-      DetectionSettings settings = way.settings;
+    detectors.reserve(methods.size());
+    for (const Method& method : methods) {
+      DetectionSettings settings = method.settings;
       settings.coherence = false;      // structures are compared by what a frame on its own costs
       settings.edge_contacts = false;  // the paper has none
-      detectors.emplace_back(recording.bodies, settings, recording.rigid, way.threads);
+      detectors.emplace_back(recording.bodies, settings, recording.rigid, method.threads);
     }
     for (std::size_t frame = 0; frame < recording.frames.size(); ++frame) {
-      for (std::size_t turn = 0; turn < ways.size(); ++turn) {
-        const std::size_t w = (frame + turn) % ways.size();
+      for (std::size_t place = 0; place < methods.size(); ++place) {
+        const std::size_t w = (frame + place) % methods.size();
         detectors[w].detect(recording.frames[frame]);
-        WayTimes& result = results[w];
-        if (round == 0) {
+        MethodTimes& result = results[w];
+        if (place == 0) {
           result.of_frame.push_back(detectors[w].times());
           result.contacts += detectors[w].contacts().size();
         } else {
@@ -121,12 +121,12 @@ std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>&
       }
       if (round == 0)
         results[0].hash = hash_of(detectors[0].contacts(), frame == 0 ? fnv1a({}) : results[0].hash);
-      for (std::size_t w = 1; w < ways.size(); ++w) {
-        if (!ways[w].settings.cells_per_primitive)
-          require_same(detectors[w].contacts(), detectors.front().contacts(), ways[w].name, frame);
+      for (std::size_t w = 1; w < methods.size(); ++w) {
+        if (!methods[w].settings.cells_per_primitive)
+          require_same(detectors[w].contacts(), detectors.front().contacts(), methods[w].name, frame);
       }
     }
-    for (std::size_t w = 0; w < ways.size(); ++w) {
+    for (std::size_t w = 0; w < methods.size(); ++w) {
       results[w].last_counts = detectors[w].counts();
       results[w].structure_bytes = detectors[w].structure_bytes();
       results[w].cell_size = detectors[w].counts().cell_size;

@@ -10,7 +10,7 @@
 
 #include "measure/section.hpp"
 
-/// What benchmarks measure: detections of recorded positions, by ways that take turns on each frame.
+/// What benchmarks measure: detections of recorded positions, by methods that alternate on each frame.
 namespace palpate::measure {
 
 /// Bodies, and where their points were after each step of a simulation.
@@ -23,20 +23,20 @@ struct Recording {
 /// Simulates `steps` steps and keeps the positions of all. Throws what Simulation throws.
 Recording record(Model model, const SimulationSettings& settings, int steps, int threads);
 
-/// A way to find contacts.
-struct Way {
+/// A method to find contacts.
+struct Method {
   std::string name;
   DetectionSettings settings;
   int threads = 1;
 };
 
-/// What a way took for each frame: of several rounds the least, phase by phase.
-struct WayTimes {
+/// Time of a method for each frame: of several rounds the least, phase by phase.
+struct MethodTimes {
   std::vector<DetectionTimes> of_frame;
   DetectionCounts last_counts;
   std::size_t structure_bytes = 0;
   std::size_t contacts = 0;  ///< of all frames
-  std::uint64_t hash = 0;    ///< of the contacts of all frames; of the first way only, others have the same
+  std::uint64_t hash = 0;  ///< of the contacts of all frames; of the first method only, others have the same
   double cell_size = 0.0;
   /// Median over the frames but the first, s: of the whole, and of the update (grid) and the rest (query).
   [[nodiscard]] double median_total() const;
@@ -48,16 +48,16 @@ struct WayTimes {
 /// Sum of the phases, s.
 double total(const DetectionTimes& times);
 
-/// Lets the ways find the contacts of each frame one after the other, in turns, so that what disturbs the
+/// Runs the methods on each frame one after the other, in rotating order, so that what disturbs the
 /// machine disturbs all; `rounds` times from the start, each with fresh detectors. Throws Error where an
-/// exact way finds other contacts, depths or directions than the first one.
-std::vector<WayTimes> replay(const Recording& recording, const std::vector<Way>& ways, int rounds);
+/// exact method finds other contacts, depths or directions than the first one.
+std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Method>& methods, int rounds);
 
 /// Goes on with a hash (fnv1a) of contacts: points, bodies, tets, depths and directions.
 std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash);
 
-/// What the ways took for their frames but the first, and the hash of what they found, into the section.
-void add_measures(Section& section, const std::string& scene, const std::vector<Way>& ways,
-                  const std::vector<WayTimes>& times);
+/// Times of the methods for their frames but the first, and the hash of their contacts, into the section.
+void add_measures(Section& section, const std::string& scene, const std::vector<Method>& methods,
+                  const std::vector<MethodTimes>& times);
 
 }  // namespace palpate::measure

@@ -29,7 +29,7 @@ nlohmann::ordered_json report_of(std::string_view kind, std::string_view effort)
 /// What an item may throw in its midst where it is interrupted; measure_items says what there is by then.
 struct Interrupted {};
 
-/// Measures the items one after the other into report["sections"]; tells of each when it is done, and writes
+/// Measures the items one after the other into report["sections"]; reports each when it is done, and writes
 /// what there is so far to the file, so that who ends it early keeps what was measured; report["complete"] is
 /// true with the last one. `interrupted` is asked before each item: where it says yes, throws
 /// std::runtime_error.

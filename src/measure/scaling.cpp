@@ -37,7 +37,7 @@ struct Runner {
   std::uint64_t hash = fnv1a({});
 };
 
-/// Lets the runners find the contacts of frame after frame in turns: two frames that do not count, then at
+/// Runs the runners on frame after frame in rotating order: two frames that do not count, then at
 /// least three, and up to 41 while there is time.
 void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double seconds) {
   constexpr int warm_up = 2;
@@ -45,8 +45,8 @@ void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double se
   double spent = 0.0;
   for (int frame = 0; frame < warm_up + 3 || (frame < warm_up + 41 && spent < seconds); ++frame) {
     scene.place(static_cast<std::uint32_t>(frame), positions);
-    for (std::size_t turn = 0; turn < runners.size(); ++turn) {
-      Runner& runner = runners[(turn + static_cast<std::size_t>(frame)) % runners.size()];
+    for (std::size_t round = 0; round < runners.size(); ++round) {
+      Runner& runner = runners[(round + static_cast<std::size_t>(frame)) % runners.size()];
       runner.detector.detect(positions);
       // How many frames there is time for differs from run to run.
       if (frame < warm_up + 3) runner.hash = hash_of(runner.detector.contacts(), runner.hash);
@@ -155,7 +155,7 @@ void describe_growth(Section& section, const std::string& what, const std::vecto
     text += fmt::format("{}no exponent where quartiles of neighbouring sizes overlap: {}",
                         text.empty() ? "" : "; ", noisy);
   }
-  section.why = text.empty() ? "one size tells nothing of growth" : text;
+  section.why = text.empty() ? "one size says nothing of growth" : text;
 }
 
 Section growth(const ScalingEffort& effort, double most_tets) {
@@ -217,7 +217,7 @@ Section thread_scaling(const ScalingEffort& effort, double most_tets) {
   Section section{.id = "threads",
                   .title = "Detection against threads",
                   .ours =
-                      "The same stacks; the thread counts take turns on the same frames and must find the "
+                      "The same stacks; the thread counts alternate on the same frames and must find the "
                       "same bits. Medians of time that passed.",
                   .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel share, %"}, {}}};
   Chart chart{.title = "Speed-up by threads", .x_label = "threads", .y_label = "times as fast as one thread"};
@@ -239,10 +239,10 @@ Section thread_scaling(const ScalingEffort& effort, double most_tets) {
       if (runner.threads == 1) one = measure.median;
       const double gain = one / measure.median;
       // Amdahl's law as the paper has it; it has no answer for what is slower than one thread.
-      const bool has_share = runner.threads > 1 && gain > 1.0;
-      const double share = has_share ? 100.0 * (1.0 - 1.0 / gain) / (1.0 - 1.0 / runner.threads) : 0.0;
+      const bool has_fraction = runner.threads > 1 && gain > 1.0;
+      const double fraction = has_fraction ? 100.0 * (1.0 - 1.0 / gain) / (1.0 - 1.0 / runner.threads) : 0.0;
       section.table.rows.push_back({scene.bodies.tets().size(), runner.threads, measure.median, gain,
-                                    has_share ? nlohmann::ordered_json(share) : nullptr});
+                                    has_fraction ? nlohmann::ordered_json(fraction) : nullptr});
       line.x.push_back(runner.threads);
       line.y.push_back(gain);
       if (runner.threads > 1 && gain > best) {

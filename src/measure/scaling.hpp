@@ -32,7 +32,7 @@ Section step_growth(const ScalingEffort& effort, double most_tets);
 double growth_exponent(std::span<const double> x, std::span<const double> y);
 
 /// Memory that this process has asked the allocator for and not given back, bytes (glibc; 0 where it is
-/// another one that counts). Pages that are resident tell less: what was freed before is used again.
+/// another one that counts). Resident pages show less: freed memory is used again.
 std::size_t allocated_bytes();
 
 /// A phase of what is measured, over the sizes.

@@ -36,7 +36,7 @@ struct Table {
 /// How often something was timed and what it took, ms: what two reports are compared by.
 struct Measure {
   std::string name;
-  bool reference = false;  ///< work that is not ours: it tells how fast the machine was
+  bool reference = false;  ///< work that is not ours: it shows how fast the machine was
   std::size_t samples = 0;
   double least = 0.0;
   double lower_quartile = 0.0;

@@ -29,9 +29,9 @@ class Cube {
   std::uint32_t side_;
 };
 
-double share_of(Movers movers) {
-  constexpr std::array shares{0.0, 0.02, 0.1, 0.5, 1.0, 1.0};
-  return shares.at(static_cast<std::size_t>(movers));
+double fraction_of(Movers movers) {
+  constexpr std::array fractions{0.0, 0.02, 0.1, 0.5, 1.0, 1.0};
+  return fractions.at(static_cast<std::size_t>(movers));
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ SortFrames make_frames(std::size_t entries, Movers movers) {
     for (std::size_t i = 0; i < entries; ++i) sorted[i] = make_word(keys[i], static_cast<std::uint32_t>(i));
     std::sort(sorted.begin(), sorted.end());
     for (auto& key : keys) {
-      if (uniform(random) >= share_of(movers)) continue;
+      if (uniform(random) >= fraction_of(movers)) continue;
       key = movers == Movers::random_100 ? static_cast<std::uint32_t>(random() % cube.cells())
                                          : cube.beside(key, random);
     }

@@ -14,7 +14,7 @@ std::string name_of(Movers movers);
 
 /// Frames of keys for a sort, and what each must give. Points lie at random in a cube of cells, about one a
 /// cell, and are numbered without regard to where they are; a near mover goes to one of the 6 cells beside
-/// its own. Played forth and back, each step of which has the movers' share of movers.
+/// its own. Played forth and back, each step of which has the wanted fraction of movers.
 struct SortFrames {
   std::uint32_t key_count = 0;
   std::vector<std::vector<std::uint32_t>> keys;    ///< (frames x entries)

@@ -122,7 +122,7 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
   }
 }
 
-/// How the triangles hang together at their edges.
+/// Neighbours of the triangles across their edges.
 void join_triangles(Topology& topology) {
   const std::vector<Triangle>& triangles = topology.triangles;
   topology.triangle_edges.resize(triangles.size());

@@ -30,7 +30,7 @@ class Cutter {
     }
   }
 
-  /// Parts that hang together and fill a cluster are cut on their own, so that no cluster spans a gap; what
+  /// Connected parts that fill a cluster are cut on their own, so that no cluster spans a gap; what
   /// is smaller is cut as one.
   void cut_all(const Range& range, const Range& points) {
     const auto begin = static_cast<std::size_t>(range.begin);
@@ -50,12 +50,12 @@ class Cutter {
   struct Placed {
     std::array<double, 3> middle;
     Index primitive;
-    Index part;  ///< a number for each part that hangs together
+    Index part;  ///< number of the connected part
   };
 
   [[nodiscard]] auto at_place(std::size_t i) { return placed_.begin() + static_cast<std::ptrdiff_t>(i); }
 
-  /// Sets the part of the primitives of a body: the first point of those that hang together, or the last
+  /// Sets the part of the primitives of a body: the first point of the connected ones, or the last
   /// number for all that are small.
   void find_parts(std::size_t begin, std::size_t end, const Range& points) {
     std::vector<Index> lower(

@@ -27,10 +27,10 @@ struct Clusters {
 /// A cluster's box is at most this many times as long as the box of its largest primitive.
 inline constexpr double most_cluster_extent = 4.0;
 
-/// Cuts each body into clusters at its rest positions: each of its parts that hang together (by their
-/// points), but the smaller than 16 tets as one, is halved across its longest side, again and again, until 16
-/// tets with 32 points are left that lie together (most_cluster_extent). Cuts leave multiples of 16 tets, so
-/// that few clusters are not full. The same for the same bodies. O(tets log tets).
+/// Cuts each body into clusters at its rest positions. Each of its connected parts (by common
+/// points; those below 16 tets are one part) is halved across its longest side, again and again, until 16
+/// tets with at most 32 points and a small extent (most_cluster_extent) are left. Cuts leave multiples of 16
+/// tets, so that few clusters are not full. The same for the same bodies. O(tets log tets).
 Clusters make_tet_clusters(const Bodies& bodies);
 /// The same for the surface triangles.
 Clusters make_triangle_clusters(const Bodies& bodies);

@@ -15,7 +15,7 @@
 namespace palpate::parallel {
 namespace {
 
-/// How often a thread looks for work, or for the end of the others' work, before it lets others run: some ten
+/// How often a thread polls for work, or for the end of the others' work, before it yields: some ten
 /// microseconds, longer than from one loop of a step to the next.
 constexpr int spins = 2000;
 

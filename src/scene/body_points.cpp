@@ -25,7 +25,7 @@ std::uint8_t axes_of(const std::string& names) {
   return static_cast<std::uint8_t>(axes);
 }
 
-/// Fills in what a model knows of the points of one body.
+/// Fills in the data of a model on the points of one body.
 class BodyPoints {
  public:
   /// \param motions  (n_bodies) index of the motion of each body, or -1

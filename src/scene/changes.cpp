@@ -73,7 +73,7 @@ SceneChange parse_scene_change(std::string_view text) {
 std::string apply_change(json& scene, const SceneChange& change) {
   json* place = &scene;
   std::string path;
-  std::string made;  // the first key on the way that was not there
+  std::string made;  // the first key of the path that was not there
   for (const std::string& step : steps_of(change)) {
     if (place->is_array()) {
       const auto number = element_number(*place, step);

@@ -16,7 +16,7 @@ struct SceneChange {
 /// Reads "PATH=VALUE". Throws Error with the source "--set" where a part is missing.
 SceneChange parse_scene_change(std::string_view text);
 
-/// Puts the value at its path. Objects on the way that are not there are made; elements of an array are named
+/// Puts the value at its path. Missing objects on the path are made; elements of an array are named
 /// by their number or, where they are objects, by their "name". Returns the path of all that the change gave,
 /// as the reader names it: that of the value, or of the first object that was made for it; bodies by number.
 /// Throws Error with the source "--set TEXT" where the path leads through something that is no object, or to

@@ -42,12 +42,12 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
                 std::to_string(tets.size()) + ", one a tet");
   }
   model.fibre_of_tet.resize(model.bodies.tets().size());
-  Transform turn = scene.bodies[body].transform;
-  turn.translate = {};
+  Transform rotation = scene.bodies[body].transform;
+  rotation.translate = {};
   for (Index tet = tets.begin; tet < tets.end; ++tet) {
     const Index own =
         model.material_of_tet.empty() ? static_cast<Index>(body) : at(model.material_of_tet, tet);
-    if (own == material) at(model.fibre_of_tet, tet) = transformed(turn, at(field, tet - tets.begin));
+    if (own == material) at(model.fibre_of_tet, tet) = transformed(rotation, at(field, tet - tets.begin));
   }
 }
 

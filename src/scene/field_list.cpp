@@ -14,7 +14,7 @@ constexpr std::array infos{
     FieldInfo{"contact_pressure", dimension::pressure, 1, false, "contact pressure",
               "the part of it against the outward normal"},
     FieldInfo{"reaction", dimension::force, 3, false, "reaction",
-              "what holds points that are fixed or on rails"},
+              "reaction at points that are fixed or prescribed"},
     FieldInfo{"deformation_gradient", dimension::none, 9, true, "deformation gradient",
               "F, from the shape at rest"},
     FieldInfo{"strain", dimension::none, 6, true, "strain", "Green's strain"},
@@ -29,7 +29,7 @@ constexpr std::array infos{
     FieldInfo{"energy_density", dimension::pressure, 1, true, "energy density",
               "elastic energy per volume at rest"},
     FieldInfo{"plastic_strain", dimension::none, 6, true, "plastic strain",
-              "plastic strain, in the turned frame of the tet"},
+              "plastic strain, in the corotated frame of the tet"},
     FieldInfo{"volume_ratio", dimension::none, 1, true, "volume ratio", "volume over volume at rest"}};
 
 constexpr auto names = [] {

@@ -6,7 +6,7 @@
 #include "scene/units.hpp"
 
 /// The fields that a run can write and show, by the names that scenes, frames, Python and the viewer have for
-/// them. What they mean is said where their values come from: palpate/tissue.hpp, palpate/forces.hpp.
+/// them. Their meaning: palpate/tissue.hpp, palpate/forces.hpp.
 namespace palpate {
 
 struct FieldInfo {

@@ -72,7 +72,7 @@ class Sources {
   std::optional<SurfaceTractions> surface_;
 };
 
-const FieldInfo& known_field(const std::string& name) {
+const FieldInfo& field_named(const std::string& name) {
   const FieldInfo* const info = find_field(name);
   if (info == nullptr) throw Error("fields", "", "'" + name + "'", expected_name(name, field_names()));
   return *info;
@@ -84,7 +84,7 @@ FieldArrays field_arrays(const Simulation& simulation, std::span<const std::stri
   FieldArrays arrays;
   Sources sources(simulation);
   for (const std::string& name : names) {
-    const FieldInfo& info = known_field(name);
+    const FieldInfo& info = field_named(name);
     arrays.of_points.push_back({&info, sources.at_points(info)});
     if (info.of_tets) arrays.of_tets.push_back({&info, of_tissue(sources.tets(), info.name)});
   }
@@ -92,7 +92,7 @@ FieldArrays field_arrays(const Simulation& simulation, std::span<const std::stri
 }
 
 FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets) {
-  const FieldInfo& info = known_field(name);
+  const FieldInfo& info = field_named(name);
   if (of_tets && !info.of_tets) throw Error("fields", "", "'" + name + "' of tets", "a field of tissue");
   Sources sources(simulation);
   return {&info, of_tets ? of_tissue(sources.tets(), info.name) : sources.at_points(info)};

@@ -22,7 +22,7 @@ struct FieldArrays {
 
 /// Fields of a simulation as it is now, in the order of their names. Each source (stress of tets, of points,
 /// tractions) is worked out at most once. Throws Error on a name that is no field's and where reactions are
-/// wanted that the last step did not note; at the start, before the first step, they are zero.
+/// wanted that the last step did not record; at the start, before the first step, they are zero.
 [[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
 
 /// One of them, of points or of tets. Throws Error as above, and where contacts or reactions are wanted of

@@ -10,6 +10,7 @@
 #include <palpate/tissues.hpp>
 
 #include "number_text.hpp"
+#include "scene/alternatives.hpp"
 #include "scene/generators.hpp"
 #include "scene/limits.hpp"
 #include "scene/output_fields.hpp"
@@ -17,7 +18,7 @@
 #include "scene/stage_fields.hpp"
 
 /// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
-/// the writer and the list of keys are visitors of these tables (values.hpp tells what a visitor offers).
+/// the writer and the list of keys are visitors of these tables (values.hpp says what a visitor offers).
 namespace palpate::scene_format {
 
 template <class Visitor>
@@ -114,8 +115,7 @@ void describe(Visitor& v, Material& material) {
          "a number >= 0 with smoothed elements");
   v.rule(!smoothed || !material.plastic_yield, "plastic_yield", "it with smoothed elements",
          "linear elements");
-  v.rule(!smoothed || !material.viscosity.any(), "viscosity", "it with smoothed elements", "linear elements");
-  v.rule(!linear || !fibres, "fibres", "them with the model corotational",
+  v.rule(!linear || !fibres, "fibres", "fibres with the model corotational",
          "another 'model': corotational tissue has none");
   v.rule(linear || !material.plastic_yield, "plastic_yield", "it with another model than corotational",
          "the model corotational, which alone can yield");
@@ -226,12 +226,9 @@ void describe(Visitor& v, Load& load) {
   v.optional("traction", load.traction);
   v.optional("ramp", load.ramp);
   v.one_of(load.points, {"box", "sphere", "points", "near"});
-  const int kinds = (load.force ? 1 : 0) + (load.pressure ? 1 : 0) + (load.traction ? 1 : 0);
-  v.rule(kinds == 1,
-         load.pressure   ? "pressure"
-         : load.traction ? "traction"
-                         : "force",
-         kinds == 0 ? "nothing" : "it beside another", "one of 'force', 'pressure' and 'traction'");
+  require_one(v, {{{"force", load.force.has_value()},
+                   {"pressure", load.pressure.has_value()},
+                   {"traction", load.traction.has_value()}}});
 }
 
 template <class Visitor>

@@ -161,6 +161,8 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
   Scene& scene = first.scene;
   scene.name = name;
   scene.settings.response.friction = 0.3;
+  // Meshes that people bring have thin rims, which the instrument could pass within a step.
+  scene.settings.detection.continuous = true;
   scene.duration = options.drop ? 2.5 : 2.0;
   scene.output.every = 5;
   scene.bodies = {soft_body(name, file, placed, options), floor_of(placed, options),

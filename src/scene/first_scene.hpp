@@ -37,9 +37,10 @@ struct FirstScene {
   double mass;  ///< kg
 };
 
-/// A scene of one soft body: it stands on a floor, or falls onto it, under gravity, and a rigid ball on rails
-/// presses it from above by a seventh of its height and goes back. The stiffness is so that the body keeps
-/// its shape: at least 20 kPa, more where its weight would compress it by more than about 1/25.
+/// A scene of one soft body: it stands on a floor, or falls onto it, under gravity, and a rigid ball with a
+/// prescribed motion presses it from above by a seventh of its height and goes back. The stiffness is so that
+/// the body keeps its shape: at least 20 kPa, more where its weight would compress it by more than about
+/// 1/25.
 ///
 /// \param name  of the scene and the body
 /// \param file  the mesh file as the scene is to name it

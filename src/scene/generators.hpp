@@ -36,7 +36,7 @@ struct StackingOptions {
   Vec3 size{0.2, 0.2, 0.01};            ///< m
   double gap = 0.001;                   ///< m, height between membranes at the start, >= 0
   double max_shift = 0.003;             ///< m, bound of the random shift along x and y
-  double max_turn = 2.0;                ///< degrees, bound of the random turn about z
+  double max_rotation = 2.0;            ///< degrees, bound of the random turn about z
   std::uint32_t seed = 1;               ///< of the shifts and turns
 };
 

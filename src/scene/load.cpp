@@ -19,9 +19,9 @@
 namespace palpate {
 namespace {
 
-Vec3 place(const Transform& transform, const Turn& turn, const Vec3& point) {
+Vec3 place(const Transform& transform, const Quaternion& rotation, const Vec3& point) {
   const Vec3 scaled{transform.scale.x * point.x, transform.scale.y * point.y, transform.scale.z * point.z};
-  return rotated(turn, scaled) + transform.translate;
+  return rotated(rotation, scaled) + transform.translate;
 }
 
 /// Gives the tets of a body's regions their materials.
@@ -44,7 +44,7 @@ void add_regions(const Scene& scene, Index body, Model& model) {
   }
 }
 
-/// Where any body has a region, each tet is told its material.
+/// Where any body has a region, each tet gets its material.
 void add_all_regions(const Scene& scene, Model& model) {
   if (std::ranges::all_of(scene.bodies, [](const SceneBody& body) { return body.regions.empty(); })) return;
   for (Index body = 0; body < model.bodies.body_count(); ++body) {
@@ -65,7 +65,7 @@ Material default_material(const Units& units) {
 }  // namespace
 
 Vec3 transformed(const Transform& transform, const Vec3& point) {
-  return place(transform, turn_of(transform.rotate), point);
+  return place(transform, quaternion_of(transform.rotate), point);
 }
 
 void add_body(const Scene& scene, std::size_t b, TetMesh mesh, Model& model) {
@@ -83,8 +83,8 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorRe
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
     TetMesh mesh = body_mesh(scene, b, read_mesh);
-    const Turn turn = turn_of(body.transform.rotate);
-    for (Vec3& point : mesh.points) point = place(body.transform, turn, point);
+    const Quaternion rotation = quaternion_of(body.transform.rotate);
+    for (Vec3& point : mesh.points) point = place(body.transform, rotation, point);
     add_body(scene, b, std::move(mesh), model);
     model.materials.push_back(body.material.value_or(default_material(scene.units)));
     model.obstacles.push_back(is_rigid(body) ? 1 : 0);

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// Looks up what an outcome names.
+/// Resolves the names in an outcome.
 struct OutcomeReader {
   const Scene& scene;
   const Bodies& bodies;
@@ -27,13 +27,13 @@ struct OutcomeReader {
     tell("displacement", dimension::length, true);
     name(0, o.body);
     if (o.at) mark(0, *o.at, ".displacement.at");
-    turn(o.along);
+    rotate(o.along);
   }
   void operator()(const RotationOutcome& o) const {
     tell("rotation", dimension::none, true);
     info.degrees = true;
     name(0, o.body);
-    turn(o.about);
+    rotate(o.about);
   }
   void operator()(const DistanceOutcome& o) const {
     tell("distance", dimension::length, false);
@@ -64,7 +64,7 @@ struct OutcomeReader {
     tell("force", dimension::force, true);
     name(0, o.body);
     if (o.from) name(1, *o.from);
-    turn(o.along);
+    rotate(o.along);
   }
 
  private:
@@ -83,7 +83,7 @@ struct OutcomeReader {
       throw Error(scene.source, path + key, error.found(), error.expected());
     }
   }
-  void turn(const std::optional<Vec3>& direction) const {
+  void rotate(const std::optional<Vec3>& direction) const {
     if (direction) of.direction = normalized(*direction);
   }
 };
@@ -100,8 +100,8 @@ struct OutcomeTeller {
                   place_of(bodies(), of.marks[0], bodies().points_rest()));
   }
   OutcomeValue operator()(const RotationOutcome&) const {
-    const Vec3 turn = rotation_of(bodies(), of.bodies[0], positions(), simulation.point_masses());
-    return vector((180.0 / std::numbers::pi) * turn);
+    const Vec3 rotate = rotation_of(bodies(), of.bodies[0], positions(), simulation.point_masses());
+    return vector((180.0 / std::numbers::pi) * rotate);
   }
   OutcomeValue operator()(const DistanceOutcome&) const {
     return {

@@ -44,7 +44,7 @@ class OutcomeProbe {
   [[nodiscard]] std::string in_words(std::size_t outcome, double value) const;
 
  private:
-  /// What is looked up once: bodies by number, places by tet.
+  /// Resolved once: bodies by number, places by tet.
   struct Of {
     std::array<Index, 2> bodies{-1, -1};
     std::array<Landmark, 2> marks{};

@@ -95,7 +95,7 @@ struct SceneKeyframe {
   Vec3 translate{};
   Rotation rotate;
 };
-/// The rails of a rigid body; see Motion.
+/// Prescribed motion of a rigid body; see Motion.
 struct SceneMotion {
   Vec3 center{};
   Interpolation interpolation = Interpolation::linear;

@@ -16,7 +16,7 @@
 
 namespace palpate::scene_format {
 
-/// Visitor of fields.hpp that fills an object from JSON. It notes which keys were asked for; finish() then
+/// Visitor of fields.hpp that fills an object from JSON. It records which keys were read; finish() then
 /// refuses the others.
 class Reader {
  public:
@@ -128,14 +128,14 @@ class Reader {
 
   [[nodiscard]] bool given(std::string_view key) const { return object_.contains(key); }
   /// A rule between the values of an object.
-  /// Where the key is missing, what is broken is told by finish(): an unknown key may be what was meant.
+  /// If the key is missing, finish() reports the error: an unknown key may be what was meant.
   void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) {
     if (holds || broken_) return;
     if (object_.contains(key)) fail(context_, key_path(path_, key), found, expected);
     broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_units(const Units& units) { context_.units = units; }
-  /// One of a table of units. What is none is told by finish(), with the others.
+  /// One of a table of units. finish() reports wrong ones, together with the others.
   template <std::size_t n>
   void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
     field(key, value);

@@ -100,7 +100,7 @@ void set_duration(Scene& scene, const nlohmann::json& json) {
   scene.duration = sum;
 }
 
-/// What detection needs to know of each body.
+/// The properties of each body that detection needs.
 void mark_self_collision(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
   flags.clear();

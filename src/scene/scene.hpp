@@ -108,7 +108,7 @@ struct OutputSettings {
   std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
   Picture picture;
   std::vector<View> views;
-  bool report = false;  ///< a page that tells of the run, with pictures of the ends of stages
+  bool report = false;  ///< a page about the run, with pictures of the ends of stages
 };
 
 /// Whether a body is rigid.
@@ -116,7 +116,7 @@ inline bool is_rigid(const SceneBody& body) {
   return body.obstacle || body.motion;
 }
 
-/// Everything that `palpate run` needs to know.
+/// All input of `palpate run`.
 struct Scene {
   std::string name;
   Units units;
@@ -137,7 +137,7 @@ struct Scene {
 /// Reads a scene file; `changes`, each "KEY=VALUE" (scene/changes.hpp), take the place of its values. Throws
 /// Error: file, line and column for what is not JSON, file and key path
 /// ("bodies[2].material.density") for an unknown, repeated, missing, ill-typed or out-of-range value.
-/// What a change is to blame for names "--set" and its text. Mesh files are not looked at. O(size of the
+/// Errors caused by a change name "--set" and its text. Mesh files are not read. O(size of the
 /// file).
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> changes = {});
 

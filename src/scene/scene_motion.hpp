@@ -6,17 +6,18 @@
 /// Turns and motions of a scene, as the library has them.
 namespace palpate {
 
-inline Turn turn_of(const Rotation& rotation) {
-  return rotation.quaternion ? palpate::turn_of(*rotation.quaternion)
-                             : turn_about(rotation.axis, rotation.angle);
+inline Quaternion quaternion_of(const Rotation& rotation) {
+  return rotation.quaternion ? palpate::quaternion_of(*rotation.quaternion)
+                             : rotation_about(rotation.axis, rotation.angle);
 }
 
 inline Motion motion_of(const SceneMotion& scene_motion) {
   Motion motion{scene_motion.center, {}, scene_motion.interpolation};
   for (const SceneKeyframe& key : scene_motion.keyframes) {
-    const Turn turn = turn_of(key.rotate);
-    motion.keyframes.push_back(
-        {key.time, key.translate, {turn.scalar, turn.vector.x, turn.vector.y, turn.vector.z}});
+    const Quaternion rotation = quaternion_of(key.rotate);
+    motion.keyframes.push_back({key.time,
+                                key.translate,
+                                {rotation.scalar, rotation.vector.x, rotation.vector.y, rotation.vector.z}});
   }
   return motion;
 }

@@ -46,7 +46,7 @@ void check(const StackingOptions& options) {
   if (options.count < 1 || options.count > most) refuse("count", options.count, "1 to 100000");
   if (!non_negative(options.gap)) refuse("gap", options.gap, "a number >= 0");
   if (!non_negative(options.max_shift)) refuse("max_shift", options.max_shift, "a number >= 0");
-  if (!non_negative(options.max_turn)) refuse("max_turn", options.max_turn, "a number >= 0");
+  if (!non_negative(options.max_rotation)) refuse("max_turn", options.max_rotation, "a number >= 0");
 }
 
 SceneBody membrane(const StackingOptions& options, int index) {
@@ -60,7 +60,7 @@ SceneBody membrane(const StackingOptions& options, int index) {
   }
   body.transform.translate.x = random_within(options.max_shift, options.seed, index, 0);
   body.transform.translate.y = random_within(options.max_shift, options.seed, index, 1);
-  body.transform.rotate.angle = random_within(options.max_turn, options.seed, index, 2);
+  body.transform.rotate.angle = random_within(options.max_rotation, options.seed, index, 2);
   body.material = Material{.young_modulus = 20e3,
                            .poisson_ratio = 0.4,
                            .density = 1000.0,

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "scene/alternatives.hpp"
 #include "scene/limits.hpp"
 #include "scene/scene.hpp"
 
@@ -75,12 +76,9 @@ void describe(Visitor& v, StageEnd& end) {
   v.optional("rest", end.rest);
   v.optional("force", end.force);
   v.optional("most", end.most, above(0));
-  const int kinds = (end.time ? 1 : 0) + (end.rest ? 1 : 0) + (end.force ? 1 : 0);
-  v.rule(kinds == 1,
-         end.force  ? "force"
-         : end.rest ? "rest"
-                    : "time",
-         kinds == 0 ? "nothing" : "it beside another", "one of 'time', 'rest' and 'force'");
+  require_one(
+      v,
+      {{{"time", end.time.has_value()}, {"rest", end.rest.has_value()}, {"force", end.force.has_value()}}});
   v.rule(end.rest.value_or(true), "rest", "false", "true, or another condition");
   v.rule(end.time.has_value() != end.most.has_value(), "most", end.time ? "it beside 'time'" : "nothing",
          end.time ? "one of the two" : "the time after which the stage ends at the latest");

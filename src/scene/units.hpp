@@ -32,7 +32,7 @@ struct Dimension {
   int mass = 0;
   int length = 0;
   int time = 0;
-  bool turns = false;  ///< a torque, which has the dimension of an energy and another unit
+  bool is_torque = false;  ///< a torque, which has the dimension of an energy and another unit
   friend bool operator==(const Dimension&, const Dimension&) = default;
 };
 
@@ -53,7 +53,7 @@ inline constexpr Dimension density{1, -3, 0};
 inline constexpr Dimension stiffness{1, 0, -2};
 }  // namespace dimension
 
-/// One unit of a scene is 10^this of the SI's. Units that are not known count as the SI's.
+/// One unit of a scene is 10^this of the SI's. Unknown units count as the SI's.
 [[nodiscard]] int exponent_of(const Units& units, const Dimension& dimension);
 /// A number of a scene in SI, and back. Both round once.
 [[nodiscard]] double to_si(double value, const Units& units, const Dimension& dimension);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <limits>
+#include <numeric>
 
 #include <palpate/error.hpp>
 
@@ -122,6 +123,20 @@ void decode_indices(const Context& context, const std::string& path, const nlohm
   }
 }
 
+/// {"first": 0, "count": 10}: a run of indices.
+void decode_run(const Context& context, const std::string& path, const nlohmann::json& json,
+                std::vector<Index>& indices) {
+  constexpr double most = 1e8;  // so that memory is not taken by what a line says
+  if (json.size() != 2 || !json.contains("first") || !json.contains("count"))
+    fail(context, path, describe_json(json), "tet indices, or an object with first and count");
+  int first = 0;
+  int count = 0;
+  decode(context, path + ".first", json["first"], first, within(0, most));
+  decode(context, path + ".count", json["count"], count, within(1, most));
+  indices.resize(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), first);
+}
+
 }  // namespace
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -131,7 +146,11 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
             const Limits&) {
-  decode_indices(context, path, json, "tet", value.indices);
+  if (json.is_object()) {
+    decode_run(context, path, json, value.indices);
+  } else {
+    decode_indices(context, path, json, "tet", value.indices);
+  }
 }
 
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
@@ -177,7 +196,13 @@ ordered_json encode(const std::string&, const PointSelection& value) {
   return value.indices;
 }
 ordered_json encode(const std::string&, const TetSelection& value) {
-  return value.indices;
+  constexpr std::size_t few = 4;
+  const std::vector<Index>& indices = value.indices;
+  const bool is_run = std::ranges::adjacent_find(indices, [](Index before, Index after) {
+                        return after != before + 1;
+                      }) == indices.end();
+  if (!is_run || indices.size() <= few) return indices;
+  return {{"first", indices.front()}, {"count", indices.size()}};
 }
 
 }  // namespace palpate::scene_format

@@ -16,7 +16,7 @@
 /// path, encode() is its inverse.
 namespace palpate::scene_format {
 
-/// What all readers of one scene share.
+/// Common to all readers of one scene.
 struct Context {
   const std::string& source;
   Units units{};  ///< of the scene, as soon as they are read

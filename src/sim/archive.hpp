@@ -168,7 +168,7 @@ struct Seal {
   std::uint32_t version;
 };
 
-/// Bytes that can tell whether they are whole: kind, version, content, and the FNV-1a hash (64 bits) of all
+/// Bytes whose integrity can be checked: kind, version, content, and the FNV-1a hash (64 bits) of all
 /// before. A changed byte always changes the hash; other damage goes unseen in one of 2^64 cases. It is no
 /// protection against intent. O(n).
 std::vector<std::byte> sealed(const Seal& seal, std::span<const std::byte> content);

@@ -79,7 +79,7 @@ class EdgeResponse {
     std::span<const double> scales;
   };
 
-  /// Rows at the start of a step; those of the step before are forgotten. O(edge contacts + edges of contacts
+  /// Rows at the start of a step; those of the step before are dropped. O(edge contacts + edges of contacts
   /// at rims, log), parallel.
   std::span<const Row> begin(const Frame& frame);
   /// Behind them those of the last step that are not inside any more, but so near that they may be within
@@ -112,7 +112,7 @@ class EdgeResponse {
   std::vector<RimEdgeSearch> searches_;  ///< of the chunks of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;
-  std::vector<EdgeEnd> now_;     ///< those that act, and those that are gone
+  std::vector<EdgeEnd> now_;     ///< those that act, and those that have ended
   std::vector<EdgeEnd> before_;  ///< of the step before
 };
 

@@ -14,7 +14,7 @@ namespace palpate {
 void Grabs::check(Index number) const {
   const bool held =
       number >= 0 && static_cast<std::size_t>(number) < held_.size() && at(held_, number).grab.point >= 0;
-  if (!held) throw Error("grab", "number", std::to_string(number), "the number of a grab that holds a point");
+  if (!held) throw Error("grab", "number", std::to_string(number), "the number of an active grab");
 }
 
 void Grabs::check_target(const Vec3& target) {
@@ -72,8 +72,8 @@ void Grabs::append(std::span<const Vec3> positions, std::span<const double> mass
   }
 }
 
-void Grabs::take_forces(std::span<const fem::Coupling> couplings, double time_step,
-                        std::span<const Vec3> velocities_end) {
+void Grabs::collect_forces(std::span<const fem::Coupling> couplings, double time_step,
+                           std::span<const Vec3> velocities_end) {
   std::size_t next = 0;
   for (HeldGrab& held : held_) {
     if (held.grab.point >= 0) held.force = fem::end_force(couplings[next++], time_step, velocities_end);

@@ -33,8 +33,8 @@ class Grabs {
   void append(std::span<const Vec3> positions, std::span<const double> masses,
               std::vector<fem::Coupling>& couplings) const;
   /// Takes the forces of the step from the couplings that append() appended (only those).
-  void take_forces(std::span<const fem::Coupling> couplings, double time_step,
-                   std::span<const Vec3> velocities_end);
+  void collect_forces(std::span<const fem::Coupling> couplings, double time_step,
+                      std::span<const Vec3> velocities_end);
 
   /// By number, released ones as well: part of the state that a resumed run needs.
   [[nodiscard]] const std::vector<HeldGrab>& all() const { return held_; }

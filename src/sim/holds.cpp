@@ -67,7 +67,7 @@ class Changer {
     for (const Index point : move.points) {
       check_point("moves", point);
       set(point, at(holds_.obstacles, at(bodies_.body_of_point(), point)), number);
-      at(holds_.rail_start, point) = at(positions_, point);
+      at(holds_.prescribed_start, point) = at(positions_, point);
     }
     motions_.push_back(move.motion);
   }
@@ -123,7 +123,7 @@ Holds holds_of(const Model& model) {
               .fixed_points = flags_or_none(model.fixed_points, rest.size(), "fixed_points"),
               .fixed_axes = axes_or_none(model),
               .motion_of_point = model.motion_of_point,
-              .rail_start = {rest.begin(), rest.end()},
+              .prescribed_start = {rest.begin(), rest.end()},
               .ties = {}};
   if (holds.motion_of_point.empty()) holds.motion_of_point.assign(rest.size(), -1);
   return holds;

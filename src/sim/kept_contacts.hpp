@@ -33,15 +33,16 @@ struct NearContact {
 
 /// Contacts of the last step, those that it met included, whose points are not in the body at the start of
 /// the next, but so near to it that they may be within the step. Most contacts of stiff bodies at rest are
-/// such: one step lifts them by less than a micrometre. Known from the start, they need not be met anew, one
-/// layer of a tower after the other, by a solve and a detection each.
+/// such: one step lifts them by less than a micrometre. In the problem from the start, they need not be found
+/// again, one layer of a tower after the other, by a solve and a detection each.
 ///
 /// A contact is kept while its gap is no more than its bodies can close in the step as they move and as
 /// gravity accelerates them, and while its foot has not slid on by more than a quarter of the tet: beyond a
-/// rim there is nothing to touch. What is dropped too early is met anew (ContactResponse::add_speculative()).
+/// rim there is nothing to touch. What is dropped too early is found again
+/// (ContactResponse::add_speculative()).
 class KeptContacts {
  public:
-  /// A step begins: what add() has brought since the last one are the contacts that near() looks at.
+  /// A step begins: the contacts given to add() since the last one are the input of near().
   /// O(n log n).
   void begin();
   /// Places for so many contacts more of this step, to be filled at once.
@@ -67,7 +68,7 @@ class KeptContacts {
   std::vector<NearContact> near_;
 };
 
-/// The plane `depth` beyond a point of the tet along `direction`, at these positions.
+/// The plane at distance `depth` from a point of the tet along `direction`, at these positions.
 /// \param weights  of the point in the tet
 [[nodiscard]] KeptContact kept_contact(const Bodies& bodies, Index point, Index body, Index tet,
                                        const std::array<double, 4>& weights, double depth,

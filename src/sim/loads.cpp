@@ -87,8 +87,8 @@ double factor_at(const Ramp& ramp, double time) {
   if (next == ramp.times.begin()) return ramp.factors.front();
   if (next == ramp.times.end()) return ramp.factors.back();
   const auto i = static_cast<std::size_t>(next - ramp.times.begin());
-  const double share = (time - ramp.times[i - 1]) / (ramp.times[i] - ramp.times[i - 1]);
-  return (1.0 - share) * ramp.factors[i - 1] + share * ramp.factors[i];
+  const double fraction = (time - ramp.times[i - 1]) / (ramp.times[i] - ramp.times[i - 1]);
+  return (1.0 - fraction) * ramp.factors[i - 1] + fraction * ramp.factors[i];
 }
 
 LoadSet loads_of(const Model& model) {

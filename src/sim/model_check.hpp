@@ -40,7 +40,7 @@ inline std::vector<std::uint8_t> axes_or_none(const Model& model) {
   return axes;
 }
 
-/// 1 for each point that is fixed or on rails.
+/// 1 for each point that is fixed or prescribed.
 inline std::vector<std::uint8_t> unfree_points(const Model& model) {
   auto flags = flags_or_none(model.fixed_points, model.bodies.points_rest().size(), "fixed_points");
   for (std::size_t p = 0; p < model.motion_of_point.size() && p < flags.size(); ++p) {

@@ -17,7 +17,7 @@
 #include "number_text.hpp"
 #include "sim/holds.hpp"
 #include "sim/model_check.hpp"
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 #include "sim/response.hpp"
 
 namespace palpate {
@@ -29,12 +29,12 @@ constexpr double time_steps = 10.0;
 /// A solve ends well before rounding, the next step goes on from there.
 constexpr double solver_tolerance = 1e-4;
 constexpr int solver_iterations = 1000;
-/// Share of the depth before that a step must leave for the contact stiffness to be doubled.
+/// Fraction of the depth before that a step must leave for the contact stiffness to be doubled.
 constexpr double stalled = 0.9;
 /// Bounds of the contact stiffness, by its own.
 constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
-/// Share of its volume that every tet keeps, and how often a step that would leave less is halved.
+/// Fraction of its volume that every tet keeps, and how often a step that would leave less is halved.
 constexpr double least_volume = 0.1;
 /// Part of the stiffness of a contact with which an edge counts as one.
 constexpr double least_part = 0.1;
@@ -76,7 +76,7 @@ std::vector<Material> elastic(std::vector<Material> materials) {
   return materials;
 }
 
-/// The bodies on their way to where they only touch.
+/// The bodies while their overlaps are being removed.
 class Relaxation {
  public:
   Relaxation(const Model& model, const SimulationSettings& settings, int threads)
@@ -91,9 +91,9 @@ class Relaxation {
         contact_materials_(fem::mean_materials(bodies_, materials_)),
         response_(bodies_, contact_materials_, rigid_bodies(model), without_friction(settings.response),
                   dynamics_.point_masses(), dynamics_.free_points()),
-        rails_(model.motions, model.motion_of_point, bodies_.points_rest()),
+        prescribed_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
-        start_(rails_.start_positions(threads_, bodies_.points_rest())) {
+        start_(prescribed_.start_positions(threads_, bodies_.points_rest())) {
     response_.use_edges(DetectorSteps::normals(detector_));
     dynamics_.set_fixed_axes(bodies_, materials_, axes_or_none(model));
     dynamics_.set_positions(start_);
@@ -101,8 +101,8 @@ class Relaxation {
   }
 
   [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
-  /// Of the contacts that can give way, and the edges that hold bodies apart (those that act with a part of
-  /// the force of a contact): those of points that do not move stay as they are.
+  /// Of the contacts of which a side can move, and the edges that hold bodies apart (those that act with a
+  /// part of the force of a contact): those of points that do not move stay as they are.
   [[nodiscard]] double deepest() const {
     double deepest = 0.0;
     const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
@@ -121,16 +121,16 @@ class Relaxation {
     }
     return deepest;
   }
-  /// Furthest that a point has gone, m.
+  /// Largest displacement of a point, m.
   [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
-  /// The rest positions that belong to the positions now: those of points on rails are as before.
+  /// The rest positions that belong to the positions now: those of prescribed points are as before.
   [[nodiscard]] std::vector<Vec3> points_rest() const {
     std::vector<Vec3> points(dynamics_.positions().begin(), dynamics_.positions().end());
-    for (const Index p : rails_.points()) at(points, p) = at(bodies_.points_rest(), p);
+    for (const Index p : prescribed_.points()) at(points, p) = at(bodies_.points_rest(), p);
     return points;
   }
 
-  /// False where bodies cannot give way to each other without crushing their tissue.
+  /// False where bodies cannot separate without crushing their tissue.
   bool step() {
     const double before = deepest();
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
@@ -173,10 +173,10 @@ class Relaxation {
     }
     return true;
   }
-  void shorten_step_to(double share) {
+  void shorten_step_to(double fraction) {
     shortened_.assign(last_.begin(), last_.end());
     for (std::size_t p = 0; p < last_.size(); ++p) {
-      shortened_[p] += share * (dynamics_.positions()[p] - last_[p]);
+      shortened_[p] += fraction * (dynamics_.positions()[p] - last_[p]);
     }
     dynamics_.set_positions(shortened_);
   }
@@ -199,7 +199,7 @@ class Relaxation {
   Detector detector_;
   std::vector<Material> contact_materials_;
   ContactResponse response_;
-  Rails rails_;
+  PrescribedMotions prescribed_;
   std::vector<Vec3> still_;
   std::vector<Vec3> start_;
   std::vector<Vec3> last_;       ///< positions before the step at hand
@@ -226,10 +226,10 @@ RelaxReport relax(Model& model, const SimulationSettings& settings, const RelaxS
   report.contacts_before = bodies.contacts().size();
   report.deepest_before = bodies.deepest();
   while (bodies.deepest() > report.allowed_depth && report.steps < relaxation.max_steps) {
-    const bool gives_way = bodies.step();
+    const bool moves_on = bodies.step();
     ++report.steps;
     if (progress) progress(report.steps, bodies.deepest());
-    if (!gives_way) break;
+    if (!moves_on) break;
   }
   report.contacts_after = bodies.contacts().size();
   report.deepest_after = bodies.deepest();

@@ -110,9 +110,9 @@ Vec3 ContactResponse::bounded_slip(const Vec3& slip, const fem::ContactLaw& law)
 double ContactResponse::chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                         double full) const {
   const double damping = chatter_damping_kept * last.damping;
-  const bool turns = last.comes_back || dot(velocity, last.velocity) < 0.0;
+  const bool reverses = last.comes_back || dot(velocity, last.velocity) < 0.0;
   const double speed = length(velocity);
-  if (!turns || speed == 0.0) return damping;
+  if (!reverses || speed == 0.0) return damping;
   const Vec3& r = last.direction;
   const Vec3 predicted = last.force - (time_step_ * last.stiffness * dot(r, velocity)) * r;
   return std::min(std::max(damping, length(force - predicted) / speed),

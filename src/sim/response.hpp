@@ -39,7 +39,7 @@ struct StopOfPassing {
 /// - along the direction r: force k d, on the point and by the weights on the tet (so forces and torques add
 /// up to zero), stiffness k r r^T, implicit in the solver, damping c r r^T; none where it would pull at the
 /// end of the step;
-/// - across it: a spring of the same k and c that remembers the slip s since the contact began (Cundall &
+/// - across it: a spring of the same k and c with the slip s since the contact began (Cundall &
 /// Strack, "A discrete numerical model for granular assemblies", 1979). Where spring and damper would pull
 /// more than mu times the force along r they slide: that much, against the motion, and s stays at its bound.
 /// So a body below the friction angle stands still, and one above it slides with Coulomb's force at any
@@ -63,7 +63,7 @@ struct StopOfPassing {
 /// predicted force) / speed, the secant of the error, which fades over a hundred steps: a rule without a
 /// scale of its own that is silent elsewhere. Across r it stays within mu k d, so that sliding is not braked.
 ///
-/// Near a side of the penetrated body (a surface that faces another way than r), within a quarter of its mean
+/// Near a side of the penetrated body (a surface with another normal than r), within a quarter of its mean
 /// edge length, k falls linearly to zero: a point that slips over a rim loses its force little by little
 /// instead of at once, without which stacks never come to rest. It is zero already at 7.5 % of the mean
 /// height of tets: in that band normals turn from one face to the other (SurfaceNormals), and a point that a
@@ -103,7 +103,7 @@ class ContactResponse {
 
   /// Laws of the last compute(), without those of speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
-  /// Appends laws and couplings of what would pass within the step. They are no contacts: the next step knows
+  /// Appends laws and couplings of what would pass within the step. They are no contacts: the next step has
   /// nothing of them. O(stops).
   void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
@@ -134,7 +134,7 @@ class ContactResponse {
 
   /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
   /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
-  /// what one layer of tets resists: contacts sink in less than the tissue gives way.
+  /// what one layer of tets resists: contacts sink in less than the tissue deforms.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
   /// Of the two places of a coupling, kg; 0 where none of its points can move.
   [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
@@ -149,7 +149,7 @@ class ContactResponse {
     Vec3 velocity;            ///< relative, at the start of the step, m/s
     double stiffness;         ///< N/m
     double damping;           ///< of chatter, N s/m
-    bool comes_back = false;  ///< it was gone since
+    bool comes_back = false;  ///< it has been open since
   };
   /// Damping of chatter of the same contact one step later, N s/m. \param full  its stiffness without rims
   [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,

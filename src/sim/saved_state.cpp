@@ -81,7 +81,7 @@ void check_index(const char* name, Index found, Index low, std::size_t count) {
   }
 }
 
-void check_contacts(const RememberedContacts& contacts, const Bodies& bodies) {
+void check_contacts(const ContactHistory& contacts, const Bodies& bodies) {
   const std::size_t n = contacts.point.size();
   const ContactStates& states = contacts.states;
   check_length("contact.body", contacts.body.size(), n);
@@ -152,9 +152,9 @@ void check_holds(const Holds& holds, std::size_t motions, const Bodies& bodies) 
   check_length("fixed_points", holds.fixed_points.size(), points);
   check_length("fixed_axes", holds.fixed_axes.size(), points);
   check_length("motion_of_point", holds.motion_of_point.size(), points);
-  check_length("rail_start", holds.rail_start.size(), points);
+  check_length("rail_start", holds.prescribed_start.size(), points);
   for (const Index motion : holds.motion_of_point) check_index("motion_of_point", motion, -1, motions);
-  for (const Vec3& start : holds.rail_start) check_finite("rail_start", start);
+  for (const Vec3& start : holds.prescribed_start) check_finite("rail_start", start);
   for (const HeldTie& held : holds.ties) {
     check_index("tie.point", held.tie.point, 0, points);
     check_index("tie.tet", held.tie.tet, 0, bodies.tets().size());

@@ -25,7 +25,7 @@ namespace palpate {
 inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 8};
 
 /// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
-/// results do not depend on (structure, order, sort, cell size, threads) has no part in it.
+/// results do not depend on (structure, order, sort, cell size, threads) is left out.
 struct Fingerprint {
   static constexpr std::array<std::string_view, 5> names{"bodies", "materials", "motions", "loads",
                                                          "settings"};
@@ -41,7 +41,7 @@ struct ChangedModel {
   std::vector<SurfaceLoad> surface_loads;
 };
 
-/// Everything that the steps to come depend on, and what a Simulation tells of the last one.
+/// Everything that later steps depend on, and the results of the last one.
 struct SavedState {
   Fingerprint fingerprint;
   StepMetrics metrics;  ///< without times
@@ -51,7 +51,7 @@ struct SavedState {
   std::vector<HeldGrab> grabs;
   std::vector<Motion> motions;
   fem::DynamicsState dynamics;
-  RememberedContacts contacts;
+  ContactHistory contacts;
   std::vector<KeptContact> kept_contacts;
   std::vector<EdgeEnd> edge_ends;
   DetectorMemory detector;
@@ -119,12 +119,12 @@ template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.viscous_stresses,
           s.inversion_clocks, s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference,
-          s.multigrid_worn);
+          s.multigrid_stale_iterations);
 }
 
 /// Column by column, as the table has them.
 template <class Archive>
-void describe(Archive& archive, RememberedContacts& c) {
+void describe(Archive& archive, ContactHistory& c) {
   archive(c.point, c.body);
   std::apply([&](auto&... column) { archive(column...); }, c.states.columns());
 }
@@ -154,8 +154,8 @@ void describe(Archive& archive, CellSizeTrial& trial) {
 
 template <class Archive>
 void describe(Archive& archive, DetectorMemory& m) {
-  archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_notes,
-          m.triangle_notes, m.share, m.noted_points, m.coherence, m.skipped_grid);
+  archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_states,
+          m.triangle_states, m.fraction, m.reference_points, m.coherence, m.skipped_grid);
 }
 
 template <class Archive>
@@ -186,7 +186,7 @@ void describe(Archive& archive, HeldTie& held) {
 template <class Archive>
 void describe(Archive& archive, ChangedModel& m) {
   Holds& h = m.holds;
-  archive(h.obstacles, h.absent, h.fixed_points, h.fixed_axes, h.motion_of_point, h.rail_start, h.ties);
+  archive(h.obstacles, h.absent, h.fixed_points, h.fixed_axes, h.motion_of_point, h.prescribed_start, h.ties);
   archive(m.point_loads, m.surface_loads);
 }
 

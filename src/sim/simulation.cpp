@@ -22,7 +22,7 @@ namespace palpate {
 namespace {
 
 /// Of what a budget in time has left, for a detection that may not be the last of its step.
-constexpr double share_ahead = 0.5;
+constexpr double fraction_ahead = 0.5;
 
 void check(bool right, const char* key, double found, const char* expected) {
   if (!right || !std::isfinite(found)) throw Error("simulation settings", key, number_text(found), expected);
@@ -72,8 +72,8 @@ SimulationCore::SimulationCore(Model model, const SimulationSettings& settings,
       loads(loads_of(model)),
       bodies(std::move(model.bodies)),
       materials(std::move(model.materials), std::move(model.material_of_tet), std::move(model.fibre_of_tet)) {
-  Rails rails(held.motions, held.holds.motion_of_point, bodies.points_rest());
-  held.holds.ties = held_ties(model.ties, bodies, rails.start_positions(threads, bodies.points_rest()));
+  PrescribedMotions prescribed(held.motions, held.holds.motion_of_point, bodies.points_rest());
+  held.holds.ties = held_ties(model.ties, bodies, prescribed.start_positions(threads, bodies.points_rest()));
 }
 
 Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldModel held, LoadSet load_set,
@@ -85,7 +85,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
       obstacles(rigid_bodies(holds)),
       settings(checked(s)),
       threads(n),
-      rails(std::move(held.motions), motions_of_present(holds, bodies), holds.rail_start),
+      prescribed(std::move(held.motions), motions_of_present(holds, bodies), holds.prescribed_start),
       dynamics(bodies, materials, unfree_points(holds, bodies), obstacles, threads),
       loads(std::move(load_set), bodies, holds.obstacles, dynamics.point_masses()),
       grabs(static_cast<Index>(bodies.points_rest().size())),
@@ -104,7 +104,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
   activations.resize(materials.all.size());
   activate_fibres(0.0);
   dynamics.set_fixed_axes(bodies, materials, holds.fixed_axes);
-  dynamics.set_positions(rails.start_positions(threads, bodies.points_rest()));
+  dynamics.set_positions(prescribed.start_positions(threads, bodies.points_rest()));
   ties = Ties(holds.ties, bodies, dynamics.point_masses(), dynamics.free_points(), response);
   step_forces.set({}, std::vector<Vec3>(holds.ties.size()));
   response.use_edges(DetectorSteps::normals(detector));
@@ -127,23 +127,23 @@ double Simulation::State::budget_seconds() const {
   return 1e-3 * settings.detection.budget->milliseconds.value();
 }
 
-/// Share of a budget in time that the detections of this step have left; else 1.
+/// Fraction of a budget in milliseconds that is left for detections of this step; else 1.
 double Simulation::State::budget_left() const {
   if (!spends_time()) return 1.0;
   constexpr double least = 0.01;  // a detection always begins
   return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
 }
 
-/// Whether time is left for a detection where the step leads to, and for that at its end.
-bool Simulation::State::can_look_ahead() const {
+/// Whether time is left for a detection at the predicted positions, and for that at the end of the step.
+bool Simulation::State::can_predict() const {
   if (!spends_time()) return true;
   return metrics.detection.completeness == 1.0 &&
-         detector.least_seconds() < share_ahead * budget_left() * budget_seconds();
+         detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
 }
 
 /// \param last  none will follow in this step, so that it may spend all of a budget in time
 void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
-  detector.detect(positions, (last || !spends_time() ? 1.0 : share_ahead) * budget_left());
+  detector.detect(positions, (last || !spends_time() ? 1.0 : fraction_ahead) * budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
 }
@@ -202,7 +202,7 @@ void Simulation::State::activate_fibres(double time) {
 void Simulation::State::begin_step() {
   const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
   activate_fibres(end);
-  dynamics.prescribe(rails.points(), rails.positions(threads, end));
+  dynamics.prescribe(prescribed.points(), prescribed.positions(threads, end));
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, end);
   dynamics.begin_step(settings.time_step, settings.gravity, step_loads);
   metrics.solves = 0;
@@ -217,7 +217,7 @@ void Simulation::State::begin_step() {
   metrics.detection_seconds = {};
 }
 
-/// One solve with the contacts that are known; a loose one shows where the step leads to.
+/// One solve with the contacts found so far; a loose one suffices to predict the positions.
 /// \param steady  contacts are expected to hold as they did
 bool Simulation::State::solve(bool loose, bool steady) {
   constexpr double loose_tolerance = 0.03;
@@ -249,12 +249,12 @@ fem::ContactSet Simulation::State::contact_set() {
 
 /// Solves, detects at the predicted positions and adds speculative contacts, until none are new. Loosely at
 /// first in a step after one in which bodies met, and while those that meet push harder than all that act:
-/// then a solve only shows where they lead. Where contacts are settled and tissue is not as the solve had it,
+/// then a solve only predicts positions. Where contacts have converged and tissue is not as the solve had it,
 /// again with that. \param last  of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
-  constexpr int most_turns = 8;
+  constexpr int max_rotation_solves = 8;
   constexpr double many = 1.0;
-  metrics.looks_ahead = can_look_ahead();
+  metrics.looks_ahead = can_predict();
   const bool fixed = settings.solver.fixed_iterations.has_value();
   bool loose = last.speculative_contacts > 0 && metrics.looks_ahead && !fixed;
   bool steady = last.detections == 1 && !fixed;
@@ -262,19 +262,19 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
-    for (int i = 0; dynamics.follow_turns(); ++i) {
-      if (i == most_turns || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
+    for (int i = 0; dynamics.follow_rotations(); ++i) {
+      if (i == max_rotation_solves || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
         metrics.solver_converged = false;
         break;
       }
       metrics.solver_converged = solve(loose, steady);
     }
     metrics.solver_seconds += watch.lap();
-    const bool looks_again = can_look_ahead() && metrics.solves < most_solves(metrics.stopped_passes > 0);
-    detect(dynamics.end_positions(), !looks_again);
+    const bool searches_again = can_predict() && metrics.solves < most_solves(metrics.stopped_passes > 0);
+    detect(dynamics.end_positions(), !searches_again);
     ++metrics.detections;
     watch.lap();
-    const double met = looks_again
+    const double met = searches_again
                            ? response.add_speculative(threads, bodies, DetectorSteps::table(detector),
                                                       dynamics.end_positions(), dynamics.mean_velocities(),
                                                       normal_forces(), couplings)
@@ -284,8 +284,8 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     metrics.forces_seconds += watch.lap();
     const bool solved = met == 0.0 && !passes && !loose;
     if (solved && (fixed || !dynamics.follow_tissue(settings.solver.tolerance))) break;
-    if (solved && !looks_again) {
-      dynamics.end_on_way();
+    if (solved && !searches_again) {
+      dynamics.end_where_linearised();
       metrics.solver_converged = false;
       break;
     }
@@ -352,9 +352,9 @@ void Simulation::State::advance() {
   DetectorSteps::release(detector);
   watch.lap();
   count_passes();
-  take_forces();
-  grabs.take_forces(std::span(couplings).first(grab_couplings), settings.time_step,
-                    dynamics.mean_velocities());
+  collect_forces();
+  grabs.collect_forces(std::span(couplings).first(grab_couplings), settings.time_step,
+                       dynamics.mean_velocities());
   dynamics.end_step();
   metrics.solver_seconds += watch.lap();
 }
@@ -373,7 +373,7 @@ const StepMetrics& Simulation::step() {
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.rails.end();
+  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.prescribed.end();
   s.slow_steps = slow ? s.slow_steps + 1 : 0;
   return s.metrics;
 }
@@ -390,7 +390,7 @@ void Simulation::change(const SimulationSettings& settings) {
     Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,
                       s.threads.count());
     detector.detect(s.dynamics.positions());
-    DetectorSteps::table(detector).set_remembered(DetectorSteps::table(s.detector).remembered());
+    DetectorSteps::table(detector).set_history(DetectorSteps::table(s.detector).history());
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);

@@ -27,6 +27,23 @@ std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index>
   return after;
 }
 
+/// Values of bodies for those that are there then, which keep their order within a body; zero for bodies that
+/// were not there. \param before, after  the body of each value
+std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMatrix3>& values,
+                                              std::span<const Index> before, std::span<const Index> after,
+                                              Index body_count) {
+  std::vector<std::vector<fem::SymmetricMatrix3>> of_body(static_cast<std::size_t>(body_count));
+  for (std::size_t k = 0; k < values.size(); ++k) at(of_body, before[k]).push_back(values[k]);
+  std::vector<std::size_t> next(of_body.size());
+  std::vector<fem::SymmetricMatrix3> there;
+  there.reserve(after.size());
+  for (const Index body : after) {
+    const std::vector<fem::SymmetricMatrix3>& own = at(of_body, body);
+    there.push_back(own.empty() ? fem::SymmetricMatrix3{} : own.at(at(next, body)++));
+  }
+  return there;
+}
+
 /// Forces of the ties that there are: of one that was there before what it did, else zero.
 std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::vector<HeldTie>& before,
                                  const std::vector<Vec3>& forces) {
@@ -44,9 +61,9 @@ std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::ve
 
 }  // namespace
 
-/// Velocities of what does not move are zero, those of what moves on rails as they were; a body that comes
+/// Velocities of what does not move are zero, those of prescribed points as they were; a body that comes
 /// back is where its motion is now.
-void Simulation::State::take_over(const State& from) {
+void Simulation::State::copy_from(const State& from) {
   SavedState saved = from.saved_state();
   fem::DynamicsState& d = saved.dynamics;
   const std::size_t tets = bodies.tets().size();
@@ -56,11 +73,14 @@ void Simulation::State::take_over(const State& from) {
   if (!dynamics.plastic_strains().empty())
     d.plastic_strains = for_elements(d.plastic_strains, before, after, tets);
   if (dynamics.plastic_strains().empty()) d.plastic_strains.clear();
+  d.viscous_stresses = for_bodies(d.viscous_stresses, from.dynamics.elements().body_of_viscous_stress(),
+                                  dynamics.elements().body_of_viscous_stress(), bodies.body_count());
   const std::vector<Index> motions = motions_of_present(holds, bodies);
-  const std::span<const Vec3> on_rails = rails.positions(threads, saved.metrics.time);
-  for (std::size_t k = 0; k < on_rails.size(); ++k) {
-    const Index p = rails.points()[k];
-    if (at(from.holds.absent, at(bodies.body_of_point(), p)) != 0) at(d.positions, p) = on_rails[k];
+  const std::span<const Vec3> prescribed_positions = prescribed.positions(threads, saved.metrics.time);
+  for (std::size_t k = 0; k < prescribed_positions.size(); ++k) {
+    const Index p = prescribed.points()[k];
+    if (at(from.holds.absent, at(bodies.body_of_point(), p)) != 0)
+      at(d.positions, p) = prescribed_positions[k];
   }
   for (std::size_t p = 0; p < motions.size(); ++p) {
     if (dynamics.free_points()[p] != 0) continue;
@@ -85,14 +105,14 @@ void Simulation::State::take_over(const State& from) {
   metrics = saved.metrics;
   metrics.time = from.metrics.time;
   detect(dynamics.positions(), true);
-  DetectorSteps::table(detector).set_remembered(saved.contacts);
+  DetectorSteps::table(detector).set_history(saved.contacts);
   metrics.detection_seconds = from.metrics.detection_seconds;
   measure();
 }
 
 void Simulation::change(const ModelChange& change) {
   const State& s = *state_;
-  const std::span<const Motion> motions = s.rails.motions();
+  const std::span<const Motion> motions = s.prescribed.motions();
   HeldModel held{.holds = s.holds, .motions = {motions.begin(), motions.end()}};
   apply_change(change, s.bodies, s.dynamics.positions(), held);
   LoadSet loads = s.loads.all();
@@ -100,7 +120,7 @@ void Simulation::change(const ModelChange& change) {
   auto next =
       std::make_unique<State>(s.core, std::move(held), std::move(loads), s.settings, s.threads.count());
   next->changed = true;
-  next->take_over(s);
+  next->copy_from(s);
   state_ = std::move(next);
 }
 
@@ -122,7 +142,7 @@ std::span<const Index> Simulation::motion_of_points() const {
 }
 
 Index Simulation::motion_count() const {
-  return state_->rails.motion_count();
+  return state_->prescribed.motion_count();
 }
 
 }  // namespace palpate

@@ -34,12 +34,12 @@ void check_values(const char* name, std::span<const Index> points, std::span<con
 }  // namespace
 
 void Simulation::set_motion(Index number, Motion motion) {
-  state_->rails.replace(number, std::move(motion));
+  state_->prescribed.replace(number, std::move(motion));
   state_->slow_steps = 0;
 }
 
 const Motion& Simulation::motion(Index number) const {
-  const std::span<const Motion> motions = state_->rails.motions();
+  const std::span<const Motion> motions = state_->prescribed.motions();
   if (number < 0 || static_cast<std::size_t>(number) >= motions.size()) {
     throw Error("simulation", "motion", std::to_string(number),
                 "less than " + std::to_string(motions.size()));
@@ -63,10 +63,11 @@ void Simulation::set_pressure(std::span<const Index> triangles, double pressure)
 
 void Simulation::set_positions(std::span<const Index> points, std::span<const Vec3> positions) {
   State& s = *state_;
-  const auto on_rails = [&](Index p) { return std::ranges::binary_search(s.rails.points(), p); };
+  const auto is_prescribed = [&](Index p) { return std::ranges::binary_search(s.prescribed.points(), p); };
   check_values(
-      "positions", points, positions, s.bodies.points_rest().size(), [&](Index p) { return !on_rails(p); },
-      ", which is on rails", "points that no motion moves");
+      "positions", points, positions, s.bodies.points_rest().size(),
+      [&](Index p) { return !is_prescribed(p); }, ", which has a prescribed motion",
+      "points that no motion moves");
   std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
   for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
   const StepMetrics before = s.metrics;
@@ -90,7 +91,7 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
   check_values(
       "velocities", points, velocities, s.bodies.points_rest().size(),
       [&](Index p) { return at(s.dynamics.free_points(), p) != 0; }, ", which does not move freely",
-      "points that are neither fixed nor on rails");
+      "points that are neither fixed nor prescribed");
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (fem::along(at(s.dynamics.held_axes(), points[i]), velocities[i]) == Vec3{}) continue;
     throw Error("simulation", "velocities",

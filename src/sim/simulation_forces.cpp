@@ -8,7 +8,7 @@
 #include "sim/tractions.hpp"
 #include "sim/wrench.hpp"
 
-// What a simulation tells of forces and stress.
+// Forces and stress of a simulation.
 namespace palpate {
 namespace {
 
@@ -23,7 +23,7 @@ void check_index(const char* what, Index found, Index count) {
 }  // namespace
 
 /// Between the last solve and the end of the step.
-void Simulation::State::take_forces() {
+void Simulation::State::collect_forces() {
   step_forces.take(
       threads, couplings,
       {.first_tie = first_tie, .first_contact = first_contact, .first_speculative = first_speculative},
@@ -92,7 +92,7 @@ std::span<const Vec3> Simulation::tie_forces() const {
 
 std::span<const Vec3> Simulation::reactions() const {
   if (state_->reactions.empty() && !state_->bodies.points_rest().empty()) {
-    throw Error("simulation", "reactions", "a step that did not note them",
+    throw Error("simulation", "reactions", "a step that did not record them",
                 "a step after record_reactions(true)");
   }
   return state_->reactions;
@@ -105,13 +105,13 @@ Wrench Simulation::reaction_of_body(Index body, const Vec3& about) const {
 }
 
 Wrench Simulation::reaction_of_motion(Index motion, const Vec3& about) const {
-  const Rails& rails = state_->rails;
-  check_index("motion", motion, rails.motion_count());
+  const PrescribedMotions& prescribed = state_->prescribed;
+  check_index("motion", motion, prescribed.motion_count());
   const std::span<const Vec3> all = reactions();
   Wrench sum{.force = {}, .torque = {}, .about = about};
-  for (std::size_t i = 0; i < rails.points().size(); ++i) {
-    if (rails.motion_of_points()[i] != motion) continue;
-    const Index p = rails.points()[i];
+  for (std::size_t i = 0; i < prescribed.points().size(); ++i) {
+    if (prescribed.motion_of_points()[i] != motion) continue;
+    const Index p = prescribed.points()[i];
     sum.force += at(all, p);
     sum.torque += cross(at(positions(), p) - about, at(all, p));
   }

@@ -18,9 +18,9 @@ SavedState Simulation::State::saved_state() const {
           .forces = loads.all().forces,
           .pressures = loads.all().pressures,
           .grabs = grabs.all(),
-          .motions = {rails.motions().begin(), rails.motions().end()},
+          .motions = {prescribed.motions().begin(), prescribed.motions().end()},
           .dynamics = dynamics.state(),
-          .contacts = DetectorSteps::table(detector).remembered(),
+          .contacts = DetectorSteps::table(detector).history(),
           .kept_contacts = response.kept(),
           .edge_ends = response.edge_ends(),
           .detector = detector.memory(),
@@ -32,14 +32,14 @@ SavedState Simulation::State::saved_state() const {
           .changed = changed_model()};
 }
 
-void Simulation::State::take_state(const SavedState& saved) {
+void Simulation::State::copy_state(const SavedState& saved) {
   activate_fibres(saved.metrics.time);
   dynamics.set_state(saved.dynamics);
   detector.recall(saved.detector, dynamics.positions());
   loads.restore(saved.forces, saved.pressures);
   grabs.set_all(saved.grabs);
-  DetectorSteps::table(detector).set_remembered(saved.contacts);
-  rails.set_motions(saved.motions);
+  DetectorSteps::table(detector).set_history(saved.contacts);
+  prescribed.set_motions(saved.motions);
   response.set_kept(saved.kept_contacts);
   response.set_edge_ends(saved.edge_ends);
   contact_forces = saved.contact_forces;
@@ -99,15 +99,15 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   }
   std::unique_ptr<State> other = s.held_as(saved);
   if (other) {
-    other->take_state(saved);
+    other->copy_state(saved);
     state_ = std::move(other);
     return;
   }
   const SavedState before = s.saved_state();
   try {
-    s.take_state(saved);
+    s.copy_state(saved);
   } catch (...) {
-    s.take_state(before);
+    s.copy_state(before);
     throw;
   }
 }

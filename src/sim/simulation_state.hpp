@@ -14,7 +14,7 @@
 #include "sim/grabs.hpp"
 #include "sim/holds.hpp"
 #include "sim/loads.hpp"
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 #include "sim/response.hpp"
 #include "sim/saved_state.hpp"
 #include "sim/step_forces.hpp"
@@ -35,24 +35,24 @@ struct SimulationCore {
 };
 
 /// What a Simulation consists of. What holds it (Holds) is there for the life of a State: a ModelChange makes
-/// another State, which takes over positions, velocities and what contacts remember. Its functions are in
+/// another State, which copies positions, velocities and the states of contacts. Its functions are in
 /// simulation.cpp (the step), simulation_drive.cpp (what changes it between steps), simulation_change.cpp
 /// (another State), simulation_saved.cpp (save and restore) and simulation_forces.cpp (what it tells of
 /// forces and stress).
 struct Simulation::State {
-  /// Points are at rest, those on rails where their motion is at time 0; without contacts as yet.
+  /// Points are at rest, prescribed ones where their motion is at time 0; without contacts as yet.
   State(std::shared_ptr<const SimulationCore> core, HeldModel held, LoadSet loads,
         const SimulationSettings& settings, int threads);
   /// The first positions, velocities and contacts.
   void start(const std::vector<Vec3>& velocities, const std::vector<Grab>& grabs);
   /// A simulation that goes on from another with other holds.
-  void take_over(const State& from);
+  void copy_from(const State& from);
 
   void detect(std::span<const Vec3> positions, bool last);
   [[nodiscard]] bool spends_time() const;
   [[nodiscard]] double budget_seconds() const;
   [[nodiscard]] double budget_left() const;
-  [[nodiscard]] bool can_look_ahead() const;
+  [[nodiscard]] bool can_predict() const;
   void measure();
   /// See StepMetrics::deepest. O(contacts log pairs of bodies).
   [[nodiscard]] double deepest();
@@ -61,20 +61,20 @@ struct Simulation::State {
   bool solve(bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
-  /// What a step knows so far of where it leads to.
+  /// The prediction of a step so far.
   [[nodiscard]] PredictedStep predicted() const;
   [[nodiscard]] int most_solves(bool stops_passes) const;
   bool stop_passes();
   void count_passes();
   void solve_with_speculative_contacts(const StepMetrics& last);
   void advance();
-  void take_forces();
+  void collect_forces();
   [[nodiscard]] SavedState saved_state() const;
   /// What a ModelChange has changed; none without one.
   [[nodiscard]] std::optional<ChangedModel> changed_model() const;
   /// A state with the holds of a saved one, to take it; null where this one has them.
   [[nodiscard]] std::unique_ptr<State> held_as(const SavedState& saved) const;
-  void take_state(const SavedState& saved);
+  void copy_state(const SavedState& saved);
 
   std::shared_ptr<const SimulationCore> core;
   const Bodies& bodies;
@@ -85,7 +85,7 @@ struct Simulation::State {
   SimulationSettings settings;
   parallel::Threads threads;
   std::vector<double> activations;  ///< of the fibres of each material
-  Rails rails;
+  PrescribedMotions prescribed;
   fem::Dynamics dynamics;
   Loads loads;
   std::span<const Vec3> step_loads;  ///< forces on points of the step, N; or empty

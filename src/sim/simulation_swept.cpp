@@ -25,7 +25,7 @@ bool Simulation::State::stop_passes() {
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  const bool solves_again = can_look_ahead() && metrics.solves < most_solves(true);
+  const bool solves_again = can_predict() && metrics.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   response.add_stops(stops, couplings);

@@ -40,7 +40,7 @@ struct ActedContact {
   }
 };
 
-/// Where the force of a contact acts: at the point, or that of the edge.
+/// Where the force of a contact acts: at its point, or at the point of its edge on the surface.
 [[nodiscard]] Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions);
 
 /// Which couplings of a step are what.
@@ -50,7 +50,7 @@ struct CouplingRanges {
   std::size_t first_speculative = 0;
 };
 
-/// What couplings did in the last step: what a Simulation tells of forces is made of this. Copied out at the
+/// Forces of couplings in the last step: the source of all force results of a Simulation. Copied out at the
 /// end of a step, so that a step that fails leaves it as it was. Keeps its memory.
 class StepForces {
  public:

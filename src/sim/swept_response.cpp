@@ -104,8 +104,8 @@ bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Ve
 /// of edges almost nothing: what passes by a little now begins the next step beyond.
 /// \param beyond  how far it is beyond where it touched, m
 /// \param thick   local thickness, m
-bool SweptResponse::has_way_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                 double thick) const {
+bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
+                                  double thick) const {
   const auto leads = [&](Index point, Index body, const Vec3& back) {
     const Index row = contacts.find(point, body);
     return row >= 0 && dot(at(contacts.contacts().direction, row), back) > 0.0 &&
@@ -119,11 +119,11 @@ bool SweptResponse::has_way_back(const SweptContact& contact, const ContactTable
   const Edge& a = at(bodies_.edges(), contact.first);
   const Edge& b = at(bodies_.edges(), contact.second);
   const EdgeContacts& edges = contacts.edges();
-  const auto passes = [&](Index edge, Index body, const Vec3& way) {
+  const auto passes = [&](Index edge, Index body, const Vec3& direction) {
     const auto [first, last] = std::ranges::equal_range(edges.edge, edge);
     for (auto row = static_cast<std::size_t>(first - edges.edge.begin());
          row < static_cast<std::size_t>(last - edges.edge.begin()); ++row) {
-      if (edges.body[row] == body && dot(edges.direction[row], way) > 0.0 &&
+      if (edges.body[row] == body && dot(edges.direction[row], direction) > 0.0 &&
           edges.depth[row] <= deepest_point * thick)
         return true;
     }
@@ -159,7 +159,7 @@ fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
   return coupling;
 }
 
-/// Least of the tets behind the triangles that touch, m.
+/// Least height of the tets behind the triangles that touch, m.
 double SweptResponse::thickness(const SweptContact& contact) const {
   if (contact.kind == SweptKind::point_triangle) return height_behind(bodies_, contact.second);
   double least = std::numeric_limits<double>::infinity();
@@ -176,7 +176,7 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
   const double thick = thickness(contact);
   const double margin = margin_of_thickness * thick;
   const double end = dot(contact.direction, fem::relative(coupling, step.end));
-  if (!(end < 0.0) || has_way_back(contact, step.contacts, -end, thick)) return;
+  if (!(end < 0.0) || has_exit_back(contact, step.contacts, -end, thick)) return;
   const double gap = dot(contact.direction, fem::relative(coupling, step.start));
   add(key_of(contact),
       {coupling, contact.direction, std::max(gap, 0.0) - margin, margin - end, margin,
@@ -184,7 +184,7 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-/// A contact at the start of the step that goes deeper by more than what is not looked at, whatever pushes
+/// A contact at the start of the step that sinks by more than the filter leaves out, whatever pushes
 /// it.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {

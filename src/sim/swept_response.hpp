@@ -48,7 +48,7 @@ class SweptResponse {
                                       std::span<const fem::Coupling> contacts);
   /// Of the last find(): what has been stopped so often that it is given up.
   [[nodiscard]] std::int64_t left() const { return left_; }
-  /// Pairs of bodies that could pass, without looking further; their counts are in counts().
+  /// Pairs of bodies that could pass, without a search; their counts are in counts().
   void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
   /// Of the last find() or count().
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
@@ -74,8 +74,8 @@ class SweptResponse {
   [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
   [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                 const PredictedStep& step) const;
-  [[nodiscard]] bool has_way_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                  double thick) const;
+  [[nodiscard]] bool has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
+                                   double thick) const;
   [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
   [[nodiscard]] double thickness(const SweptContact& contact) const;
   void add(const SweptContact& contact, const PredictedStep& step, const ContactResponse& response);

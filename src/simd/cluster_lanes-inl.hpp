@@ -1,4 +1,4 @@
-// One lane a primitive of a cluster: what the kernels of both queries share. Included once for each target.
+// One lane a primitive of a cluster: common to the kernels of both queries. Included once for each target.
 #if defined(PALPATE_SIMD_CLUSTER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_CLUSTER_LANES_INL
 #undef PALPATE_SIMD_CLUSTER_LANES_INL

@@ -88,8 +88,8 @@ class BoxTest {
     lower_ = Coarse::word(lower(l.x), lower(l.y), lower(l.z));
     above_ = Coarse::word(above(l.x, u.x), above(l.y, u.y), above(l.z, u.z));
     // Where the own points count, a name that none has.
-    first_name_ = takes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
-    names_ = takes_own(box) ? 0 : u.name - l.name;
+    first_name_ = includes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
+    names_ = includes_own(box) ? 0 : u.name - l.name;
     marks_ = box.skips_marked & std::numeric_limits<std::int32_t>::min();
   }
 
@@ -192,19 +192,19 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
     const auto sure = hn::Gt(hn::Abs(volume), bound);
     const Float infinite = hn::Set(floats, std::numeric_limits<float>::infinity());
     hn::Store(hn::IfThenElse(sure, bound, infinite), floats, planes.bound.data() + lane);
-    const Float turn = hn::And(volume, hn::SignBit(floats));
+    const Float flip = hn::And(volume, hn::SignBit(floats));
     for (std::size_t face = 0; face < 4; ++face) {
       const Vector& n = normal[face];
       Float offset = hn::Neg(dot(n, face < 3 ? d : a));
       if constexpr (is_wide) {
         const Float size = hn::Add(hn::Add(hn::Abs(n.x), hn::Abs(n.y)), hn::Abs(n.z));
         const Float further = hn::Mul(hn::Set(floats, widening.reach), size);
-        offset = hn::Add(offset, hn::Xor(further, turn));  // turned once more below
+        offset = hn::Add(offset, hn::Xor(further, flip));  // turned once more below
       }
-      hn::Store(hn::Xor(n.x, turn), floats, planes.face[face][0].data() + lane);
-      hn::Store(hn::Xor(n.y, turn), floats, planes.face[face][1].data() + lane);
-      hn::Store(hn::Xor(n.z, turn), floats, planes.face[face][2].data() + lane);
-      hn::Store(hn::Xor(offset, turn), floats, planes.face[face][3].data() + lane);
+      hn::Store(hn::Xor(n.x, flip), floats, planes.face[face][0].data() + lane);
+      hn::Store(hn::Xor(n.y, flip), floats, planes.face[face][1].data() + lane);
+      hn::Store(hn::Xor(n.z, flip), floats, planes.face[face][2].data() + lane);
+      hn::Store(hn::Xor(offset, flip), floats, planes.face[face][3].data() + lane);
     }
   }
 }
@@ -319,7 +319,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
     make_planes<is_wide>(block, c, corners,
                          {reach_of(margin), is_wide ? near_bound(extent, margin) : volume_bound(extent)},
                          planes);
-    const bool has_own = takes_own(block.box[c]);
+    const bool has_own = includes_own(block.box[c]);
     if (has_own) {
       sort_candidates(points, corners, cluster.points, candidates, sorted);
       candidates = std::span(sorted.other).first(sorted.others);

@@ -21,7 +21,7 @@ struct ClusterBox {
 };
 
 /// Whether points of the cluster's own body count: the corners of its tets are among them then.
-inline bool takes_own(const ClusterBox& box) {
+inline bool includes_own(const ClusterBox& box) {
   return box.upper.name < box.lower.name;
 }
 

@@ -141,7 +141,7 @@ void list_hits(const FixedPoint* points, std::size_t c, const std::uint32_t* tet
   for (std::size_t i = block.first_candidate[c]; i < block.first_candidate[c + 1]; ++i) {
     const std::int32_t candidate = block.candidates[i];
     const std::size_t place =
-        takes_own(block.box[c]) ? place_of(block, c, points[candidate]) : cluster.points;
+        includes_own(block.box[c]) ? place_of(block, c, points[candidate]) : cluster.points;
     if (place < cluster.points) {
       const std::uint32_t corner_of = block.at_point[static_cast<std::size_t>(cluster.first_point) + place];
       own[place] = {candidate, number, tets[i] & ~(corner_of * 0x10001U)};

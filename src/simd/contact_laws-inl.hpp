@@ -57,15 +57,15 @@ inline void contact_forces(const ContactLawRows& laws, const Vec3* u, const Vec3
     const double* nx = g.row(LawRow::direction_x);
     const double* ny = g.row(LawRow::direction_y);
     const double* nz = g.row(LawRow::direction_z);
-    Lanes share;
+    Lanes scale;
     for (std::size_t k = 0; k < law_lanes; ++k) {
       const double sliding = g.bound[k] / g.size[k];
-      share[k] = g.size[k] > g.bound[k] ? sliding : 1.0;
+      scale[k] = g.size[k] > g.bound[k] ? sliding : 1.0;
     }
     for (std::size_t k = 0; k < law_lanes; ++k) {
-      f[first + k] = {g.normal[k] * nx[k] + share[k] * g.x[k] - base[first + k].x,
-                      g.normal[k] * ny[k] + share[k] * g.y[k] - base[first + k].y,
-                      g.normal[k] * nz[k] + share[k] * g.z[k] - base[first + k].z};
+      f[first + k] = {g.normal[k] * nx[k] + scale[k] * g.x[k] - base[first + k].x,
+                      g.normal[k] * ny[k] + scale[k] * g.y[k] - base[first + k].y,
+                      g.normal[k] * nz[k] + scale[k] * g.z[k] - base[first + k].z};
     }
   }
 }
@@ -81,7 +81,7 @@ inline void contact_derivatives(const ContactLawRows& laws, const Vec3* u, doubl
     const double* nz = g.row(LawRow::direction_z);
     Lanes across;
     Lanes along;
-    Lanes turn;    // of p p^T
+    Lanes outer;   // of p p^T
     Lanes couple;  // of p n^T
     for (std::size_t k = 0; k < law_lanes; ++k) {
       const bool pushes = g.normal[k] > 0.0;
@@ -93,7 +93,7 @@ inline void contact_derivatives(const ContactLawRows& laws, const Vec3* u, doubl
       const double by_normal = laws.friction * r[k] / g.size[k];
       across[k] = open ? 0.0 : a;
       along[k] = (pushes ? r[k] : 0.0) - across[k];
-      turn[k] = slides && !open ? square : 0.0;
+      outer[k] = slides && !open ? square : 0.0;
       couple[k] = slides && !open && coulomb ? by_normal : 0.0;
     }
     std::array<Lanes, 9> m;
@@ -103,7 +103,7 @@ inline void contact_derivatives(const ContactLawRows& laws, const Vec3* u, doubl
       for (std::size_t j = 0; j < 3; ++j) {
         for (std::size_t k = 0; k < law_lanes; ++k) {
           const double diagonal = i == j ? across[k] : 0.0;
-          m[3 * i + j][k] = diagonal + along[k] * n[i][k] * n[j][k] - turn[k] * p[i][k] * p[j][k] +
+          m[3 * i + j][k] = diagonal + along[k] * n[i][k] * n[j][k] - outer[k] * p[i][k] * p[j][k] +
                             couple[k] * p[i][k] * n[j][k];
         }
       }

@@ -24,7 +24,7 @@ struct SegmentsInTriangles {
   VectorRows a;
   VectorRows b;
   std::array<VectorRows, 3> corner;
-  LaneRow parameter;  ///< what find_parameters() finds; -1 where double cannot tell
+  LaneRow parameter;  ///< what find_parameters() finds; -1 where double precision is not certain
 };
 
 /// crossing_parameter() of the first `size` lanes, to the bit, but for those that need exact numbers. Lanes

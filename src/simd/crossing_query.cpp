@@ -118,7 +118,7 @@ struct Edge {
 };
 
 /// Six times the volume of an edge and a side.
-HWY_INLINE Float turn(const Edge& edge, const Vector& side, const Vector& moment) {
+HWY_INLINE Float volume(const Edge& edge, const Vector& side, const Vector& moment) {
   Float sum = hn::Mul(edge.along.x, moment.x);
   sum = hn::MulAdd(edge.along.y, moment.y, sum);
   sum = hn::MulAdd(edge.along.z, moment.z, sum);
@@ -138,19 +138,19 @@ HWY_INLINE std::uint32_t meets(const Triangles& triangles, std::size_t lane, con
   const Float offset = hn::Load(floats, triangles.offset.data() + lane);
   const Float a = volume(normal, offset, edge.a);
   const Float b = volume(normal, offset, edge.b);
-  const Float t0 = turn(edge, triangles.side[0].load(lane), triangles.moment[0].load(lane));
-  const Float t1 = turn(edge, triangles.side[1].load(lane), triangles.moment[1].load(lane));
-  const Float t2 = turn(edge, triangles.side[2].load(lane), triangles.moment[2].load(lane));
+  const Float t0 = volume(edge, triangles.side[0].load(lane), triangles.moment[0].load(lane));
+  const Float t1 = volume(edge, triangles.side[1].load(lane), triangles.moment[1].load(lane));
+  const Float t2 = volume(edge, triangles.side[2].load(lane), triangles.moment[2].load(lane));
   const Float side = hn::Set(floats, bounds.side);
-  const Float turns = hn::Set(floats, bounds.turn);
+  const Float least = hn::Set(floats, bounds.volume);
   const Float low_side = hn::Min(a, b);
   const Float high_side = hn::Max(a, b);
   const Float low = hn::Min(t0, hn::Min(t1, t2));
   const Float high = hn::Max(t0, hn::Max(t1, t2));
   const auto beside = hn::Or(hn::Gt(low_side, side), hn::Lt(high_side, hn::Neg(side)));
-  const auto around = hn::And(hn::Gt(high, turns), hn::Lt(low, hn::Neg(turns)));
+  const auto around = hn::And(hn::Gt(high, least), hn::Lt(low, hn::Neg(least)));
   const auto through = hn::And(hn::Lt(low_side, hn::Neg(side)), hn::Gt(high_side, side));
-  const auto within = hn::Or(hn::Gt(low, turns), hn::Lt(high, hn::Neg(turns)));
+  const auto within = hn::Or(hn::Gt(low, least), hn::Lt(high, hn::Neg(least)));
   const std::uint32_t may = bits_of(floats, hn::Not(hn::Or(beside, around)));
   return may | bits_of(floats, hn::And(through, within)) << 16;
 }

@@ -31,8 +31,8 @@ void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block
 
 /// Bounds of the errors of what test_edges() compares with zero (docs/query.md).
 struct CrossingBounds {
-  float side;  ///< of the volumes of a triangle and an end
-  float turn;  ///< of the volumes of the edge and a side of a triangle
+  float side;    ///< of the volumes of a triangle and an end
+  float volume;  ///< of the volumes of the edge and a side of a triangle
 };
 /// \param extent   longest side of the cluster's box
 /// \param longest  of the edges, along an axis

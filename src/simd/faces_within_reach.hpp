@@ -7,7 +7,7 @@
 
 namespace palpate::simd {
 
-/// Points in tets, one a lane, and how far each looks.
+/// Points in tets, one a lane, and the search distance of each.
 struct ReachingPoints {
   static constexpr std::size_t most = VectorRows::most;
   VectorRows point;

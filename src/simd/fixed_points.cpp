@@ -97,7 +97,7 @@ void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int
 #endif
 }
 
-std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
+std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
   std::int32_t largest = 0;
   std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -106,8 +106,8 @@ std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const Fix
   auto most = hn::Zero(d);
   // Names are equal, so their lanes add nothing.
   for (; at_a_time > 0 && i + at_a_time <= points.size(); i += at_a_time) {
-    const auto way = hn::Sub(hn::LoadU(d, &points[i].x), hn::LoadU(d, &references[i].x));
-    most = hn::Max(most, hn::Abs(way));
+    const auto motion = hn::Sub(hn::LoadU(d, &points[i].x), hn::LoadU(d, &references[i].x));
+    most = hn::Max(most, hn::Abs(motion));
   }
   largest = hn::GetLane(hn::MaxOfLanes(d, most));
 #endif
@@ -160,7 +160,7 @@ namespace palpate::simd {
 
 HWY_EXPORT(place_points);
 HWY_EXPORT(linear_keys);
-HWY_EXPORT(largest_way);
+HWY_EXPORT(largest_motion);
 HWY_EXPORT(coarse_words);
 
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points) {
@@ -176,8 +176,8 @@ void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int
   HWY_DYNAMIC_DISPATCH(coarse_words)(points, coarse_shift, words, names);
 }
 
-std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
-  return HWY_DYNAMIC_DISPATCH(largest_way)(points, references);
+std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const FixedPoint> references) {
+  return HWY_DYNAMIC_DISPATCH(largest_motion)(points, references);
 }
 
 }  // namespace palpate::simd

@@ -61,7 +61,7 @@ void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int
                   std::int32_t* names);
 
 /// The largest distance along an axis between points and references with the same names.
-std::int32_t largest_way(std::span<const FixedPoint> points, std::span<const FixedPoint> references);
+std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const FixedPoint> references);
 
 /// How fixed-point coordinates become a key: cell = min(number >> fraction_bits, size - 1), and
 /// key = i + j size_x + k size_x size_y, below 2^31.

@@ -19,7 +19,7 @@ using Three = std::array<FloatV, 3>;
 using Matrix = std::array<FloatV, 9>;
 
 /// r less what rows of a slice take of couplings.
-HWY_INLINE void take_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
+HWY_INLINE void set_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
   const std::int32_t* begin = couplings.begin + slice_rows * slice;
   if (begin[0] == begin[slice_rows]) return;
   const Four d;
@@ -67,7 +67,7 @@ HWY_INLINE void residual_of_slice(const SmootherRows& all, const float* r, const
     hn::Store(y1, d, y + slice_rows + lane);
     hn::Store(y2, d, y + 2 * slice_rows + lane);
   }
-  take_couplings(all.couplings, slice, y);
+  set_couplings(all.couplings, slice, y);
 }
 
 HWY_INLINE Three load_three(const float* values) {
@@ -107,8 +107,8 @@ HWY_INLINE Matrix load_rotation(const SmootherRows& rows, std::size_t slice, std
   return m;
 }
 
-void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
-                     std::size_t end) {
+void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                      std::size_t end) {
   alignas(64) std::array<float, slice_values> y;
   for (std::size_t slice = begin; slice < end; ++slice) {
     residual_of_slice(rows, r, z, slice, y.data());
@@ -123,7 +123,7 @@ void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Qu
   }
 }
 
-void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
+void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
   for (std::size_t slice = begin; slice < end; ++slice) {
     for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
       const Matrix m = load_rotation(rows, slice, lane);
@@ -223,12 +223,12 @@ void find_rotations(const RotationRows& rows, const Quad* positions, float* rota
 
 #else
 
-using scalar::add_turned;
+using scalar::add_rotated;
 using scalar::find_rotations;
 using scalar::listed_products;
 using scalar::relax_slices;
+using scalar::rotated_residual;
 using scalar::store_slices;
-using scalar::turned_residual;
 
 #endif
 
@@ -239,8 +239,8 @@ HWY_AFTER_NAMESPACE();
 namespace palpate::simd {
 
 HWY_EXPORT(relax_slices);
-HWY_EXPORT(turned_residual);
-HWY_EXPORT(add_turned);
+HWY_EXPORT(rotated_residual);
+HWY_EXPORT(add_rotated);
 HWY_EXPORT(store_slices);
 HWY_EXPORT(listed_products);
 HWY_EXPORT(find_rotations);
@@ -249,12 +249,12 @@ void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::
                   std::size_t count) {
   HWY_DYNAMIC_DISPATCH(relax_slices)(rows, r, z, slices, count);
 }
-void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
-                     std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(turned_residual)(rows, r, z, t, begin, end);
+void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                      std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(rotated_residual)(rows, r, z, t, begin, end);
 }
-void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(add_turned)(rows, u, z, begin, end);
+void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(add_rotated)(rows, u, z, begin, end);
 }
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end) {
   return HWY_DYNAMIC_DISPATCH(store_slices)(z, r, values, begin, end);

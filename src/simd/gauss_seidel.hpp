@@ -21,10 +21,10 @@ struct SmootherRows {
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
 /// t = R^T (r - A z) in slices [begin, end).
-void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
-                     std::size_t end);
+void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                      std::size_t end);
 /// z += R u in slices [begin, end).
-void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
+void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
 /// z to values by slices; returns the sum of r z over slices [begin, end).
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
 /// coupling_products() of these couplings.
@@ -47,9 +47,9 @@ void find_rotations(const RotationRows& rows, const Quad* positions, float* rota
 namespace scalar {
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
-void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
-                     std::size_t end);
-void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
+void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                      std::size_t end);
+void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count);

@@ -75,8 +75,8 @@ void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::
   }
 }
 
-void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
-                     std::size_t end) {
+void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+                      std::size_t end) {
   for (std::size_t row = begin * slice_rows; row < end * slice_rows; ++row) {
     const Quad y = residual_of(rows, r, z, row);
     const Matrix m = rotation_of(rows, row);
@@ -85,7 +85,7 @@ void turned_residual(const SmootherRows& rows, const float* r, const Quad* z, Qu
   }
 }
 
-void add_turned(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
+void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin * slice_rows; row < end * slice_rows; ++row) {
     const Matrix m = rotation_of(rows, row);
     const Quad& v = u[row];

@@ -1,4 +1,4 @@
-// Rows of a slice in lanes of float: the way from quads in memory to them and back, and sums in double.
+// Rows of a slice in lanes of float: conversion from quads in memory and back, and sums in double.
 // Included once for each target.
 #if defined(PALPATE_SIMD_SLICE_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_SLICE_LANES_INL
@@ -74,7 +74,7 @@ HWY_INLINE QuadLanes load_rows_of(const Quad* quads) {
   return transposed([&](std::size_t i) -> const Quad& { return quads[i]; });
 }
 
-/// The way back, the fourth lanes zero.
+/// The inverse conversion, with zero in the fourth lanes.
 HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   const Floats d;
   const hn::Repartition<double, Floats> pairs;

@@ -196,9 +196,9 @@ VectorSums advance_slices(const GradientVectors& v, float step, std::size_t begi
   return {rr.total(), by_mass.total(), rz.total(), xx.total()};
 }
 
-void turn_slices(const GradientVectors& v, float turn, std::size_t begin, std::size_t end) {
+void update_directions(const GradientVectors& v, float beta, std::size_t begin, std::size_t end) {
   const Floats d;
-  const FloatV factor = hn::Set(d, turn);
+  const FloatV factor = hn::Set(d, beta);
   for (std::size_t i = begin * slice_rows; i < end * slice_rows; i += float_lanes) {
     const float* z = v.preconditioned + slice_values * (i / slice_rows) + i % slice_rows;
     QuadLanes p = load_rows_of(v.direction + i);
@@ -215,7 +215,7 @@ using scalar::advance_slices;
 using scalar::coupling_products;
 using scalar::invert_slices;
 using scalar::multiply_slices;
-using scalar::turn_slices;
+using scalar::update_directions;
 
 #endif
 
@@ -229,7 +229,7 @@ HWY_EXPORT(coupling_products);
 HWY_EXPORT(multiply_slices);
 HWY_EXPORT(invert_slices);
 HWY_EXPORT(advance_slices);
-HWY_EXPORT(turn_slices);
+HWY_EXPORT(update_directions);
 
 void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* products, std::size_t begin,
                        std::size_t end) {
@@ -245,8 +245,8 @@ void invert_slices(const float* blocks, float* inverses, std::size_t begin, std:
 VectorSums advance_slices(const GradientVectors& vectors, float step, std::size_t begin, std::size_t end) {
   return HWY_DYNAMIC_DISPATCH(advance_slices)(vectors, step, begin, end);
 }
-void turn_slices(const GradientVectors& vectors, float turn, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(turn_slices)(vectors, turn, begin, end);
+void update_directions(const GradientVectors& vectors, float beta, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(update_directions)(vectors, beta, begin, end);
 }
 
 }  // namespace palpate::simd

@@ -28,7 +28,7 @@ struct SlicedRows {
   const float* masses;              ///< m, 16 a slice
 };
 
-/// Where the blocks come from: block (i, j) is the sum over the elements with corners i and j of
+/// Input of the blocks: block (i, j) is the sum over the elements with corners i and j of
 /// r X + X^T + tr(X) I with X = a_i a_j^T.
 struct SlicedAssembly {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
@@ -46,7 +46,7 @@ struct SlicedAssembly {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
 
-/// A coupling's share of a product: weights times sum_k coefficients[k] x[rows[k]].
+/// A coupling's term of a product: weights times sum_k coefficients[k] x[rows[k]].
 struct alignas(16) CouplingTerm {
   std::array<float, 12> weights;  ///< a symmetric matrix, column by column, each with a zero
   std::array<float, 5> coefficients;
@@ -97,7 +97,7 @@ struct VectorSums {
 /// x += step p, r -= step q, z = D r in slices [begin, end), with their sums.
 VectorSums advance_slices(const GradientVectors& vectors, float step, std::size_t begin, std::size_t end);
 /// p = z + turn p in slices [begin, end).
-void turn_slices(const GradientVectors& vectors, float turn, std::size_t begin, std::size_t end);
+void update_directions(const GradientVectors& vectors, float beta, std::size_t begin, std::size_t end);
 
 /// The twins in plain C++.
 namespace scalar {
@@ -109,7 +109,7 @@ double multiply_slices(const SlicedRows& rows, const CouplingRows& couplings, co
                        std::size_t begin, std::size_t end);
 void invert_slices(const float* blocks, float* inverses, std::size_t begin, std::size_t end);
 VectorSums advance_slices(const GradientVectors& vectors, float step, std::size_t begin, std::size_t end);
-void turn_slices(const GradientVectors& vectors, float turn, std::size_t begin, std::size_t end);
+void update_directions(const GradientVectors& vectors, float beta, std::size_t begin, std::size_t end);
 }  // namespace scalar
 
 }  // namespace palpate::simd

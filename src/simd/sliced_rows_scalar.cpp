@@ -174,11 +174,11 @@ VectorSums advance_slices(const GradientVectors& v, float step, std::size_t begi
   return sums;
 }
 
-void turn_slices(const GradientVectors& v, float turn, std::size_t begin, std::size_t end) {
+void update_directions(const GradientVectors& v, float beta, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin * slice_rows; i < end * slice_rows; ++i) {
     const float* z = v.preconditioned + slice_values * (i / slice_rows) + i % slice_rows;
     Quad& p = v.direction[i];
-    p = {z[0] + turn * p.x, z[slice_rows] + turn * p.y, z[2 * slice_rows] + turn * p.z, 0.0F};
+    p = {z[0] + beta * p.x, z[slice_rows] + beta * p.y, z[2 * slice_rows] + beta * p.z, 0.0F};
   }
 }
 

@@ -1,5 +1,5 @@
-// Tets in lanes: vectors and matrices of as many tets as a vector of double has lanes, and the way from rows
-// of four in memory to them and back. Included once for each target.
+// Tets in lanes: vectors and matrices of as many tets as a vector of double has lanes, and the conversion
+// from rows of four in memory to them and back. Included once for each target.
 #if defined(PALPATE_SIMD_TET_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_TET_LANES_INL
 #undef PALPATE_SIMD_TET_LANES_INL
@@ -98,7 +98,7 @@ struct FourV {
   V x, y, z, w;
 };
 
-/// The way back: row k, `stride` doubles after the one before, gets (x, y, z, w) of lane k.
+/// The inverse conversion: row k, `stride` doubles after the one before, gets (x, y, z, w) of lane k.
 HWY_INLINE void store_fours(const FourV& v, double* rows, std::size_t stride) {
   const D d;
   const V xy02 = hn::InterleaveLower(d, v.x, v.y);

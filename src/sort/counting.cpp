@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr int most_digit_bits = 11;
-constexpr int fewest_digit_bits = 6;  ///< ranges enough to share among threads
+constexpr int fewest_digit_bits = 6;  ///< ranges enough to divide among threads
 constexpr int range_bits = 12;  ///< cells of a range where there are ranges enough: their starts fill 16 KiB
 
 /// Bits of the key below those that choose the range.
@@ -74,8 +74,8 @@ void index_cells(const parallel::Threads& threads, std::span<const std::uint64_t
     return static_cast<std::size_t>(std::lower_bound(words.begin(), words.end(), std::uint64_t{cell} << 32) -
                                     words.begin());
   };
-  // Without a branch on whether a word begins a cell, which nothing predicts: each word writes where the next
-  // cell begins, the last of a cell wins, and empty cells take over from those before them.
+  // Without a branch on whether a word begins a cell, which is unpredictable. Each word writes where the next
+  // cell begins, so the last word of a cell decides. Empty cells copy the value of the cell before.
   parallel::for_chunks(
       threads, cell_begin.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::size_t first = begin_of(begin);

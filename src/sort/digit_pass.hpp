@@ -41,7 +41,7 @@ inline std::size_t counts_to_positions(std::span<std::uint32_t> histograms, std:
 
 /// Writes a word for each reference that has a key, stably by the digit (key >> shift) & (digits - 1). Those
 /// without a key get the digit `digits` and come last. `words` has keys.size() places.
-/// \param digits       a power of two; where keys have higher bits they are not looked at
+/// \param digits       a power of two; higher bits of keys are ignored
 /// \param histograms   scratch; holds the end of each digit in each chunk afterwards (chunks x (digits + 1))
 /// \param digit_begin  where each digit begins, and where those without a key do (digits + 1)
 void scatter_keys(const parallel::Threads& threads, std::span<const std::uint32_t> keys, int shift,

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Remembers the key of each reference and finds those that changed since the last frame: the movers. One
+/// Stores the key of each reference and finds those that changed since the last frame: the movers. One
 /// pass over old and new keys in order of the references, so that nothing is gathered.
 class KeyChanges {
  public:
@@ -32,7 +32,7 @@ class KeyChanges {
 
   /// Takes over the keys of the last find() as those of the last frame.
   void accept(const parallel::Threads& threads);
-  /// Forgets everything: no reference has a key.
+  /// Clears all keys.
   void clear();
 
  private:

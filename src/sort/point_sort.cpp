@@ -41,10 +41,10 @@ PointSort::Result PointSort::update(const parallel::Threads& threads, std::span<
   }
   changes_.find(threads, keys);
   const Result result{choose(key_count, cell_begin != nullptr), changes_.movers()};
-  const bool knows_cells = cell_begin != nullptr && cells_of_last_frame_ == key_count &&
-                           cell_begin->size() == std::size_t{key_count} + 1 &&
-                           cell_begin->back() == changes_.words_before();
-  const bool repairs_cells = result.used == Sort::repair && knows_cells;
+  const bool has_cells = cell_begin != nullptr && cells_of_last_frame_ == key_count &&
+                         cell_begin->size() == std::size_t{key_count} + 1 &&
+                         cell_begin->back() == changes_.words_before();
+  const bool repairs_cells = result.used == Sort::repair && has_cells;
   switch (result.used) {
     case Sort::counting:
       counting_(threads, keys, key_count, words, cell_begin != nullptr ? *cell_begin : own_cell_begin_);

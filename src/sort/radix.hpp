@@ -13,7 +13,7 @@ namespace palpate {
 class RadixSort {
  public:
   /// Sorts `words` by the bits from `first_bit` up to the highest bit set in `largest`; digits above it are
-  /// not looked at, so `largest` must be >= each word. O(words x digits); keeps its scratch memory.
+  /// ignored, so `largest` must be >= each word. O(words x digits); keeps its scratch memory.
   void operator()(const parallel::Threads& threads, std::vector<std::uint64_t>& words, int first_bit,
                   std::uint64_t largest);
 

@@ -5,14 +5,14 @@
 namespace palpate {
 
 /// The switch of the paper (5, "Parallel sorting"): repair while few references change their cell, a full
-/// sort while many do. Two thresholds, so that a share near one of them does not switch in each frame. The
+/// sort while many do. Two thresholds, so that a fraction near one of them does not switch in each frame. The
 /// paper watches the last frames; we know the movers of this one before we sort.
 class SortSwitch {
  public:
-  /// Shares of movers where repair costs as much as the full sort, and where it is clearly cheaper; measured
-  /// (docs/benchmarks.md, "The switch").
-  static constexpr double upper_share = 0.14;
-  static constexpr double lower_share = 0.10;
+  /// Fractions of movers where repair costs as much as the full sort, and where it is clearly cheaper;
+  /// measured (docs/benchmarks.md, "The switch").
+  static constexpr double upper_fraction = 0.14;
+  static constexpr double lower_fraction = 0.10;
 
   /// Whether to repair a frame with `movers` changes among `words`.
   bool repairs(std::size_t movers, std::size_t words);

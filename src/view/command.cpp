@@ -60,30 +60,30 @@ void describe(Visitor& v, MovePull& pull) {
 template <class Visitor>
 void describe(Visitor& /*v*/, LetGo& /*pull*/) {}
 template <class Visitor>
-void describe(Visitor& v, MoveRails& rails) {
-  v.required("motion", rails.motion, scene_format::at_least(0));
-  v.optional("time", rails.time);
-  v.optional("offset", rails.offset);
+void describe(Visitor& v, DriveMotion& command) {
+  v.required("motion", command.motion, scene_format::at_least(0));
+  v.optional("time", command.time);
+  v.optional("offset", command.offset);
 }
 template <class Visitor>
-void describe(Visitor& v, RunRails& rails) {
-  v.required("motion", rails.motion, scene_format::at_least(0));
+void describe(Visitor& v, ResumeMotion& command) {
+  v.required("motion", command.motion, scene_format::at_least(0));
 }
 template <class Visitor>
 void describe(Visitor& v, Seek& seek) {
   v.required("frame", seek.frame, scene_format::at_least(0));
 }
 template <class Visitor>
-void describe(Visitor& v, Look& look) {
-  v.field("contacts", look.contacts);
-  v.field("borders", look.borders);
-  v.field("cells", look.cells);
-  v.field("forces", look.forces);
-  FieldNames names{look.fields};
+void describe(Visitor& v, DisplayOptions& display) {
+  v.field("contacts", display.contacts);
+  v.field("borders", display.borders);
+  v.field("cells", display.cells);
+  v.field("forces", display.forces);
+  FieldNames names{display.fields};
   v.field("fields", names);
   v.rule(names.names.size() <= most_fields, "fields", std::to_string(names.names.size()),
          "at most " + std::to_string(most_fields));
-  look.fields = std::move(names.names);
+  display.fields = std::move(names.names);
 }
 template <class Visitor>
 void describe(Visitor& v, Shown& shown) {
@@ -99,8 +99,8 @@ void decode(const Context& /*context*/, const std::string& /*path*/, const nlohm
 
 Command parse_command(std::string_view text) {
   constexpr std::array<std::string_view, std::variant_size_v<Command>> names{
-      "play",   "step",       "reset",     "speed", "change", "pull", "move_pull",
-      "let_go", "move_rails", "run_rails", "seek",  "look",   "shown"};
+      "play",   "step",         "reset",         "speed", "change", "pull", "move_pull",
+      "let_go", "drive_motion", "resume_motion", "seek",  "look",   "shown"};
   const nlohmann::json json = parse_json(text, source);
   Context context{source};
   scene_format::Reader reader(context, "", json);

@@ -39,35 +39,35 @@ struct MovePull {
   Vec3 target{};
 };
 struct LetGo {};
-/// Moves what is on rails along its path to a time of the path, or off its path by an offset.
-struct MoveRails {
+/// Moves a body with a prescribed motion to a time of its path, or off the path by an offset.
+struct DriveMotion {
   Index motion = -1;
   std::optional<double> time;
   std::optional<Vec3> offset;
 };
-/// Gives rails back to the clock, from where they are on their path.
-struct RunRails {
+/// Lets a prescribed motion run in time again, from where it is on its path.
+struct ResumeMotion {
   Index motion = -1;
 };
 struct Seek {
   Index frame = 0;
 };
 /// What the page wants to be sent beside the positions.
-struct Look {
+struct DisplayOptions {
   bool contacts = false;
   bool borders = false;
   bool cells = false;
   bool forces = false;                ///< of contacts, on each body
   std::vector<std::string> fields{};  ///< by name, a number for each vertex; of a vector its length
-  friend bool operator==(const Look&, const Look&) = default;
+  friend bool operator==(const DisplayOptions&, const DisplayOptions&) = default;
 };
 /// The page has drawn a frame: it can take another.
 struct Shown {
   double frame = 0.0;
 };
 
-using Command = std::variant<Play, StepOnce, Reset, SetSpeed, Change, Pull, MovePull, LetGo, MoveRails,
-                             RunRails, Seek, Look, Shown>;
+using Command = std::variant<Play, StepOnce, Reset, SetSpeed, Change, Pull, MovePull, LetGo, DriveMotion,
+                             ResumeMotion, Seek, DisplayOptions, Shown>;
 
 /// Longer messages are refused unread.
 inline constexpr std::size_t longest_message = 4096;

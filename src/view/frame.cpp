@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-/// More cells than that are not drawn; the page is told how many there are.
+/// More cells than that are not drawn; the page gets their number.
 constexpr std::size_t most_cells = 1 << 16;
 
 /// Writes vectors one behind the other.
@@ -157,21 +157,21 @@ std::string stage_message(const Source& source, const Surface& surface) {
   return message.finish(std::move(header));
 }
 
-std::string frame_message(const Source& source, const Surface& surface, const Look& look,
+std::string frame_message(const Source& source, const Surface& surface, const DisplayOptions& display,
                           nlohmann::ordered_json header) {
   Message message;
   header["kind"] = "frame";
   header["time"] = source.time();
   header["counts"] = source.counts();
-  if (look.forces) header["forces"] = source.forces();
+  if (display.forces) header["forces"] = source.forces();
   add_positions(message, "positions", surface, source.positions(), source.stage().origin);
-  if (look.contacts) {
+  if (display.contacts) {
     add_contacts(message, source, surface);
     add_edge_contacts(message, source);
   }
-  if (look.borders) add_borders(message, source);
-  if (look.cells) add_cells(message, source, header);
-  add_fields(message, source, surface, look.fields);
+  if (display.borders) add_borders(message, source);
+  if (display.cells) add_cells(message, source, header);
+  add_fields(message, source, surface, display.fields);
   return message.finish(std::move(header));
 }
 

@@ -10,8 +10,8 @@ namespace palpate::view {
 std::string stage_message(const Source& source, const Surface& surface);
 
 /// The state of a source: surface positions (float32, relative to the origin), and what `look` asks for.
-/// `header` is what else the page is told. Time and length O(vertices + what is asked for).
-std::string frame_message(const Source& source, const Surface& surface, const Look& look,
+/// `header` is the other data for the page. Time and length O(vertices + what is asked for).
+std::string frame_message(const Source& source, const Surface& surface, const DisplayOptions& display,
                           nlohmann::ordered_json header);
 
 }  // namespace palpate::view

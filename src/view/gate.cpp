@@ -27,7 +27,7 @@ bool Gate::is_our_host(std::string_view host) const {
                              [&](const std::string& name) { return equal_ignoring_case(host, name); });
 }
 
-Verdict Gate::judge(const Knock& knock) const {
+Verdict Gate::check(const Knock& knock) const {
   if (!is_our_host(knock.host)) return {403, "this host is not served here"};
   const std::string origin = std::string("http://").append(knock.host);
   if (knock.origin ? !equal_ignoring_case(*knock.origin, origin) : knock.is_socket) {

@@ -35,7 +35,7 @@ class Gate {
 
   /// 405 another method than GET; 403 a Host that is not ours, or an Origin that is not the Host's (a socket
   /// must have one); 401 no token or a wrong one.
-  [[nodiscard]] Verdict judge(const Knock& knock) const;
+  [[nodiscard]] Verdict check(const Knock& knock) const;
 
  private:
   [[nodiscard]] bool is_our_host(std::string_view host) const;

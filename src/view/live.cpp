@@ -33,7 +33,7 @@ Json vector_json(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// The fields that a page can colour by: numbers and vectors that every step knows.
+/// The fields that a page can colour by: numbers and vectors that every step has.
 Json fields_json() {
   Json list = Json::array();
   for (const FieldInfo& field : field_infos()) {
@@ -51,7 +51,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       surface_(simulation_.bodies()),
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
       // A fifth of an edge in a step: what tissue in contact can follow.
-      rails_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
+      motions_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
       limits_(model_, simulation_.contact_materials(), edge_lengths_, scene.settings.time_step),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
 
@@ -91,24 +91,24 @@ Json LiveSource::about(const Scene& scene) const {
 
 void LiveSource::advance() {
   Stopwatch watch;
-  rails_.lead(simulation_, time(), simulation_.settings().time_step);
+  motions_.lead(simulation_, time(), simulation_.settings().time_step);
   lead_pulls();
   simulation_.record_reactions(!model_.motions.empty());
-  knows_reactions_ = false;
+  has_reactions_ = false;
   const StepMetrics& m = simulation_.step();
   const DetectionTimes& t = m.detection_seconds;
   seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
               t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
-  knows_reactions_ = !model_.motions.empty();
+  has_reactions_ = !model_.motions.empty();
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
 }
 
 void LiveSource::reset() {
   simulation_ = Simulation(Model(model_), simulation_.settings(), threads_);
-  rails_.reset();
+  motions_.reset();
   pulls_.clear();
-  knows_reactions_ = false;
+  has_reactions_ = false;
   seconds_ = {};
   steps_not_converged_ = 0;
   most_inverted_tets_ = 0;
@@ -127,7 +127,7 @@ Json LiveSource::counts() const {
   json["inverted_tets"] = {{"now", m.inverted_tets}, {"most", most_inverted_tets_}};
   json["at_rest"] = simulation_.at_rest();
   json["pulls"] = pulls_json();
-  json["rails"] = rails_json();
+  json["driven"] = driven_motions_json();
   return json;
 }
 
@@ -143,10 +143,10 @@ Json LiveSource::pulls_json() const {
   return list;
 }
 
-/// With what holds the bodies on rails.
+/// With the reactions of prescribed bodies.
 Json LiveSource::forces() const {
   Json list = wrenches_json(simulation_);
-  for (std::size_t m = 0; m < model_.motions.size() && knows_reactions_; ++m) {
+  for (std::size_t m = 0; m < model_.motions.size() && has_reactions_; ++m) {
     const Index body = body_of_motion(static_cast<Index>(m));
     if (body < 0) continue;
     const Wrench motor =
@@ -157,9 +157,9 @@ Json LiveSource::forces() const {
 }
 
 /// With what the motor of each that is led by hand must give.
-Json LiveSource::rails_json() const {
-  Json list = rails_.json(time());
-  if (!knows_reactions_) return list;
+Json LiveSource::driven_motions_json() const {
+  Json list = motions_.json(time());
+  if (!has_reactions_) return list;
   for (std::size_t m = 0; m < list.size(); ++m) {
     if (!list[m]["held"]) continue;
     list[m]["force"] = vector_json(simulation_.reaction_of_motion(static_cast<Index>(m), {}).force);
@@ -202,10 +202,10 @@ double LiveSource::typical_contact_stiffness() const {
 
 bool LiveSource::is_free(Index point) const {
   const bool fixed = !model_.fixed_points.empty() && at(model_.fixed_points, point) != 0;
-  const bool on_rails = !model_.motion_of_point.empty() && at(model_.motion_of_point, point) >= 0;
+  const bool prescribed = !model_.motion_of_point.empty() && at(model_.motion_of_point, point) >= 0;
   const bool rigid =
       !model_.obstacles.empty() && at(model_.obstacles, at(bodies().body_of_point(), point)) != 0;
-  return !fixed && !on_rails && !rigid;
+  return !fixed && !prescribed && !rigid;
 }
 
 void LiveSource::apply(Client /*client*/, const Change& change) {
@@ -219,7 +219,7 @@ void LiveSource::apply(Client client, const Pull& pull) {
   }
   const Index point = at(surface_.points(), pull.vertex);
   if (!is_free(point)) {
-    throw Error("pull", "", "a point that is fixed, rigid or on rails", "one of tissue that can move");
+    throw Error("pull", "", "a point that is fixed, rigid or prescribed", "one of tissue that can move");
   }
   const Vec3 target = stage_.origin + pull.target;
   const double stiffness = pull.strength * usual_stiffness(at(bodies().body_of_point(), point));
@@ -241,12 +241,12 @@ void LiveSource::apply(Client client, const LetGo& /*pull*/) {
   forget(client);
 }
 
-void LiveSource::apply(Client /*client*/, const MoveRails& rails) {
-  rails_.move(rails, time());
+void LiveSource::apply(Client /*client*/, const DriveMotion& command) {
+  motions_.move(command, time());
 }
 
-void LiveSource::apply(Client /*client*/, const RunRails& rails) {
-  rails_.run(rails, time());
+void LiveSource::apply(Client /*client*/, const ResumeMotion& command) {
+  motions_.run(command, time());
 }
 
 void LiveSource::apply(Client /*client*/, const Seek& /*seek*/) {

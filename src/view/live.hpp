@@ -7,17 +7,17 @@
 
 #include "scene/field_values.hpp"
 #include "scene/scene.hpp"
+#include "view/motion_control.hpp"
 #include "view/pull_limits.hpp"
-#include "view/rails_control.hpp"
 #include "view/source.hpp"
 #include "view/wrenches.hpp"
 
 namespace palpate::view {
 
-/// A simulation that runs while it is looked at, and can be touched.
+/// A running simulation that pages can watch and touch.
 class LiveSource : public Source {
  public:
-  /// \param scene    tells name, units, colours and settings
+  /// \param scene    for name, units, colours and settings
   /// \param model    what load_model() made of it; overlaps may have been taken out
   /// Throws Error where Simulation does.
   LiveSource(const Scene& scene, Model model, int threads);
@@ -43,8 +43,8 @@ class LiveSource : public Source {
   void apply(Client client, const Pull& pull) override;
   void apply(Client client, const MovePull& pull) override;
   void apply(Client client, const LetGo& pull) override;
-  void apply(Client client, const MoveRails& rails) override;
-  void apply(Client client, const RunRails& rails) override;
+  void apply(Client client, const DriveMotion& command) override;
+  void apply(Client client, const ResumeMotion& command) override;
   void apply(Client client, const Seek& seek) override;
   void forget(Client client) override;
 
@@ -61,7 +61,7 @@ class LiveSource : public Source {
   [[nodiscard]] nlohmann::ordered_json about(const Scene& scene) const;
   [[nodiscard]] nlohmann::ordered_json motions_json() const;
   [[nodiscard]] nlohmann::ordered_json pulls_json() const;
-  [[nodiscard]] nlohmann::ordered_json rails_json() const;
+  [[nodiscard]] nlohmann::ordered_json driven_motions_json() const;
   void lead_pulls();
   /// A grab with the spring that is right for now.
   [[nodiscard]] Index spring(const Held& held);
@@ -75,13 +75,13 @@ class LiveSource : public Source {
   Simulation simulation_;
   Surface surface_;
   std::vector<double> edge_lengths_;  ///< (n_bodies) mean, at rest
-  RailsControl rails_;
+  MotionControl motions_;
   PullLimits limits_;
   Stage stage_;
   PhaseSeconds seconds_{};
   std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
   std::int64_t most_inverted_tets_ = 0;   ///< the same
-  bool knows_reactions_ = false;          ///< the last step noted what holds what is on rails
+  bool has_reactions_ = false;            ///< the last step computed reactions of prescribed bodies
   std::map<Client, Held> pulls_;
 };
 

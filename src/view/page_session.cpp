@@ -27,7 +27,7 @@ void PageSession::leave() {
   if (!std::exchange(joined_, false)) return;
   hub_->pages.erase(client_);
   hub_->player->leave(client_);
-  hub_->look();
+  hub_->display();
 }
 
 void PageSession::begin(Request request) {
@@ -64,12 +64,12 @@ void PageSession::read() {
 void PageSession::take(std::string_view text) {
   try {
     Command command = parse_command(text);
-    if (const Look* look = std::get_if<Look>(&command)) {
-      look_ = *look;
-      hub_->look();
+    if (const DisplayOptions* display = std::get_if<DisplayOptions>(&command)) {
+      display_ = *display;
+      hub_->display();
     } else if (const Shown* shown = std::get_if<Shown>(&command)) {
       // Frames before it came too late to be drawn.
-      std::erase_if(on_the_way_,
+      std::erase_if(in_flight_,
                     [&](std::uint64_t frame) { return static_cast<double>(frame) <= shown->frame; });
       send_news();
     } else if (!hub_->player->post(client_, std::move(command))) {
@@ -89,17 +89,17 @@ void PageSession::tell_refusal(const std::string& why) {
 
 void PageSession::send_news() {
   if (sending_ || !joined_) return;
-  if (!std::exchange(knows_stage_, true)) return send(hub_->player->stage(), true);
+  if (!std::exchange(has_stage_, true)) return send(hub_->player->stage(), true);
   if (refusal_) return send(std::exchange(refusal_, nullptr), false);
   const News news = hub_->player->news();
   if (news.state_number > state_) {
     state_ = news.state_number;
     return send(news.state, false);
   }
-  if (on_the_way_.size() >= most_on_the_way) return;
+  if (in_flight_.size() >= max_in_flight) return;
   if (news.frame_number > frame_) {
     frame_ = news.frame_number;
-    on_the_way_.push_back(frame_);
+    in_flight_.push_back(frame_);
     return send(news.frame, true);
   }
   hub_->player->want_frame();

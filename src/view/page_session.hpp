@@ -25,7 +25,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   /// Sends what is new to the page, one message at a time.
   void send_news();
   void tell_refusal(const std::string& why);
-  [[nodiscard]] const Look& look() const { return look_; }
+  [[nodiscard]] const DisplayOptions& display() const { return display_; }
 
  private:
   void read();
@@ -33,21 +33,21 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void send(std::shared_ptr<const std::string> message, bool binary);
   void leave();
 
-  /// Frames that are sent but not yet drawn, at most: one to draw, one on its way.
-  static constexpr std::size_t most_on_the_way = 2;
+  /// Frames that are sent but not yet drawn, at most: one to draw, one in flight.
+  static constexpr std::size_t max_in_flight = 2;
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   boost::beast::flat_buffer buffer_;
   Request request_;
   std::shared_ptr<Hub> hub_;
   Client client_;
-  Look look_;
+  DisplayOptions display_;
   bool joined_ = false;
   bool sending_ = false;
-  bool knows_stage_ = false;
+  bool has_stage_ = false;
   std::uint64_t state_ = 0;                     ///< the last sent
   std::uint64_t frame_ = 0;                     ///< the last sent
-  std::deque<std::uint64_t> on_the_way_;        ///< numbers of the frames
+  std::deque<std::uint64_t> in_flight_;         ///< numbers of the frames
   std::shared_ptr<const std::string> refusal_;  ///< the newest that is not yet sent
 };
 

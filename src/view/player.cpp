@@ -82,16 +82,16 @@ void Player::leave(Client client) {
   {
     const std::scoped_lock lock(mutex_);
     --pages_;
-    gone_.push_back(client);
+    ended_.push_back(client);
   }
   changed_.notify_one();
 }
 
-void Player::look(const Look& look) {
+void Player::display(const DisplayOptions& display) {
   {
     const std::scoped_lock lock(mutex_);
-    looks_changed_ = looks_changed_ || !(look_ == look);
-    look_ = look;
+    display_changed_ = display_changed_ || !(display_ == display);
+    display_ = display;
   }
   changed_.notify_one();
 }
@@ -109,7 +109,7 @@ News Player::news() const {
   return news_;
 }
 
-std::vector<Refusal> Player::take_refusals() {
+std::vector<Refusal> Player::pop_refusals() {
   const std::scoped_lock lock(mutex_);
   return std::exchange(refusals_, {});
 }
@@ -127,7 +127,7 @@ void Player::refuse(Client client, const std::string& why) {
 void Player::run() {
   while (wait()) {
     try {
-      take_commands();
+      run_commands();
       if (runs() && Clock::now() >= next_step_) advance();
       if (state_stale_) publish_state();
       if (frame_is_due(Clock::now())) publish_frame();
@@ -151,7 +151,7 @@ bool Player::runs() const {
 
 bool Player::frame_is_due(Clock::time_point now) const {
   const std::scoped_lock lock(mutex_);
-  return frame_wanted_ && (frame_stale_ || looks_changed_) && now >= next_frame_;
+  return frame_wanted_ && (frame_stale_ || display_changed_) && now >= next_frame_;
 }
 
 /// Until there is something to do; false at the end.
@@ -161,8 +161,8 @@ bool Player::wait() {
   while (!stopping_) {
     const Clock::time_point now = Clock::now();
     const bool step = can_run && (alone_ || pages_ > 0);
-    const bool frame = frame_wanted_ && (frame_stale_ || looks_changed_);
-    if (!commands_.empty() || !gone_.empty() || state_stale_ || (step && now >= next_step_) ||
+    const bool frame = frame_wanted_ && (frame_stale_ || display_changed_);
+    if (!commands_.empty() || !ended_.empty() || state_stale_ || (step && now >= next_step_) ||
         (frame && now >= next_frame_))
       break;
     Clock::time_point until = Clock::time_point::max();
@@ -177,13 +177,13 @@ bool Player::wait() {
   return !stopping_;
 }
 
-void Player::take_commands() {
+void Player::run_commands() {
   std::vector<Client> gone;
   taken_.clear();
   {
     const std::scoped_lock lock(mutex_);
     std::swap(taken_, commands_);
-    std::swap(gone, gone_);
+    std::swap(gone, ended_);
   }
   for (auto& [client, command] : taken_) {
     try {
@@ -215,7 +215,7 @@ void Player::execute(Client client, Command& command) {
           since_frame_ = {};
           since_start_ = {};
           simulated_ = 0.0;
-        } else if constexpr (!one_of<What, Look, Shown>) {  // those two are between page and server
+        } else if constexpr (!one_of<What, DisplayOptions, Shown>) {  // those two are between page and server
           source_->apply(client, what);
         }
       },
@@ -257,11 +257,11 @@ void Player::advance() {
 }
 
 void Player::publish_frame() {
-  Look look;
+  DisplayOptions display;
   {
     const std::scoped_lock lock(mutex_);
-    look = look_;
-    looks_changed_ = false;
+    display = display_;
+    display_changed_ = false;
     frame_wanted_ = false;
   }
   const std::uint64_t number = news_.frame_number + 1;  // only this thread writes it
@@ -276,7 +276,7 @@ void Player::publish_frame() {
                 {"longest", 1e3 * since_start_.longest},
                 {"ms", phases_json(since_start_.seconds, since_start_.steps)}}}};
   auto frame =
-      std::make_shared<const std::string>(frame_message(*source_, surface_, look, std::move(header)));
+      std::make_shared<const std::string>(frame_message(*source_, surface_, display, std::move(header)));
   since_frame_ = {};
   frame_stale_ = false;
   next_frame_ =

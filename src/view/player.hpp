@@ -20,11 +20,11 @@ namespace palpate::view {
 /// How a player starts.
 struct PlayerSettings {
   bool playing = true;
-  bool alone = false;           ///< goes on while no page looks
+  bool alone = false;           ///< runs on while no page is open
   std::optional<double> speed;  ///< see SetSpeed
 };
 
-/// The newest of what pages are told; none before there is one.
+/// The newest message for pages; none before the first.
 struct News {
   std::shared_ptr<const std::string> frame;  ///< a binary message
   std::uint64_t frame_number = 0;            ///< 0: none yet
@@ -63,13 +63,13 @@ class Player {
   void join(Client client);
   void leave(Client client);
   /// What any page wants to see beside positions.
-  void look(const Look& look);
-  /// A page is ready for a frame newer than any it knows.
+  void display(const DisplayOptions& display);
+  /// A page is ready for a frame newer than its last one.
   void want_frame();
 
   [[nodiscard]] News news() const;
-  [[nodiscard]] std::vector<Refusal> take_refusals();
-  /// The message that tells the page of the bodies.
+  [[nodiscard]] std::vector<Refusal> pop_refusals();
+  /// The message that describes the bodies.
   [[nodiscard]] const std::shared_ptr<const std::string>& stage() const { return stage_; }
   /// JSON for scripts: steps and simulated time since the start of the player, seconds of the clock while it
   /// played.
@@ -83,7 +83,7 @@ class Player {
   };
   void run();
   bool wait();
-  void take_commands();
+  void run_commands();
   void execute(Client client, Command& command);
   void advance();
   void fail(const std::string& why);
@@ -114,13 +114,13 @@ class Player {
   mutable std::mutex mutex_;  ///< for what follows; held for moments only
   std::condition_variable changed_;
   std::vector<std::pair<Client, Command>> commands_;
-  std::vector<Client> gone_;
+  std::vector<Client> ended_;
   std::vector<Refusal> refusals_;
   News news_;
-  Look look_;
+  DisplayOptions display_;
   std::size_t pages_ = 0;
   bool frame_wanted_ = false;
-  bool looks_changed_ = false;
+  bool display_changed_ = false;
   bool stopping_ = false;
   std::string status_ = "{}";
 

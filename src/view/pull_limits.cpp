@@ -55,10 +55,10 @@ std::vector<double> tet_limits(const Model& model) {
   const auto count = static_cast<Index>(model.bodies.tets().size());
   for (Index t = 0; t < count; ++t) {
     const Tet& tet = at(model.bodies.tets(), t);
-    const double share = PullLimits::largest_strain * material_of(model, t).young_modulus / 3.0;
+    const double pressure = PullLimits::largest_strain * material_of(model, t).young_modulus / 3.0;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto corner = [&](std::size_t k) { return at(model.bodies.points_rest(), tet[(i + k) % 4]); };
-      at(forces, tet[i]) += share * 0.5 * length(cross(corner(2) - corner(1), corner(3) - corner(1)));
+      at(forces, tet[i]) += pressure * 0.5 * length(cross(corner(2) - corner(1), corner(3) - corner(1)));
     }
   }
   return forces;

@@ -16,14 +16,14 @@ namespace palpate::view {
 ///   the point in its tets,
 /// - what presses the whole body into the softest that lies against it (their boxes meet): largest_squeeze
 ///   times Young's modulus of that times a quarter of the body's surface, a ball's cross-section,
-/// - for a body that nothing holds (no point fixed, on rails or tied), what moves all of it by largest_leap
+/// - for a body that nothing holds (no point fixed, prescribed or tied), what moves all of it by largest_leap
 /// mean
 ///   edges within a time step from rest.
 class PullLimits {
  public:
   static constexpr double largest_strain = 0.2;
   static constexpr double largest_squeeze = 0.1;
-  static constexpr double largest_leap = 0.2;  ///< as what is on rails follows a hand
+  static constexpr double largest_leap = 0.2;  ///< as prescribed bodies follow a hand
 
   /// \param of_bodies  (n_bodies) mean material of each
   /// \param edges      (n_bodies) mean length of an edge
@@ -48,7 +48,7 @@ struct PullSpring {
 };
 
 /// The stiffness with which spring and damper pull no harder than `most` at the start of a step, where the
-/// point is, and at its end, where it is going: that of the spring, or less. The spring gives way, in place
+/// point is, and at its end, where it is going: that of the spring, or less. The spring yields, in place
 /// of its target: so a hand far away pulls with about `most` all through a step.
 [[nodiscard]] double limited_stiffness(const PullSpring& spring, const Vec3& point, const Vec3& velocity,
                                        double time_step, const Vec3& target);

@@ -170,11 +170,11 @@ void ReplaySource::apply(Client /*client*/, const MovePull& /*pull*/) {
 void ReplaySource::apply(Client /*client*/, const LetGo& /*pull*/) {
   refuse("let_go");
 }
-void ReplaySource::apply(Client /*client*/, const MoveRails& /*rails*/) {
-  refuse("move_rails");
+void ReplaySource::apply(Client /*client*/, const DriveMotion& /*command*/) {
+  refuse("drive_motion");
 }
-void ReplaySource::apply(Client /*client*/, const RunRails& /*rails*/) {
-  refuse("run_rails");
+void ReplaySource::apply(Client /*client*/, const ResumeMotion& /*command*/) {
+  refuse("resume_motion");
 }
 void ReplaySource::forget(Client /*client*/) {}
 

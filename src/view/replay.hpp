@@ -42,8 +42,8 @@ class ReplaySource : public Source {
   void apply(Client client, const Pull& pull) override;
   void apply(Client client, const MovePull& pull) override;
   void apply(Client client, const LetGo& pull) override;
-  void apply(Client client, const MoveRails& rails) override;
-  void apply(Client client, const RunRails& rails) override;
+  void apply(Client client, const DriveMotion& command) override;
+  void apply(Client client, const ResumeMotion& command) override;
   void apply(Client client, const Seek& seek) override;
   void forget(Client client) override;
 

@@ -54,11 +54,11 @@ struct Server::State {
                                   std::make_unique<Player>(std::move(source), playing, [this] { tell(); }))) {
     accept();
   }
-  ~State() { hub->player->stop(); }  // it tells through `context`
+  ~State() { hub->player->stop(); }  // it notifies through `context`
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  /// From the thread of the player: there is news. Told once until the server has looked.
+  /// From the thread of the player: there is news. Sent once until the server has read it.
   void tell() {
     if (told.exchange(true)) return;
     asio::post(context, [this] {

@@ -20,9 +20,9 @@ struct ServerSettings {
 /// Whether a text is an IP address, which a server can listen at.
 bool is_address(const std::string& host);
 
-/// Serves the page over HTTP and what the player tells over WebSockets, in the thread that calls run_for().
+/// Serves the page over HTTP and the player's messages over WebSockets, in the thread that calls run_for().
 ///
-/// For each page the newest frame wins: at most two are on their way, and the page says when it has drawn
+/// For each page the newest frame wins: at most two are in flight, and the page says when it has drawn
 /// one.
 class Server {
  public:

@@ -61,7 +61,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
     const bool is_socket = beast::websocket::is_upgrade(request);
     const bool many_origins = request.count(http::field::origin) > 1;
     const auto text = [](beast::string_view s) { return std::string_view(s.data(), s.size()); };
-    const Verdict verdict = hub_->gate.judge(
+    const Verdict verdict = hub_->gate.check(
         {text(request.method_string()), text(request.target()),
          single(request, http::field::host).value_or(""),
          many_origins ? std::optional<std::string_view>("several") : single(request, http::field::origin),
@@ -110,25 +110,25 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 }  // namespace
 
 void Hub::spread() {
-  for (const Refusal& refusal : player->take_refusals()) {
+  for (const Refusal& refusal : player->pop_refusals()) {
     const auto page = pages.find(refusal.client);
     if (page != pages.end()) page->second->tell_refusal(refusal.why);
   }
   for (const auto& [client, page] : pages) page->send_news();
 }
 
-void Hub::look() {
-  Look all;
+void Hub::display() {
+  DisplayOptions all;
   for (const auto& [client, page] : pages) {
-    all.contacts = all.contacts || page->look().contacts;
-    all.borders = all.borders || page->look().borders;
-    all.cells = all.cells || page->look().cells;
-    all.forces = all.forces || page->look().forces;
-    for (const std::string& name : page->look().fields) {
+    all.contacts = all.contacts || page->display().contacts;
+    all.borders = all.borders || page->display().borders;
+    all.cells = all.cells || page->display().cells;
+    all.forces = all.forces || page->display().forces;
+    for (const std::string& name : page->display().fields) {
       if (std::ranges::find(all.fields, name) == all.fields.end()) all.fields.push_back(name);
     }
   }
-  player->look(all);
+  player->display(all);
 }
 
 void begin_session(boost::asio::ip::tcp::socket socket, std::shared_ptr<Hub> hub) {

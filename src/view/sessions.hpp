@@ -10,12 +10,12 @@
 #include "view/gate.hpp"
 #include "view/player.hpp"
 
-/// The parts of the server that know HTTP and WebSockets (Boost.Beast). All run in the thread of the server.
+/// The parts of the server that use HTTP and WebSockets (Boost.Beast). All run in the thread of the server.
 namespace palpate::view {
 
 class PageSession;
 
-/// What the sessions share, and keep alive.
+/// Common to the sessions, which keep it alive.
 struct Hub {
   Hub(Gate g, std::unique_ptr<Player> p) : gate(std::move(g)), player(std::move(p)) {}
 
@@ -30,8 +30,8 @@ struct Hub {
 
   /// Sends every page what is new to it.
   void spread();
-  /// Tells the player what all pages together want to see.
-  void look();
+  /// Gives the player the union of the display options of all pages.
+  void display();
 };
 
 /// Answers the request on a new connection: a file of the page, or a WebSocket.

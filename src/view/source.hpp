@@ -19,7 +19,7 @@
 
 namespace palpate::view {
 
-/// The phases of a step whose times are told, in the order in which they run; the last is the whole step.
+/// The phases of a step whose times are sent, in the order in which they run; the last is the whole step.
 inline constexpr std::array<std::string_view, 8> phase_names{"grid",  "contacts", "border edges", "crossings",
                                                              "depth", "forces",   "solver",       "step"};
 using PhaseSeconds = std::array<double, phase_names.size()>;
@@ -34,7 +34,7 @@ struct Stage {                   // NOLINT(bugprone-exception-escape)
   Vec3 origin{};                 ///< that positions are sent relative to, since float32 is fine near zero
 };
 
-/// Something that pages can look at: a running simulation, or the frames that one left. Used by one thread.
+/// What pages display: a running simulation, or the stored frames of one. Used by one thread.
 class Source {
  public:
   Source() = default;
@@ -57,7 +57,7 @@ class Source {
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   /// Counts of the state, for the page.
   [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
-  /// Per body what contacts do to it (wrenches_json()), and as "held" what holds it where that is known;
+  /// Per body the wrench of its contacts (wrenches_json()), and as "held" its reaction where that is known;
   /// empty where nothing is.
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
   /// (n_points) numbers of a field; empty where this source has none of that name.
@@ -70,8 +70,8 @@ class Source {
   virtual void apply(Client client, const Pull& pull) = 0;
   virtual void apply(Client client, const MovePull& pull) = 0;
   virtual void apply(Client client, const LetGo& pull) = 0;
-  virtual void apply(Client client, const MoveRails& rails) = 0;
-  virtual void apply(Client client, const RunRails& rails) = 0;
+  virtual void apply(Client client, const DriveMotion& command) = 0;
+  virtual void apply(Client client, const ResumeMotion& command) = 0;
   virtual void apply(Client client, const Seek& seek) = 0;
   /// A page is gone, with all it held.
   virtual void forget(Client client) = 0;
@@ -80,7 +80,7 @@ class Source {
 /// Name, ranges and colour of each body, for Stage::about.
 nlohmann::ordered_json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scene);
 
-/// What Stage::about tells of any source.
+/// Entries of Stage::about that any source has.
 nlohmann::ordered_json about_json(const Scene& scene, const nlohmann::ordered_json& bodies, double diagonal);
 
 /// Whether a page can colour by a field: numbers and vectors.

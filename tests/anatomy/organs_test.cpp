@@ -28,8 +28,8 @@ Bodies committed(const std::string& scene) {
 }
 
 void expect_like(const MeshStatistics& found, const Table1& paper) {
-  const auto near = [](double value, double wanted, double share) {
-    EXPECT_NEAR(value, wanted, share * wanted);
+  const auto near = [](double value, double wanted, double fraction) {
+    EXPECT_NEAR(value, wanted, fraction * wanted);
   };
   near(found.tets, paper.tets, 0.05);
   near(found.points, paper.points, 0.2);

@@ -146,13 +146,13 @@ TEST(SkullScene, SoftTissueFollowsTheJaws) {
   double largest = 0.0;
   for (Index p = points.begin; p < points.end; ++p) {
     const Vec3& rest = at(simulation.bodies().points_rest(), p);
-    const Vec3 way = at(simulation.positions(), p) - rest;
-    largest = std::max(largest, length(way));
+    const Vec3 moved = at(simulation.positions(), p) - rest;
+    largest = std::max(largest, length(moved));
     if (rest.z < -80.0 && rest.y < -60.0) {
-      EXPECT_NEAR(way.y, -5.0, 1.0);
+      EXPECT_NEAR(moved.y, -5.0, 1.0);
     }
     if (rest.z > 30.0) {
-      EXPECT_LT(length(way), 0.5);
+      EXPECT_LT(length(moved), 0.5);
     }
   }
   EXPECT_LT(largest, 6.0);

@@ -26,12 +26,12 @@ class BenchPaper : public CommandTest {
 
 TEST(ParallelShare, SolvesAmdahlsLaw) {
   // 80 % of the work on 8 threads: 1 / (0.2 + 0.8 / 8) = 3.33.
-  EXPECT_NEAR(measure::parallel_share(1.0 / 0.3, 8), 0.8, 1e-12);
-  EXPECT_NEAR(measure::parallel_share(2.0, 2), 1.0, 1e-12);
-  EXPECT_NEAR(measure::parallel_share(1.0, 4), 0.0, 1e-12);
+  EXPECT_NEAR(measure::parallel_fraction(1.0 / 0.3, 8), 0.8, 1e-12);
+  EXPECT_NEAR(measure::parallel_fraction(2.0, 2), 1.0, 1e-12);
+  EXPECT_NEAR(measure::parallel_fraction(1.0, 4), 0.0, 1e-12);
 }
 
-TEST_F(BenchPaper, TimesEveryWayOnEveryFrame) {
+TEST_F(BenchPaper, TimesEveryVariantOnEveryFrame) {
   const Json section = item("figure-6");
   ASSERT_GE(section["table"]["rows"].size(), 2U);
   EXPECT_EQ(section["table"]["rows"][0][0], "serial hashing, 1 thread");

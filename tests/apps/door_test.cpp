@@ -54,6 +54,19 @@ TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
   EXPECT_LT(report["bodies"][0]["displacement"]["largest"].get<double>(), 0.02);
 }
 
+TEST_F(Door, NewMakesASceneOfALiverWithThinRimsThroughWhichNothingPasses) {
+  output_of({"new", PALPATE_SOURCE_DIR "/examples/push/liver.vtu", "--out", "liver.json"});
+  const std::vector<std::string> run{"run", "liver.json", "--json", "--no-picture", "--steps", "60"};
+  const Json report = json_of(run);
+  EXPECT_EQ(report["steps_too_far"], 0);
+  EXPECT_EQ(report["solver"]["steps_not_converged"], 0);
+  EXPECT_GT(report["contacts"]["largest"], 0) << "the instrument touches it";
+  std::vector<std::string> at_ends_of_steps = run;
+  for (const char* word : {"--set", "contact.continuous=false", "--replace"})
+    at_ends_of_steps.emplace_back(word);
+  EXPECT_GT(json_of(at_ends_of_steps)["steps_too_far"], 0) << "what the key is for";
+}
+
 TEST_F(Door, NewTakesWhatItIsTold) {
   make_liver();
   const auto said = [&](std::vector<std::string> flags) {
@@ -75,7 +88,7 @@ TEST_F(Door, NewWritesWhatIsWorthChanging) {
   for (const char* key : {"units", "time_step", "duration", "gravity"})
     EXPECT_TRUE(scene.contains(key)) << key;
   for (const char* key : {"solver", "rest", "limits"}) EXPECT_FALSE(scene.contains(key)) << key;
-  EXPECT_EQ(scene["contact"], Json({{"friction", 0.3}}));
+  EXPECT_EQ(scene["contact"], Json({{"continuous", true}, {"friction", 0.3}}));
   EXPECT_EQ(scene["output"], Json({{"every", 5}}));
   const Json material = scene["bodies"][0]["material"];
   for (const char* key : {"young_modulus", "poisson_ratio", "density"})

@@ -73,7 +73,7 @@ TEST_F(Info, TellsPiecesAndWhereTheSurfaceIsNoManifold) {
   const Json info = json_of({"info", "three.mesh", "--json"});
   EXPECT_EQ(info["pieces"], 3);
   EXPECT_EQ(info["nonmanifold_edges"], 1);
-  EXPECT_EQ(info["nonmanifold_points"], 0) << "at the ends of the edge the rings hang together by it";
+  EXPECT_EQ(info["nonmanifold_points"], 0) << "at the ends of the edge the rings are connected by it";
   EXPECT_NE(output_of({"info", "three.mesh"})
                 .find("pieces          3, the largest with 47.1 % of the volume; 1 edge and 0 points"),
             std::string::npos);

@@ -76,8 +76,7 @@ class Bash(unittest.TestCase):
 
 class Fish(unittest.TestCase):
     def setUp(self):
-        if shutil.which("fish") is None:
-            self.skipTest("fish is not installed")
+        self.assertIsNotNone(shutil.which("fish"), "fish is not installed: ./dev test installs it")
 
     def offers(self, line):
         with tempfile.TemporaryDirectory() as home:
@@ -118,8 +117,7 @@ comp "$1" "$2"
 """
 
     def setUp(self):
-        if shutil.which("zsh") is None:
-            self.skipTest("zsh is not installed")
+        self.assertIsNotNone(shutil.which("zsh"), "zsh is not installed: ./dev test installs it")
 
     def offers(self, line):
         with tempfile.TemporaryDirectory() as folder:
@@ -158,8 +156,7 @@ class Manual(unittest.TestCase):
         self.assertEqual((self.folder / "palpate-run.1").read_text(), palpate("manual", "run"))
 
     def test_every_flag_of_the_help_is_on_its_page_as_man_shows_it(self):
-        if shutil.which("groff") is None:
-            self.skipTest("groff is not installed")
+        self.assertIsNotNone(shutil.which("groff"), "groff is not installed: ./dev test installs it")
         for words in SUBCOMMANDS:
             with self.subTest(words=words):
                 page = self.folder / ("-".join(["palpate", *words]) + ".1")
@@ -172,8 +169,7 @@ class Manual(unittest.TestCase):
                     self.assertRegex(shown.stdout, rf"(?m)^{heading}$")
 
     def test_mandoc_has_nothing_to_say(self):
-        if shutil.which("mandoc") is None:
-            self.skipTest("mandoc is not installed")
+        self.assertIsNotNone(shutil.which("mandoc"), "mandoc is not installed: ./dev test installs it")
         done = subprocess.run(["mandoc", "-Tlint", "-Wwarning", *sorted(self.folder.iterdir())], capture_output=True,
                               text=True)
         # No date: the same build gives the same page.

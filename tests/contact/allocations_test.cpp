@@ -6,7 +6,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/swept_query.hpp"
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "geometry/vector.hpp"
 #include "support/count_allocations.hpp"
 #include "support/meshes.hpp"
@@ -59,15 +59,15 @@ Steady steady_run(const Bodies& bodies, const DetectionSettings& settings, int t
 TEST(DetectorAllocations, ASteadyFrameMakesNoneInAnyWay) {
   const Bodies bodies = pressed_bodies();
   const auto points = static_cast<double>(bodies.points_rest().size());
-  for (DetectionSettings way : test::every_way()) {
-    if (way.structure == Structure::brute) continue;  // slow, and has no memory of its own
-    way.cell_size = 0.13;
+  for (DetectionSettings variant : test::every_variant()) {
+    if (variant.structure == Structure::brute) continue;  // slow, and has no memory of its own
+    variant.cell_size = 0.13;
     for (const std::optional<int> slots : {std::optional<int>(), std::optional<int>(8)}) {
-      way.cells_per_primitive = slots;
+      variant.cells_per_primitive = slots;
       for (const int threads : {1, 3}) {
-        const Steady steady = steady_run(bodies, way, threads);
+        const Steady steady = steady_run(bodies, variant, threads);
         EXPECT_EQ(steady.allocations, 0)
-            << test::name_of(way) << (slots ? ", 8 slots, " : ", exact, ") << threads << " threads";
+            << test::name_of(variant) << (slots ? ", 8 slots, " : ", exact, ") << threads << " threads";
         EXPECT_GT(steady.most_movers, 0U) << "some point must change its cell";
         EXPECT_LT(static_cast<double>(steady.most_movers), 0.021 * points);
         EXPECT_GT(steady.fewest_contacts, 150U);

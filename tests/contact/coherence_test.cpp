@@ -111,7 +111,7 @@ class Course {
     }
     query_.find(threads_, scene_.bodies, x, {scene_.immovable, scene_.self_collision, scene_.ignored}, grid_,
                 fixed_);
-    ++ways[query_.last_way()];
+    ++modes[query_.last_mode()];
     Pairs pairs;
     for (const PointInTet& found : query_.found()) pairs.emplace_back(found.point, found.tet);
     in_order_found = pairs;
@@ -120,7 +120,7 @@ class Course {
   }
   [[nodiscard]] QueryTally tally() const { return query_.tally(); }
 
-  std::map<FrameWay, std::size_t> ways;
+  std::map<FrameMode, std::size_t> modes;
   Pairs in_order_found;
 
  private:
@@ -165,9 +165,9 @@ TEST_P(Coherence, FindsWhatAllPairsGiveInEveryFrame) {
       ASSERT_EQ(run.ask(lattice, all[f], f == 0), expected[f].pairs);
       ASSERT_EQ(run.tally().folded_pairs, expected[f].folded);
     }
-    EXPECT_GE(run.ways[FrameWay::listed], motion.fewest) << name;
-    EXPECT_GE(run.ways[FrameWay::listed_but_stale], motion.fast.x != 0.0 ? 15U : 0U) << name;
-    EXPECT_GE(run.ways[FrameWay::all], motion.tremble > cell ? 30U : 0U) << name;
+    EXPECT_GE(run.modes[FrameMode::listed], motion.fewest) << name;
+    EXPECT_GE(run.modes[FrameMode::listed_but_stale], motion.fast.x != 0.0 ? 15U : 0U) << name;
+    EXPECT_GE(run.modes[FrameMode::all], motion.tremble > cell ? 30U : 0U) << name;
   };
   check({scene, Order::linear, simd::scalar::cluster_kernels(), 1}, "plain C++");
   test::for_each_simd_target([&](const char* target) {
@@ -197,13 +197,13 @@ TEST(CoherenceOf, TheOrderFoundAndTheCountsDoNotDependOnThreads) {
       ASSERT_EQ(one.in_order_found, three.in_order_found) << motion.name << f;
       ASSERT_EQ(one.tally().candidates, three.tally().candidates) << motion.name << f;
     }
-    EXPECT_EQ(one.ways, three.ways);
+    EXPECT_EQ(one.modes, three.modes);
   }
 }
 
 /// Frames of a plan in which `stale_of(age of the lists)` of 1000 clusters are stale, and what they cost.
 struct Counted {
-  std::map<FrameWay, int> ways;
+  std::map<FrameMode, int> modes;
   double cost = 0.0;  ///< of a frame without lists: 1
 };
 template <class StaleOf>
@@ -214,20 +214,20 @@ Counted count(int n, StaleOf&& stale_of) {
   int age = 0;
   for (int frame = 0; frame < n; ++frame) {
     const double stale = static_cast<double>(stale_of(++age)) / clusters;
-    const FrameWay way = plan.choose(clusters, stale_of(age));
-    ++counted.ways[way];
-    if (way == FrameWay::list) age = 0;
-    switch (way) {
-      case FrameWay::all:
+    const FrameMode mode = plan.choose(clusters, stale_of(age));
+    ++counted.modes[mode];
+    if (mode == FrameMode::list) age = 0;
+    switch (mode) {
+      case FrameMode::all:
         counted.cost += 1.0;
         break;
-      case FrameWay::list:
+      case FrameMode::list:
         counted.cost += 1.8;
         break;
-      case FrameWay::listed:
+      case FrameMode::listed:
         counted.cost += 0.45;
         break;
-      case FrameWay::listed_but_stale:
+      case FrameMode::listed_but_stale:
         counted.cost += 0.2 + 0.8 * stale + 0.45 * (1.0 - stale);
         break;
     }
@@ -237,14 +237,14 @@ Counted count(int n, StaleOf&& stale_of) {
 
 TEST(ListPlan, MakesNoListsForASingleDetection) {
   ListPlan plan;
-  EXPECT_EQ(plan.choose(100, 0), FrameWay::all);
-  EXPECT_EQ(plan.choose(100, 0), FrameWay::list);
-  EXPECT_EQ(plan.choose(100, 0), FrameWay::listed);
+  EXPECT_EQ(plan.choose(100, 0), FrameMode::all);
+  EXPECT_EQ(plan.choose(100, 0), FrameMode::list);
+  EXPECT_EQ(plan.choose(100, 0), FrameMode::listed);
 }
 
 TEST(ListPlan, KeepsListsThatStayGood) {
   const Counted counted = count(1000, [](int) { return 0U; });
-  EXPECT_EQ(counted.ways.at(FrameWay::list), 1);
+  EXPECT_EQ(counted.modes.at(FrameMode::list), 1);
   EXPECT_LT(counted.cost, 470);
 }
 
@@ -260,12 +260,12 @@ TEST(ListPlan, CostsLittleWhereTheyNeverDo) {
 TEST(ListPlan, GainsBesideABodyThatNeverRests) {
   const Counted counted = count(1000, [](int) { return 50U; });
   EXPECT_LT(counted.cost, 1000 * 0.75);
-  EXPECT_LT(counted.ways.at(FrameWay::list), 40);
+  EXPECT_LT(counted.modes.at(FrameMode::list), 40);
 }
 
 TEST(ListPlan, MakesNewListsOnceOldOnesGetWorse) {
   const Counted counted = count(1000, [](int age) { return age > 10 ? 300U : 0U; });
-  EXPECT_GT(counted.ways.at(FrameWay::list), 40);
+  EXPECT_GT(counted.modes.at(FrameMode::list), 40);
   EXPECT_LT(counted.cost, 1000 * 0.65);
 }
 

@@ -148,7 +148,7 @@ TEST_F(Table, ContactsThatComeAndGoKeepTheirStatesForAWhile) {
       }
     }
     if (step % 9 == 8) {  // saved and restored
-      const RememberedContacts all = tables.now().remembered();
+      const ContactHistory all = tables.now().history();
       ASSERT_EQ(all.point.size(), known.size());
       std::size_t i = 0;
       for (const auto& [key, k] : known) {
@@ -156,7 +156,7 @@ TEST_F(Table, ContactsThatComeAndGoKeepTheirStatesForAWhile) {
         ASSERT_EQ(all.states.lost[i], k.lost);
         ASSERT_EQ(all.states.chatter_damping[i++], k.mark);
       }
-      tables.now().set_remembered(all);
+      tables.now().set_history(all);
     }
   }
 }
@@ -167,11 +167,11 @@ TEST_F(Table, AStepThatIsTakenBackLeavesStatesAsTheyWere) {
     tables.now().begin_step(parallel::Threads(1));
     detect();
   }
-  const RememberedContacts before = tables.now().remembered();
+  const ContactHistory before = tables.now().history();
   tables.now().begin_step(parallel::Threads(1));
   for (double& damping : tables.now().states().chatter_damping) damping = 7.0;
   tables.now().undo_step();
-  const RememberedContacts after = tables.now().remembered();
+  const ContactHistory after = tables.now().history();
   EXPECT_EQ(after.point, before.point);
   EXPECT_EQ(after.body, before.body);
   zip_columns(before.states, after.states, [](const auto& a, const auto& b) { EXPECT_EQ(a, b); });

@@ -13,7 +13,7 @@
 
 #include "contact/same_detections.hpp"
 #include "contact/scenes.hpp"
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
 #include "support/rational.hpp"
@@ -154,15 +154,15 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DetectorOn, ::testing::Range(0, test::contact_s
                            return name;
                          });
 
-TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
+TEST(Detector, FollowsMovingPointsOverManyFramesInEveryVariant) {
   // One detector each keeps its domain, last order and memory over frames in which points creep, burst, leave
   // the domain and come back.
   ContactScene scene = test::make_contact_scene(8, 3);
-  const std::vector<DetectionSettings> ways = test::every_way();
+  const std::vector<DetectionSettings> variants = test::every_variant();
   std::vector<Detector> detectors;
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
-  for (std::size_t w = 0; w < ways.size(); ++w) {
-    detectors.emplace_back(scene.bodies, ways[w], scene.immovable, threads[w % threads.size()]);
+  for (std::size_t w = 0; w < variants.size(); ++w) {
+    detectors.emplace_back(scene.bodies, variants[w], scene.immovable, threads[w % threads.size()]);
   }
   Detector brute = detector_for(scene, Structure::brute);
   test::Random random(11);
@@ -175,14 +175,14 @@ TEST(Detector, FollowsMovingPointsOverManyFramesInEveryWay) {
     if (frame % 50 == 0)
       scene.positions.assign(scene.bodies.points_rest().begin(), scene.bodies.points_rest().end());
     brute.detect(scene.positions);
-    for (std::size_t w = 0; w < ways.size(); ++w) {
+    for (std::size_t w = 0; w < variants.size(); ++w) {
       SCOPED_TRACE("frame " + std::to_string(frame) + " " +
-                   std::string(at(structure_names, int(ways[w].structure))) + " " +
-                   std::string(at(order_names, int(ways[w].order))) + " " +
-                   std::string(at(sort_names, int(ways[w].sort))));
+                   std::string(at(structure_names, int(variants[w].structure))) + " " +
+                   std::string(at(order_names, int(variants[w].order))) + " " +
+                   std::string(at(sort_names, int(variants[w].sort))));
       detectors[w].detect(scene.positions);
       ASSERT_NO_FATAL_FAILURE(test::expect_same(brute, detectors[w]));
-      ASSERT_EQ(detectors[w].counts().sort.has_value(), ways[w].structure == Structure::compact);
+      ASSERT_EQ(detectors[w].counts().sort.has_value(), variants[w].structure == Structure::compact);
     }
     quiet_frames += detectors[0].counts().movers < scene.positions.size() / 10 ? 1 : 0;
   }

@@ -35,10 +35,10 @@ struct Scene {
     }
   }
   /// Moves all points of a body by up to `most`, and all directions by up to `turn`.
-  void move(std::size_t body, double most, double turn) {
+  void move(std::size_t body, double most, double rotation) {
     const Range points = bodies.bodies()[body].points;
     for (Index p = points.begin; p < points.end; ++p) at(positions, p) += random.point(-most, most);
-    for (Vec3& d : contacts.direction) d = normalized(d + random.point(-turn, turn));
+    for (Vec3& d : contacts.direction) d = normalized(d + random.point(-rotation, rotation));
   }
   test::Random random;
   Bodies bodies;
@@ -47,7 +47,7 @@ struct Scene {
 };
 
 /// How many contacts know that they are clear at the end.
-int run(Scene& scene, int steps, double most, double turn) {
+int run(Scene& scene, int steps, double most, double rotation) {
   const parallel::Threads threads(2);
   RimFalloff rims(scene.bodies);
   ExitSearch search;
@@ -57,7 +57,7 @@ int run(Scene& scene, int steps, double most, double turn) {
   for (int step = 0; step < steps; ++step) {
     // Now and then one of the bodies leaps, or so few are in contact that none is compared.
     const bool leaps = step % 17 == 16;
-    scene.move(static_cast<std::size_t>(step) % 2, leaps ? 0.1 : most, turn);
+    scene.move(static_cast<std::size_t>(step) % 2, leaps ? 0.1 : most, rotation);
     rims.begin(threads, scene.bodies, scene.positions, step % 29 == 28 ? 1 : scene.contacts.size());
     for (std::size_t c = 0; c < scene.contacts.size(); ++c) {
       const double walked = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search);
@@ -73,16 +73,16 @@ int run(Scene& scene, int steps, double most, double turn) {
 
 TEST(RimFalloff, TheCacheChangesNothing) {
   for (const double most : {0.0, 1e-5, 1e-4, 1e-3, 1e-2}) {
-    for (const double turn : {0.0, 1e-3, 1e-2}) {
+    for (const double rotation : {0.0, 1e-3, 1e-2}) {
       Scene box(test::box_mesh({5, 5, 2}, {-2, -2, -1}, {2, 2, 1}), 1);
-      const int clear = run(box, 46, most, turn);
-      ASSERT_GE(clear, 0) << most << ", " << turn;
+      const int clear = run(box, 46, most, rotation);
+      ASSERT_GE(clear, 0) << most << ", " << rotation;
       // The last ten steps after a leap are quiet ones.
       if (most <= 1e-4) {
-        EXPECT_GT(clear, 50) << most << ", " << turn;
+        EXPECT_GT(clear, 50) << most << ", " << rotation;
       }
       Scene ball(test::ball_mesh(5, {}, 2.0), 2);
-      ASSERT_GE(run(ball, 46, most, turn), 0) << most << ", " << turn;
+      ASSERT_GE(run(ball, 46, most, rotation), 0) << most << ", " << rotation;
     }
   }
 }

@@ -30,7 +30,7 @@ struct SweepReport {
   Jump depth;      ///< change of depth
   Jump direction;  ///< change of direction, times the smaller certainty and depth
   Jump swallowed;  ///< change of depth where the number of regions without border changed; not in `depth`
-  Jump turn;       ///< length of the change of direction
+  Jump rotation;   ///< length of the change of direction
   std::size_t regions_without_border = 0;
   std::size_t fallbacks = 0;
 };
@@ -60,11 +60,11 @@ inline SweepReport sweep(Detector& detector, double first, double stride, int n,
       const bool steady = detector.counts().regions_without_border == last_regions;
       (steady ? report.depth : report.swallowed)
           .take(std::abs(now.depth[c] - last.depth[l]), step, now.point[c]);
-      const double turn = length(now.direction[c] - last.direction[l]);
-      report.turn.take(turn, step, now.point[c]);
+      const double rotation = length(now.direction[c] - last.direction[l]);
+      report.rotation.take(rotation, step, now.point[c]);
       report.direction.take(
-          turn * std::min(now.certainty[c], last.certainty[l]) * std::min(now.depth[c], last.depth[l]), step,
-          now.point[c]);
+          rotation * std::min(now.certainty[c], last.certainty[l]) * std::min(now.depth[c], last.depth[l]),
+          step, now.point[c]);
     }
     last = now;
     last_x = x;

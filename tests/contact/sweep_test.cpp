@@ -75,7 +75,7 @@ void expect_continuous(const std::string& name, const Passage& passage, Turns tu
       name.c_str(), motion, whole.deepest / passage.edge(), whole.depth.size / whole.motion,
       whole.depth.size / passage.edge(), fine_depth / passage.edge(), whole.direction.size / whole.motion,
       whole.direction.size / passage.edge(), fine_direction / passage.edge(),
-      114.592 * std::asin(0.5 * whole.turn.size));
+      114.592 * std::asin(0.5 * whole.rotation.size));
 }
 
 TetMesh turned(TetMesh mesh, const Vec3& axis, double angle) {

@@ -137,16 +137,16 @@ Answer answer(const SweptPoints& points, bool edges, Inside&& inside) {
   const Long a = 3 * static_cast<Long>(f[3]);
   const Long b = 2 * static_cast<Long>(f[2]);
   const Long c = static_cast<Long>(f[1]);
-  std::vector<Long> turns;
+  std::vector<Long> extrema;
   if (a != 0 && b * b - 4 * a * c >= 0) {
     const Long q = -(b + (b < 0 ? -1 : 1) * std::sqrt(b * b - 4 * a * c)) / 2;
-    turns = {q / a};
-    if (q != 0) turns.push_back(c / q);
+    extrema = {q / a};
+    if (q != 0) extrema.push_back(c / q);
   } else if (a == 0 && b != 0) {
-    turns = {-c / b};
+    extrema = {-c / b};
   }
-  std::sort(turns.begin(), turns.end());
-  for (const Long t : turns)
+  std::sort(extrema.begin(), extrema.end());
+  for (const Long t : extrema)
     if (t > 0 && t < 1) cuts.push_back(t);
   cuts.push_back(1);
   for (const Long t : cuts)

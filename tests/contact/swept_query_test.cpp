@@ -32,11 +32,11 @@ struct Scene {
     start.assign(bodies.points_rest().begin(), bodies.points_rest().end());
     end = start;
     for (const Body& body : bodies.bodies()) {
-      const Vec3 way = random.point(-far, far);
+      const Vec3 shift = random.point(-far, far);
       const Vec3 axis = random.point(-1, 1);
       const double angle = random.uniform(-0.5, 0.5);
       for (Index p = body.points.begin; p < body.points.end; ++p)
-        at(end, p) = test::rotated(at(start, p), axis, angle) + way + random.point(-0.01, 0.01);
+        at(end, p) = test::rotated(at(start, p), axis, angle) + shift + random.point(-0.01, 0.01);
     }
     immovable.assign(bodies.bodies().size(), 0);
     self_collision.assign(bodies.bodies().size(), 0);
@@ -71,7 +71,7 @@ Scene random_scene(std::uint64_t seed) {
   return scene;
 }
 
-bool share(const auto& a, const auto& b) {
+bool have_common_point(const auto& a, const auto& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
 
@@ -103,7 +103,7 @@ std::set<Key> all_pairs(const Scene& scene) {
     for (std::size_t t = 0; t < bodies.triangles().size(); ++t) {
       const Triangle& corners = bodies.triangles()[t];
       if (!wanted(at(bodies.body_of_point(), p), bodies.body_of(corners))) continue;
-      if (share(std::array{p}, corners)) continue;
+      if (have_common_point(std::array{p}, corners)) continue;
       if (point_meets_triangle(points_of(scene, {p, corners[0], corners[1], corners[2]}), tolerance))
         found.insert({SweptKind::point_triangle, p, static_cast<Index>(t)});
     }
@@ -116,7 +116,7 @@ std::set<Key> all_pairs(const Scene& scene) {
     for (const Edge& b : sides) {
       const Index i = number(a);
       const Index j = number(b);
-      if (i >= j || !wanted(bodies.body_of(a), bodies.body_of(b)) || share(a, b)) continue;
+      if (i >= j || !wanted(bodies.body_of(a), bodies.body_of(b)) || have_common_point(a, b)) continue;
       if (edge_meets_edge(points_of(scene, {a[0], a[1], b[0], b[1]}), tolerance))
         found.insert({SweptKind::edge_edge, i, j});
     }
@@ -182,15 +182,15 @@ TEST(SweptQuery, LooksOnlyAtWhatCouldPass) {
   EXPECT_EQ(query.counts().body_pairs, 0U);
   // A quarter of the plate's thickness of 10 mm, with a ball 1 mm above it.
   const Body& ball = scene.bodies.bodies()[1];
-  for (const double way : {0.0024, 0.0026}) {
+  for (const double shift : {0.0024, 0.0026}) {
     scene.end = scene.start;
     for (Index p = ball.points.begin; p < ball.points.end; ++p) {
       at(scene.start, p).z = at(scene.bodies.points_rest(), p).z - 0.149;
-      at(scene.end, p) = at(scene.start, p) - Vec3{0, 0, way};
+      at(scene.end, p) = at(scene.start, p) - Vec3{0, 0, shift};
     }
     const std::size_t found = find();
-    EXPECT_EQ(found > 0, way > 0.0025);
-    EXPECT_EQ(query.counts().body_pairs, way > 0.0025 ? 1U : 0U);
+    EXPECT_EQ(found > 0, shift > 0.0025);
+    EXPECT_EQ(query.counts().body_pairs, shift > 0.0025 ? 1U : 0U);
   }
   EXPECT_NEAR(query.counts().thinnest, 0.01, 1e-12);
 }

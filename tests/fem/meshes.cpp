@@ -42,11 +42,11 @@ TetMesh box_mesh(const std::array<int, 3>& cells, const Vec3& size) {
   return mesh;
 }
 
-TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, double share) {
+TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, double fraction) {
   TetMesh mesh = box_mesh(cells, size);
   std::mt19937_64 random(11);
   for (Vec3& p : mesh.points) {
-    const Vec3 move = random_vector(random, share);
+    const Vec3 move = random_vector(random, fraction);
     if (!on_surface(p, size)) {
       p += Vec3{move.x * size.x / cells[0], move.y * size.y / cells[1], move.z * size.z / cells[2]};
     }

@@ -18,8 +18,8 @@ namespace palpate::fem::test {
 
 /// A box of cells from the origin to `size`, 5 tets a cell with alternating parity.
 TetMesh box_mesh(const std::array<int, 3>& cells, const Vec3& size);
-/// The same with the inner points moved by up to `share` of a cell.
-TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, double share);
+/// The same with the inner points moved by up to `fraction` of a cell.
+TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, double fraction);
 /// One tet with corners at the origin and at distance `size` along the axes.
 TetMesh unit_tet_mesh(double size = 1.0);
 

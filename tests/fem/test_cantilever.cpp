@@ -42,7 +42,7 @@ struct Beam {
 /// Mean deflection of the end.
 double Beam::deflection() {
   const auto tip = select(bodies, [](const Vec3& p) { return p.x == beam_length; });
-  double share = 0.0;
+  double total = 0.0;
   std::vector<Vec3> forces(tip.size());
   const auto rest = bodies.points_rest();
   // Trapezoidal weights: half at the sides of the end, a quarter at its corners.
@@ -52,12 +52,12 @@ double Beam::deflection() {
     const bool side_z = rest[i].z == 0.0 || rest[i].z == height;
     return (side_y ? 0.5 : 1.0) * (side_z ? 0.5 : 1.0);
   };
-  for (std::size_t i = 0; i < tip.size(); ++i) share += weight(i);
-  for (std::size_t i = 0; i < tip.size(); ++i) forces[i].z = -load * weight(i) / share;
+  for (std::size_t i = 0; i < tip.size(); ++i) total += weight(i);
+  for (std::size_t i = 0; i < tip.size(); ++i) forces[i].z = -load * weight(i) / total;
   settle(dynamics, forces, 1, 1e-8, 20000);
   double sum = 0.0;
   for (std::size_t i = 0; i < tip.size(); ++i) {
-    sum += weight(i) / share * (rest[i].z - dynamics.positions()[i].z);
+    sum += weight(i) / total * (rest[i].z - dynamics.positions()[i].z);
   }
   EXPECT_LT(sum, 1e-3 * beam_length) << "not a small deflection";
   return sum;

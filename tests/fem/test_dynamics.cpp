@@ -18,7 +18,7 @@ Vec3 momentum(const Dynamics& dynamics) {
   return sum;
 }
 
-/// Largest difference between the edge lengths now and at rest, as a share of the length at rest.
+/// Largest difference between the edge lengths now and at rest, as a fraction of the length at rest.
 double edge_strain(const Bodies& bodies, std::span<const Vec3> positions) {
   double most = 0.0;
   for (const Edge& e : bodies.edges()) {

@@ -201,16 +201,16 @@ TEST(Multigrid, IsMadeAnewWhereItIsWornAndAgainFromItsReference) {
   const auto anew = result(multigrid);
   EXPECT_NE(anew, at_rest);
   EXPECT_EQ(multigrid.reference(), positions);
-  EXPECT_EQ(multigrid.worn(), 0);
+  EXPECT_EQ(multigrid.stale_iterations(), 0);
   Multigrid resumed(s.matrix);
-  resumed.set_reference(multigrid.reference(), multigrid.worn());
+  resumed.set_reference(multigrid.reference(), multigrid.stale_iterations());
   EXPECT_EQ(result(resumed), anew);
 }
 
 /// What it makes of a body that is only turned is turned with it.
 TEST(Multigrid, TurnsWithTheBody) {
   std::mt19937_64 random(5);
-  const Matrix3 turn = random_rotation(random);
+  const Matrix3 some_rotation = random_rotation(random);
   System s(1);
   s.couplings.set({}, time_step, s.free);
   const auto positions_of = [&](const Matrix3& r) {
@@ -223,7 +223,7 @@ TEST(Multigrid, TurnsWithTheBody) {
   };
   const auto r = s.random_free_vector(7);
   std::vector<Eigen::VectorXd> results;
-  for (const Matrix3& rotation : {identity(), turn}) {
+  for (const Matrix3& rotation : {identity(), some_rotation}) {
     s.elements.update(s.threads, positions_of(rotation));
     s.matrix.assemble(s.threads, s.diagonal);
     s.system.update_preconditioner(s.threads);

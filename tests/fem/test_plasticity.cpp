@@ -163,8 +163,8 @@ TEST(Plasticity, TheFrameOfTheStrainTurnsWithTheBody) {
   std::mt19937_64 random(3);
   HeldBody body(plastic_material(0.05, 20.0));
   for (int n = 0; n < 20; ++n) {
-    const Matrix3 turn = random_rotation(random);
-    body.step_at(from_eigen(to_eigen(turn) * to_eigen(pulled(0.2))), 0.01);
+    const Matrix3 rotation = random_rotation(random);
+    body.step_at(from_eigen(to_eigen(rotation) * to_eigen(pulled(0.2))), 0.01);
   }
   body.expect_strain({0.2 * (1.0 - std::pow(0.8, 7)), 0.0, 0.0, 0.0, 0.0, 0.0});
 }

@@ -77,10 +77,10 @@ struct StrainedBody {
         elements(bodies, std::vector<Material>(1, {5e4, 0.4, 1000.0, 0.0, 0.0}),
                  std::vector<std::uint8_t>(1, 0)) {
     std::mt19937_64 random(2);
-    const Matrix3 turn = random_rotation(random);
+    const Matrix3 rotation = random_rotation(random);
     for (std::size_t i = 0; i < positions.size(); ++i) {
       if (i % 5 == 0) positions[i] += random_vector(random, i % 25 == 0 ? 0.2 : 0.03);
-      positions[i] = turn * positions[i];
+      positions[i] = rotation * positions[i];
     }
     std::vector<double> factors;
     for (Index e = 0; e < elements.size(); ++e) factors.push_back(1e-4 * (1 + e % 5));
@@ -227,7 +227,7 @@ TEST(SameBits, VectorsOfConjugateGradients) {
       for (const double sum : {sums.residual, sums.by_mass, sums.preconditioned, sums.solution})
         bytes.add(sum);
     }
-    simd::turn_slices(vectors, -0.3F, 1, n);
+    simd::update_directions(vectors, -0.3F, 1, n);
     for (const auto* vector : {&x, &r, &z}) bytes.add(*vector);
     bytes.add(p);
   });

@@ -21,8 +21,8 @@ struct ElementCase {
   ElementCase() : bodies(single_body(irregular_box_mesh({5, 3, 3}, {0.5, 0.3, 0.3}, 0.2))) {
     positions = noisy(bodies, 0.02, 80);
     std::mt19937_64 random(81);
-    const Matrix3 turn = random_rotation(random);
-    for (Vec3& p : positions) p = turn * p;
+    const Matrix3 rotation = random_rotation(random);
+    for (Vec3& p : positions) p = rotation * p;
     for (std::size_t t = 0; t < bodies.tets().size(); t += 17) {
       const Tet& corners = bodies.tets()[t];
       const Vec3 middle =
@@ -282,8 +282,8 @@ TEST(SimdTargets, VectorPassesEqualTheirTwins) {
     EXPECT_NEAR(sums.by_mass, expected.by_mass, 1e-6 * expected.by_mass) << target;
     EXPECT_NEAR(sums.solution, expected.solution, 1e-6 * expected.solution) << target;
     EXPECT_NEAR(sums.preconditioned, expected.preconditioned, 1e-6 * expected.residual) << target;
-    simd::turn_slices(view(found), -0.3F, 1, n - 1);
-    simd::scalar::turn_slices(view(twin), -0.3F, 1, n - 1);
+    simd::update_directions(view(found), -0.3F, 1, n - 1);
+    simd::scalar::update_directions(view(twin), -0.3F, 1, n - 1);
     EXPECT_LT(distance(found.x, twin.x), 1e-6 * size_of(twin.x)) << target;
     EXPECT_LT(distance(found.r, twin.r), 1e-6 * size_of(twin.r)) << target;
     EXPECT_LT(distance(found.z, twin.z), 1e-6 * size_of(twin.z)) << target;

@@ -57,9 +57,9 @@ TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
   auto relaxed = start;
   simd::scalar::relax_slices(rows, r.data(), relaxed.data(), list.data(), list.size());
   std::vector<simd::Quad> residual(start.size());
-  simd::scalar::turned_residual(rows, r.data(), start.data(), residual.data(), 0, slices);
+  simd::scalar::rotated_residual(rows, r.data(), start.data(), residual.data(), 0, slices);
   auto added = start;
-  simd::scalar::add_turned(rows, residual.data(), added.data(), 0, slices);
+  simd::scalar::add_rotated(rows, residual.data(), added.data(), 0, slices);
   std::vector<float> values(r.size());
   const double inner = simd::scalar::store_slices(start.data(), r.data(), values.data(), 0, slices);
   int targets = 0;
@@ -69,10 +69,10 @@ TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
     simd::relax_slices(rows, r.data(), z.data(), list.data(), list.size());
     expect_near(z, relaxed, target);
     std::vector<simd::Quad> t(start.size());
-    simd::turned_residual(rows, r.data(), start.data(), t.data(), 0, slices);
+    simd::rotated_residual(rows, r.data(), start.data(), t.data(), 0, slices);
     expect_near(t, residual, target);
     z = start;
-    simd::add_turned(rows, residual.data(), z.data(), 0, slices);
+    simd::add_rotated(rows, residual.data(), z.data(), 0, slices);
     expect_near(z, added, target);
     std::vector<float> stored(r.size());
     const double sum = simd::store_slices(start.data(), r.data(), stored.data(), 0, slices);

@@ -39,9 +39,9 @@ std::vector<double> angles() {
     all.push_back(7.0 * unit(random));
     const double wide = unit(random);
     all.push_back(std::ldexp(wide, static_cast<int>(random.word() % 61) - 40));
-    const double turn = std::floor(6e5 * unit(random)) * (0.25 * std::numbers::pi);
-    all.push_back(turn);
-    all.push_back(turn + 1e-6 * unit(random));
+    const double angle = std::floor(6e5 * unit(random)) * (0.25 * std::numbers::pi);
+    all.push_back(angle);
+    all.push_back(angle + 1e-6 * unit(random));
   }
   return all;
 }

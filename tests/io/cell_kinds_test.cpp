@@ -120,11 +120,11 @@ TEST(CellKinds, WedgesAndHexahedraThatShareQuadsAreCutAlike) {
   const std::vector<std::array<double, 3>> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},   {0, 0, 1},
                                                   {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {2, 0.5, 0}, {2, 0.5, 1}};
   const Folder folder;
-  for (int turn = 0; turn < 10; ++turn) {
-    const auto number = [&](int p) { return std::to_string((p + turn) % 10 + 1) + " "; };
+  for (int shift = 0; shift < 10; ++shift) {
+    const auto number = [&](int p) { return std::to_string((p + shift) % 10 + 1) + " "; };
     std::string text = "MeshVersionFormatted 2\nDimension 3\nVertices\n10\n";
     for (int p = 0; p < 10; ++p) {
-      for (const double x : points[static_cast<std::size_t>((p + 10 - turn) % 10)])
+      for (const double x : points[static_cast<std::size_t>((p + 10 - shift) % 10)])
         text += std::to_string(x) + " ";
       text += "0\n";
     }
@@ -134,9 +134,9 @@ TEST(CellKinds, WedgesAndHexahedraThatShareQuadsAreCutAlike) {
     for (const int p : {1, 8, 2, 5, 9, 6}) text += number(p);
     text += "0\nEnd\n";
     const MeshFile file = read_mesh(folder.write("pair.mesh", text));
-    EXPECT_EQ(converted(file), (Converted{{"hexahedron", 1, 6}, {"wedge", 1, 3}})) << turn;
+    EXPECT_EQ(converted(file), (Converted{{"hexahedron", 1, 6}, {"wedge", 1, 3}})) << shift;
     const MeshStatistics statistics = statistics_of(file);
-    EXPECT_NEAR(statistics.volume, 1.5, 1e-12) << turn;
+    EXPECT_NEAR(statistics.volume, 1.5, 1e-12) << shift;
     EXPECT_EQ(statistics.triangles, 10 + 6)
         << "five squares of the cube; of the wedge two squares, two triangles";
   }

@@ -35,7 +35,7 @@ def test_weights_put_each_point_where_it_is(boxes):
 
 
 def test_depth_and_direction_of_flat_contact(boxes):
-    """A point of the upper box in the middle of its bottom is 0.1 below the top of the lower one, whose way out is up."""
+    """A point of the upper box in the middle of its bottom is 0.1 below the top of the lower one, whose exit is up."""
     points, tets, body = boxes
     contacts = palpate.detect(points, tets, body)
     middle = np.linalg.norm(points[contacts.point][:, :2], axis=1) < 0.1

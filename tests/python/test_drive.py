@@ -43,12 +43,12 @@ def test_a_body_is_moved_to_a_pose(axis, angle):
     unit = np.asarray(axis) / np.linalg.norm(axis)
     quaternion = np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * unit])
     shift = pose[:3, 3] + pose[:3, :3] @ center - center
-    for way in [lambda: probe.move_to(shift, quaternion), lambda: probe.move_to(palpate.Keyframe(7.0, tuple(shift), tuple(quaternion))),
+    for call in [lambda: probe.move_to(shift, quaternion), lambda: probe.move_to(palpate.Keyframe(7.0, tuple(shift), tuple(quaternion))),
                 lambda: simulation.move_to("probe", pose), lambda: simulation.move_to(1, shift, quaternion)]:
         probe.move_to((0.0, 0.0, 0.0))
         simulation.step()
         np.testing.assert_allclose(probe.positions, rest, atol=1e-15)
-        way()
+        call()
         simulation.step()
         np.testing.assert_allclose(probe.positions, rest @ pose[:3, :3].T + pose[:3, 3], atol=1e-12)
 
@@ -193,7 +193,8 @@ def test_a_run_tells_forces_and_maxima(tmp_path, command):
     import json
     import subprocess
 
-    pyvista = pytest.importorskip("pyvista")
+    import pyvista
+
     scene = {
         "name": "maxima", "units": {"length": "mm", "mass": "g"}, "duration": 0.3,
         "output": {"every": 3, "fields": ["von_mises", "contact_pressure", "pressure", "contact_force", "stress"]},

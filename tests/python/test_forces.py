@@ -11,7 +11,7 @@ WEIGHTLESS = {"gravity": (0.0, 0.0, 0.0), **EXACT}
 
 
 def pressed(**settings):
-    """A block that is fixed below, and a plate on rails that presses it beside its middle."""
+    """A block that is fixed below, and a plate with a prescribed motion that presses it beside its middle."""
     model = palpate.Model()
     points, tets = palpate.box((5, 4, 3), (0.1, 0.1, 0.06))
     model.add_body(points, tets, name="block", material=TISSUE, fixed=points[:, 2] < -0.0299)
@@ -99,13 +99,13 @@ def test_stress_is_that_of_the_law():
 
 
 def test_tables_and_grids(simulation):
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     frame = simulation.acting_contacts.to_dataframe()
     assert isinstance(frame, pandas.DataFrame) and len(frame) == len(simulation.acting_contacts)
     np.testing.assert_array_equal(frame["force_z"], simulation.acting_contacts.force[:, 2])
     assert {"weights_3", "status", "depth"} <= set(frame.columns)
     assert {"direction_x", "certainty"} <= set(simulation.contacts.to_dataframe().columns)
-    pytest.importorskip("pyvista")
     grid = simulation.to_pyvista(["von_mises", "stress", "contact_pressure", "reaction"])
     np.testing.assert_array_equal(grid.cell_data["von_mises"], simulation.tissue().von_mises)
     np.testing.assert_array_equal(grid.point_data["von_mises"], simulation.tissue_at_points().von_mises)
@@ -121,7 +121,8 @@ def test_a_frame_of_the_command_has_the_same_fields(tmp_path, command):
     import json
     import subprocess
 
-    pyvista = pytest.importorskip("pyvista")
+    import pyvista
+
     scene = {
         "name": "fields", "units": {"length": "mm", "mass": "g"}, "duration": 0.2,
         "output": {"fields": ["von_mises", "contact_pressure"], "pairs": [{"bodies": ["ball", "block"]}]},
@@ -174,8 +175,8 @@ def test_an_instrument_is_driven_step_by_step():
     """move_to() along the keyframes of a motion gives the positions of that motion."""
     by_keyframes, by_hand = pressed(), pressed()
     for step in range(1, 11):
-        share = min(1.0, 0.01 * step / 0.2)
-        depth = -0.005 * share * share * (3 - 2 * share)
+        fraction = min(1.0, 0.01 * step / 0.2)
+        depth = -0.005 * fraction * fraction * (3 - 2 * fraction)
         by_hand.move_to("plate", (0.0, 0.0, depth))
         by_keyframes.step()
         by_hand.step()
@@ -237,8 +238,8 @@ def test_ramps_gravity_and_start_velocities():
     start = simulation.center_of_mass(2)
     simulation.run(10)
     assert simulation.center_of_mass(0)[2] == pytest.approx(2.0 * 1e-4 * 55, rel=1e-6)
-    way = sum((11 - n) * 0.1 * n for n in range(1, 11)) * 1e-4 * 3.0 / simulation.masses[2]
-    assert (simulation.center_of_mass(2) - start)[1] == pytest.approx(way, rel=1e-6)
+    distance = sum((11 - n) * 0.1 * n for n in range(1, 11)) * 1e-4 * 3.0 / simulation.masses[2]
+    assert (simulation.center_of_mass(2) - start)[1] == pytest.approx(distance, rel=1e-6)
     with pytest.raises(palpate.Error, match="velocity"):
         model.add_body(points, tets, material=material, velocity=np.zeros((3, 3)))
 

@@ -2,6 +2,8 @@
 
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -46,12 +48,18 @@ def test_the_wheel_of_what_is_compiled(root, tmp_path):
 
 
 @pytest.mark.long
-def test_pip_install_in_a_fresh_environment(root, tmp_path):
-    """As a user does: a new virtual environment, pip install ., the ten lines of README.md."""
+def test_the_sdist_compiles_in_a_fresh_environment(root, tmp_path):
+    """As a user does: a new virtual environment, pip install of the sdist alone, the ten lines of README.md. The test Wheel.made makes it."""
+    version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
+    sdist = root / f"dist/palpate-{version}.tar.gz"
+    assert os.path.getsize(sdist) < 2e6
     run(sys.executable, "-m", "venv", tmp_path / "venv")
     python = tmp_path / "venv/bin/python"
-    run(python, "-m", "pip", "wheel", root, "--no-deps", "--quiet", "--wheel-dir", tmp_path, "--config-settings",
-        f"build-dir={tmp_path / 'build'}")
-    wheel, = tmp_path.glob("palpate-*.whl")
-    run(python, "-m", "pip", "install", "--quiet", wheel)
+    flags, environment = [], {**os.environ, "TMPDIR": str(tmp_path)}
+    if shutil.which("ccache"):  # the compiler and flags of ./dev wheel, so that ccache knows most of it
+        environment |= {"CXX": "c++", "CMAKE_CXX_COMPILER_LAUNCHER": "ccache", "CCACHE_BASEDIR": str(tmp_path), "CCACHE_NOHASHDIR": "1"}
+        flags = ["--config-settings", "cmake.define.PALPATE_WERROR=ON"]
+    run(python, "-m", "pip", "wheel", sdist, "--no-deps", "--quiet", "--disable-pip-version-check", "--wheel-dir", tmp_path, *flags, env=environment)
+    wheel, = tmp_path.glob(f"palpate-{version}-*.whl")
+    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
     check_wheel(wheel, root, tmp_path, python)

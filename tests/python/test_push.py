@@ -54,7 +54,8 @@ def test_the_scene_is_the_one_that_is_shown(page, root):
 
 
 def test_the_table_gives_what_the_page_shows(page, run, capsys):
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     _, folder = run
     (code,) = [block for block in blocks(page, "python") if "read_csv" in block]
     exec(code.replace("results/push", str(folder)), {"pandas": pandas})
@@ -63,7 +64,6 @@ def test_the_table_gives_what_the_page_shows(page, run, capsys):
 
 
 def test_the_example_is_shown_and_prints_what_the_page_shows(page, root, tmp_path):
-    pytest.importorskip("pyvista")
     printed = subprocess.run([sys.executable, root / "examples/push.py", tmp_path], capture_output=True, text=True, check=True).stdout
     shown = lines(blocks(page, "text")[2])
     assert [rounded(line) for line in shown] == [rounded(line) for line in lines(printed)][: len(shown)]

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+import skfem
 
 import palpate
-
-skfem = pytest.importorskip("skfem")
 
 YOUNG, DENSITY, GRAVITY = 2e5, 1000.0, 9.81
 
@@ -37,30 +36,30 @@ def statics(points, tets, held, nu):
 
     @skfem.BilinearForm
     def stiffness(u, v, w):
-        f = np.eye(3)[:, :, None, None] + grad(w["way"])
+        f = np.eye(3)[:, :, None, None] + grad(w["displacement"])
         return np.einsum("ij...,ijkl...,kl...->...", grad(v), response(f, nu)[1], grad(u))
 
     @skfem.LinearForm
     def inner(v, w):
-        return ddot(response(np.eye(3)[:, :, None, None] + grad(w["way"]), nu)[0], grad(v))
+        return ddot(response(np.eye(3)[:, :, None, None] + grad(w["displacement"]), nu)[0], grad(v))
 
     @skfem.LinearForm
     def weight(v, w):
         return -DENSITY * GRAVITY * v[2]
 
     fixed = basis.nodal_dofs[:, held].ravel()
-    load, way = weight.assemble(basis), np.zeros(basis.N)
+    load, displacement = weight.assemble(basis), np.zeros(basis.N)
     for part in np.linspace(0.2, 1.0, 5):
         for _ in range(30):
-            residual = part * load - inner.assemble(basis, way=basis.interpolate(way))
+            residual = part * load - inner.assemble(basis, displacement=basis.interpolate(displacement))
             residual[fixed] = 0.0
             if np.abs(residual).max() < 1e-10 * np.abs(load).max():
                 break
-            matrix = stiffness.assemble(basis, way=basis.interpolate(way))
-            way += skfem.solve(*skfem.condense(matrix, residual, D=fixed))
+            matrix = stiffness.assemble(basis, displacement=basis.interpolate(displacement))
+            displacement += skfem.solve(*skfem.condense(matrix, residual, D=fixed))
         else:
             raise AssertionError("no convergence of the second code")
-    return way[basis.nodal_dofs].T
+    return displacement[basis.nodal_dofs].T
 
 
 @pytest.mark.parametrize("nu", [0.3, 0.45])

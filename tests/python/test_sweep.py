@@ -91,7 +91,8 @@ def test_a_run_that_always_dies_is_a_failed_row():
 
 
 def test_a_dask_cluster_that_loses_a_worker_loses_no_run():
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+    import distributed
+
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
                                   silence_logs=50) as cluster, distributed.Client(cluster) as client:
         pids = client.run(lambda: __import__("os").getpid())

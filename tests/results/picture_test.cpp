@@ -60,12 +60,12 @@ class PictureTest : public ::testing::Test {
                  .caption = ""};
   }
   [[nodiscard]] Image take(int threads = 1) const {
-    return io::take_picture({.positions = positions_,
-                             .triangles = bodies_.triangles(),
-                             .body_of_point = bodies_.body_of_point(),
-                             .contact_points = contacts_,
-                             .body_colours = colours_},
-                            settings_, Threads(threads));
+    return io::render_picture({.positions = positions_,
+                               .triangles = bodies_.triangles(),
+                               .body_of_point = bodies_.body_of_point(),
+                               .contact_points = contacts_,
+                               .body_colours = colours_},
+                              settings_, Threads(threads));
   }
   [[nodiscard]] Index point_at(const Vec3& place) const {
     return static_cast<Index>(std::ranges::find(positions_, place) - positions_.begin());
@@ -336,13 +336,13 @@ TEST_F(PictureTest, ValuesHaveTheColoursOfTheScale) {
   settings_.scale = io::ColourScale{2.0, "depth, m"};
   const auto dominant = [&](double value) {
     const std::vector<double> values(positions_.size(), value);
-    const Image image = io::take_picture({.positions = positions_,
-                                          .triangles = bodies_.triangles(),
-                                          .body_of_point = bodies_.body_of_point(),
-                                          .contact_points = {},
-                                          .body_colours = colours_,
-                                          .values = values},
-                                         settings_, Threads(1));
+    const Image image = io::render_picture({.positions = positions_,
+                                            .triangles = bodies_.triangles(),
+                                            .body_of_point = bodies_.body_of_point(),
+                                            .contact_points = {},
+                                            .body_colours = colours_,
+                                            .values = values},
+                                           settings_, Threads(1));
     const std::uint8_t* pixel = image.pixel(80, 60);
     return std::array<double, 3>{double(pixel[0]), double(pixel[1]), double(pixel[2])};
   };

@@ -185,8 +185,12 @@ TEST(StackingScene, ShiftsAndTurnsWithinBoundsAndDifferently) {
 }
 
 TEST(StackingScene, TakesOptions) {
-  const StackingOptions options{
-      .count = 3, .cells = {4, 2, 1}, .size = {0.4, 0.2, 0.1}, .gap = 0.0, .max_shift = 0.0, .max_turn = 0.0};
+  const StackingOptions options{.count = 3,
+                                .cells = {4, 2, 1},
+                                .size = {0.4, 0.2, 0.1},
+                                .gap = 0.0,
+                                .max_shift = 0.0,
+                                .max_rotation = 0.0};
   const auto loaded = load_model(make_stacking_scene(options), {});
   const auto statistics = mesh_statistics(loaded.bodies, loaded.bodies.points_rest());
   EXPECT_EQ(statistics.tets, 3 * 8 * 5);

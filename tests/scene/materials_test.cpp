@@ -56,7 +56,7 @@ TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
                 .find("plastic_yield: found it with smoothed elements"),
             std::string::npos);
   EXPECT_NE(refused(R"({"fibres": {"stiffness": 1}})")
-                .find("material.fibres: found them with the model corotational"),
+                .find("material.fibres: found fibres with the model corotational"),
             std::string::npos);
   EXPECT_NE(refused(R"({"model": "mooney-rivlin", "plastic_yield": 0.1, "plastic_creep": 1})")
                 .find("plastic_yield"),

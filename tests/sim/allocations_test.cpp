@@ -3,7 +3,7 @@
 
 #include <palpate/simulation.hpp>
 
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "support/count_allocations.hpp"
 #include "support/meshes.hpp"
 
@@ -30,15 +30,15 @@ Simulation resting_stack(const DetectionSettings& detection, int threads) {
 }
 
 TEST(SimulationAllocations, AStepOfARestingStackMakesNone) {
-  for (const DetectionSettings& way : test::every_way()) {
+  for (const DetectionSettings& variant : test::every_variant()) {
     for (const int threads : {1, 2}) {
-      Simulation simulation = resting_stack(way, threads);
+      Simulation simulation = resting_stack(variant, threads);
       for (int step = 0; step < 10; ++step) simulation.step();
       const long before = allocations;
       ASSERT_GT(before, 0) << "allocations are not counted";
       std::size_t movers = 0;
       for (int step = 0; step < 90; ++step) movers += simulation.step().detection.movers;
-      EXPECT_EQ(allocations - before, 0) << test::name_of(way) << ", " << threads << " threads";
+      EXPECT_EQ(allocations - before, 0) << test::name_of(variant) << ", " << threads << " threads";
       EXPECT_GT(simulation.metrics().detection.contacts, 200U);
       EXPECT_GT(simulation.metrics().detection.crossings, 200U);
       EXPECT_GT(simulation.metrics().solver_iterations, 0);

@@ -133,7 +133,7 @@ TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirSti
   const double expected = closing * side / (1.0 / soft.young_modulus + 1.0 / stiff.young_modulus);
   EXPECT_NEAR(force, expected, 0.04 * expected);
   // The soft block takes four fifths. Rims bulge and bear less: seen are the faces inside them.
-  const auto gives_way = [&](Index body) {
+  const auto moves_on = [&](Index body) {
     const Range points = at(simulation.bodies().bodies(), body).points;
     double sum = 0.0;
     int count = 0;
@@ -145,8 +145,8 @@ TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirSti
     }
     return sum / count;
   };
-  EXPECT_NEAR(-gives_way(2), 0.8 * closing - 0.5 * closing, 0.01 * closing);
-  EXPECT_NEAR(-gives_way(3), 0.8 * closing - 0.5 * closing, 0.01 * closing);
+  EXPECT_NEAR(-moves_on(2), 0.8 * closing - 0.5 * closing, 0.01 * closing);
+  EXPECT_NEAR(-moves_on(3), 0.8 * closing - 0.5 * closing, 0.01 * closing);
 }
 
 /// Acceleration of a block on a plane that rises by `angle`, by that of the analytic answer. The plane is

@@ -167,8 +167,7 @@ TEST(Grab, RefusesWhatIsNoGrab) {
             "grab: target: found a number that is not finite, expected three finite numbers");
   for (const Index number : {-1, 0, 1}) {
     EXPECT_EQ(message([&] { simulation.release(number); }),
-              "grab: number: found " + std::to_string(number) +
-                  ", expected the number of a grab that holds a point");
+              "grab: number: found " + std::to_string(number) + ", expected the number of an active grab");
   }
   EXPECT_EQ(message([&] { simulation.set_force(8, {}); }),
             "simulation: point: found 8, expected less than 8");

@@ -3,7 +3,7 @@
 // ends otherwise without it.
 #include <functional>
 
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "sim/examples.hpp"
 
 namespace palpate::test {
@@ -60,12 +60,12 @@ class EverythingOn : public testing::TestWithParam<int> {};
 TEST_P(EverythingOn, EndsTheSameForEveryStructureOrderAndSort) {
   const std::string expected = run(example("everything"), 1).state_hash();
   std::size_t runs = 0;
-  for (const DetectionSettings& way : every_way()) {
+  for (const DetectionSettings& variant : every_variant()) {
     Scene scene = example("everything");
-    scene.settings.detection.structure = way.structure;
-    scene.settings.detection.order = way.order;
-    scene.settings.detection.sort = way.sort;
-    EXPECT_EQ(run(scene, GetParam()).state_hash(), expected) << name_of(way);
+    scene.settings.detection.structure = variant.structure;
+    scene.settings.detection.order = variant.order;
+    scene.settings.detection.sort = variant.sort;
+    EXPECT_EQ(run(scene, GetParam()).state_hash(), expected) << name_of(variant);
     ++runs;
   }
   EXPECT_EQ(runs, 16U);

@@ -131,9 +131,9 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
   EXPECT_NEAR(held.z, weight, 1e-5 * weight);
   EXPECT_EQ(held.x, 0.0);
   const double time = 0.01 * steps;
-  const Vec3 way = simulation.center_of_mass(0) - start;
-  EXPECT_NEAR(way.x, 0.3 * time, 1e-6 * 0.3 * time);
-  EXPECT_NEAR(way.y, -0.1 * time, 1e-6 * 0.3 * time);
+  const Vec3 moved = simulation.center_of_mass(0) - start;
+  EXPECT_NEAR(moved.x, 0.3 * time, 1e-6 * 0.3 * time);
+  EXPECT_NEAR(moved.y, -0.1 * time, 1e-6 * 0.3 * time);
   for (std::size_t p = 0; p < simulation.positions().size(); ++p) {
     if (simulation.bodies().points_rest()[p].z == 0.0) {
       ASSERT_EQ(simulation.positions()[p].z, 0.0);
@@ -255,7 +255,7 @@ TEST(FixedAxes, RefuseWhatMovesAlongThem) {
   EXPECT_EQ(
       set(corner, {1, 0, 0}),
       "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
-      "fixed nor on rails");
+      "fixed nor prescribed");
   EXPECT_EQ(set(edge, {1, 0, 0}), "accepted");
   EXPECT_EQ(set(edge, {1, 1e-9, 0}),
             "simulation: velocities: found point 1, which moves along an axis that is fixed, expected zero "

@@ -255,13 +255,13 @@ TEST(Drive, RefusesWhatIsOutOfRangeAndChangesNothing) {
             "simulation: pressure: found a number that is not finite, expected a finite number");
   EXPECT_EQ(error_of([&] { simulation.set_positions(one(rail), vec({})); }),
             "simulation: positions: found point " + std::to_string(rail) +
-                ", which is on rails, expected points that no motion moves");
+                ", which has a prescribed motion, expected points that no motion moves");
   EXPECT_EQ(error_of([&] { simulation.set_positions(one(0), vec(nowhere)); }),
             "simulation: positions: found a number that is not finite, expected three finite numbers");
   EXPECT_EQ(
       error_of([&] { simulation.set_velocities(one(0), vec({})); }),
       "simulation: velocities: found point 0, which does not move freely, expected points that are neither "
-      "fixed nor on rails");
+      "fixed nor prescribed");
   EXPECT_EQ(simulation.state_hash(), before);
   const auto refused = [&](SurfaceLoad load) {
     Model bad = block();

@@ -95,9 +95,9 @@ TEST(ModelChange, WhatIsReleasedFliesOnAndFalls) {
     s.change({.release_bodies = {1}});
     EXPECT_EQ(mean(s, 1), before);
     steps(s, 10);
-    const Vec3 way = mean(s, 1) - before;
-    EXPECT_NEAR(way.x, 10 * h * 0.2, 1e-7) << "it goes on as it was moved";
-    EXPECT_NEAR(way.z, fall(10, 0.3), 1e-6);
+    const Vec3 moved = mean(s, 1) - before;
+    EXPECT_NEAR(moved.x, 10 * h * 0.2, 1e-7) << "it goes on as it was moved";
+    EXPECT_NEAR(moved.z, fall(10, 0.3), 1e-6);
     EXPECT_EQ(s.metrics().inverted_tets, 0);
   }
 }
@@ -131,6 +131,35 @@ TEST(ModelChange, ABodyThatIsAbsentAtFirstTouchesNothing) {
   EXPECT_NEAR(mean(s, 1).z, 0.04 + fall(5), 1e-9);
   s.change({.insert = {0}});
   EXPECT_GT(s.metrics().detection.contacts, 0U);
+}
+
+/// Stresses of Maxwell elements stay with their bodies when another one comes between them.
+TEST(ModelChange, ViscousTissueGoesOnAsItWas) {
+  Model model;
+  for (const double x : {0.0, 1.0, 2.0})
+    model.bodies.add("block", box_mesh({2, 2, 2}, {x, 0.0, 0.0}, {x + 0.1, 0.1, 0.1}));
+  Material tissue{.young_modulus = 1e4, .viscosity = {.fractions = {0.5}, .times = {0.1}}};
+  model.materials.assign(3, tissue);
+  model.materials[2].elements = ElementKind::smoothed;
+  for (const Vec3& p : model.bodies.points_rest()) model.velocities.push_back({p.y, 0.0, 2.0 * p.z});
+  model.absent = {0, 1, 0};
+  SimulationSettings settings = settings_of(0.0);
+  settings.solver.tolerance = 1e-9;
+  Simulation alone(Model(model), settings, 1);
+  Simulation joined(std::move(model), settings, 1);
+  steps(alone, 5);
+  steps(joined, 5);
+  joined.change({.insert = {1}});
+  steps(alone, 5);
+  steps(joined, 5);
+  double moved = 0.0;
+  for (const Index body : {0, 2}) {
+    for (const Index p : all_points(alone, body)) {
+      EXPECT_LT(length(at(alone.positions(), p) - at(joined.positions(), p)), 1e-9) << body;
+      moved = std::max(moved, length(at(alone.velocities(), p)));
+    }
+  }
+  EXPECT_GT(moved, 0.01);
 }
 
 TEST(ModelChange, FixedPointsStayToTheBit) {

@@ -89,8 +89,8 @@ class RandomScene {
     if (random_.chance(0.5)) jitter(mesh);
     if (!aligned_) {
       const Vec3 axis = random_.point(-1.0, 1.0);
-      const Turn turn = turn_of({random_.uniform(-1.0, 1.0), axis.x, axis.y, axis.z});
-      for (Vec3& p : mesh.points) p = rotated(turn, p);
+      const Quaternion rotation = quaternion_of({random_.uniform(-1.0, 1.0), axis.x, axis.y, axis.z});
+      for (Vec3& p : mesh.points) p = rotated(rotation, p);
     }
     Vec3 lower = mesh.points.front();
     Vec3 upper = lower;

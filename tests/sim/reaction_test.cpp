@@ -80,7 +80,8 @@ TEST(Reaction, KeepsNewtonsLawInMotion) {
   }
 }
 
-/// A plate on rails that presses a block onto fixed points: all that holds adds up, torques too.
+/// A plate with a prescribed motion that presses a block onto fixed points: all that holds adds up, torques
+/// too.
 TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   Model model;
   model.bodies.add("block", test::box_mesh({5, 4, 3}, {-0.05, -0.05, 0.0}, {0.05, 0.05, 0.06}));

@@ -141,7 +141,7 @@ struct Shot {
   std::array<ShotBody, 2> bodies;  ///< target, projectile
   std::string name;
   bool obstacle = false;
-  double way = 0.0;  ///< of the projectile in a step, in the lesser thickness
+  double motion = 0.0;  ///< of the projectile in a step, in the lesser thickness
   Model model;
   int steps = 0;
 };
@@ -153,11 +153,11 @@ inline Shot random_shot(std::uint64_t seed) {
   Shot shot;
   shot.bodies = {random_shot_body(random), random_shot_body(random)};
   const double thin = std::min(shot.bodies[0].thickness, shot.bodies[1].thickness);
-  shot.way = 0.2 * std::pow(250.0, random.uniform(0.0, 1.0));
+  shot.motion = 0.2 * std::pow(250.0, random.uniform(0.0, 1.0));
   shot.obstacle = random.chance(0.5);
   const Vec3 direction = normalized(random.chance(0.4) ? Vec3{0.01, 0.02, -1.0} : random.point(-1, 1));
   const double size = 0.06;
-  const double speed = shot.way * thin / shot_step;
+  const double speed = shot.motion * thin / shot_step;
   const Vec3 aside = random.chance(0.5) ? Vec3{} : random.point(-0.02, 0.02);
   const double before = (2.0 * size + random.uniform(0.0, 1.0) * speed * shot_step);
   const Vec3 axis = random.point(-1, 1);
@@ -178,7 +178,7 @@ inline Shot random_shot(std::uint64_t seed) {
   shot.model.obstacles = {static_cast<std::uint8_t>(shot.obstacle ? 1 : 0), 0};
   shot.steps = std::min(static_cast<int>((before + 2.0 * size) / (speed * shot_step)) + 4, 120);
   shot.name = shot.bodies[1].name + " at " + shot.bodies[0].name + (shot.obstacle ? " (fixed)" : "") + ", " +
-              std::to_string(shot.way) + " thicknesses a step, seed " + std::to_string(seed);
+              std::to_string(shot.motion) + " thicknesses a step, seed " + std::to_string(seed);
   return shot;
 }
 
@@ -215,18 +215,18 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
     result.stopped += m.stopped_passes;
     result.passes += m.passes;
     result.most_solves = std::max(result.most_solves, m.solves);
-    double way = 0.0;
+    double motion = 0.0;
     std::array<Box, 2> boxes;
     for (std::size_t p = 0; p < start.size(); ++p) {
-      way = std::max(way, length(simulation.positions()[p] - start[p]));
+      motion = std::max(motion, length(simulation.positions()[p] - start[p]));
       Box& box = at(boxes, bodies.body_of_point()[p]);
       box.extend(start[p]);
       box.extend(simulation.positions()[p]);
     }
     if (!boxes[0].overlaps(boxes[1])) continue;
-    const int looks = std::min(static_cast<int>(2.0 * way / (0.1 * thin)) + 1, 1500);
-    for (int i = 1; i <= looks && !result.went_through; ++i) {
-      for (Core& core : cores) core.put(start, simulation.positions(), static_cast<double>(i) / looks);
+    const int checks = std::min(static_cast<int>(2.0 * motion / (0.1 * thin)) + 1, 1500);
+    for (int i = 1; i <= checks && !result.went_through; ++i) {
+      for (Core& core : cores) core.put(start, simulation.positions(), static_cast<double>(i) / checks);
       if (!cores[0].box().overlaps(cores[1].box())) continue;
       result.went_through = cores[0].crosses(cores[1]);
       result.creeps = result.went_through && m.pairs_that_could_pass == 0;

@@ -136,10 +136,10 @@ StepMetrics pressed_block(const SolverSettings& solver) {
 TEST(Simulation, SolvesInEachWayAndSaysHow) {
   const StepMetrics exact = pressed_block({.tolerance = 1e-10, .max_iterations = 2000});
   for (const ToleranceOf of : {ToleranceOf::residual, ToleranceOf::solution}) {
-    for (const Preconditioner way :
+    for (const Preconditioner preconditioner :
          {Preconditioner::automatic, Preconditioner::jacobi, Preconditioner::multigrid}) {
       const StepMetrics metrics = pressed_block(
-          {.tolerance = 1e-6, .tolerance_of = of, .preconditioner = way, .max_iterations = 2000});
+          {.tolerance = 1e-6, .tolerance_of = of, .preconditioner = preconditioner, .max_iterations = 2000});
       EXPECT_TRUE(metrics.solver_converged);
       EXPECT_NEAR(metrics.deepest, exact.deepest, 1e-4 * exact.deepest);
       EXPECT_NE(metrics.deepest, exact.deepest) << "the setting has no effect";

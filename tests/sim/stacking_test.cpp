@@ -8,7 +8,7 @@
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "geometry/vector.hpp"
 #include "scene/generators.hpp"
 #include "scene/load.hpp"
@@ -46,11 +46,12 @@ TEST(Stacking, HashAfter200StepsIsTheSameForEveryStructureOrderAndSort) {
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
   std::string expected;
   std::size_t run = 0;
-  for (const DetectionSettings& way : test::every_way()) {
-    Simulation simulation = stacking(threads[run++ % threads.size()], way.structure, way.order, way.sort);
+  for (const DetectionSettings& variant : test::every_variant()) {
+    Simulation simulation =
+        stacking(threads[run++ % threads.size()], variant.structure, variant.order, variant.sort);
     for (int i = 0; i < 200; ++i) simulation.step();
     if (expected.empty()) expected = simulation.state_hash();
-    EXPECT_EQ(simulation.state_hash(), expected) << test::name_of(way);
+    EXPECT_EQ(simulation.state_hash(), expected) << test::name_of(variant);
   }
   EXPECT_EQ(run, 16U);
 }

@@ -31,8 +31,8 @@ Model tied_blocks(double young_modulus, std::optional<double> stiffness) {
     Index tet = -1;
     for (Index t = 0; t < model.bodies.bodies()[0].tets.end && tet < 0; ++t) {
       for (const Index corner : at(model.bodies.tets(), t)) {
-        const Vec3 way = place - at(model.bodies.points_rest(), corner);
-        if (std::hypot(way.x, way.y) < 1e-9 && way.z < 0.01) tet = t;
+        const Vec3 offset = place - at(model.bodies.points_rest(), corner);
+        if (std::hypot(offset.x, offset.y) < 1e-9 && offset.z < 0.01) tet = t;
       }
     }
     model.ties.push_back({p, tet, stiffness});

@@ -19,13 +19,13 @@ using MergeEvents = decltype(&simd::merge_events);
 void check_changes(ListChanges list_changes, const char* target) {
   test::Random random(3);
   for (std::size_t n = 0; n < 200; ++n) {
-    for (const double share : {0.0, 0.05, 0.5, 1.0}) {
+    for (const double fraction : {0.0, 0.05, 0.5, 1.0}) {
       std::vector<std::uint32_t> before(n);
       for (auto& key : before) key = static_cast<std::uint32_t>(random.word());
       std::vector<std::uint32_t> now = before;
       std::vector<std::uint32_t> expected;
       for (std::size_t i = 0; i < n; ++i) {
-        if (!random.chance(share)) continue;
+        if (!random.chance(fraction)) continue;
         now[i] ^= std::uint32_t{1} << random.integer(0, 31);
         expected.push_back(static_cast<std::uint32_t>(1000 + i));
       }
@@ -48,9 +48,9 @@ void check_merge(MergeEvents merge_events, const char* target) {
     while (static_cast<int>(words.size()) < size) words.insert(draw());
     std::set<std::uint64_t> expected = words;
     std::vector<std::uint64_t> events;
-    const double share = random.uniform(0.0, 1.0);
+    const double fraction = random.uniform(0.0, 1.0);
     for (const std::uint64_t word : words) {
-      if (!random.chance(share)) continue;
+      if (!random.chance(fraction)) continue;
       expected.erase(word);
       events.push_back(word | simd::removal);
     }

@@ -14,11 +14,11 @@ namespace {
 
 using Keys = std::vector<std::uint32_t>;
 
-/// Moves a share of the keys: to a near cell, anywhere, or in and out of existence.
-void move_keys(Keys& keys, std::uint32_t key_count, double share, test::Random& random) {
+/// Moves a fraction of the keys: to a near cell, anywhere, or in and out of existence.
+void move_keys(Keys& keys, std::uint32_t key_count, double fraction, test::Random& random) {
   for (auto& key : keys) {
     if (key != no_key && key >= key_count) key = key_count - 1;
-    if (!random.chance(share)) continue;
+    if (!random.chance(fraction)) continue;
     const int kind = random.integer(0, 9);
     if (kind == 0)
       key = no_key;
@@ -57,8 +57,8 @@ TEST_P(PointSortOf, EqualsAFullSortAfterEachOf1000Frames) {
   for (int frame = 0; frame < 1000; ++frame) {
     if (random.chance(0.1)) keys.resize(static_cast<std::size_t>(random.integer(0, 600)), no_key);
     if (random.chance(0.1)) key_count = static_cast<std::uint32_t>(random.integer(1, 3000));
-    constexpr std::array shares{0.0, 0.002, 0.02, 0.1, 0.5, 1.0};
-    move_keys(keys, key_count, shares.at(static_cast<std::size_t>(random.integer(0, 5))), random);
+    constexpr std::array fractions{0.0, 0.002, 0.02, 0.1, 0.5, 1.0};
+    move_keys(keys, key_count, fractions.at(static_cast<std::size_t>(random.integer(0, 5))), random);
     const bool with_cells = random.chance(0.8);
     const auto result = sort.update(threads, keys, key_count, words, with_cells ? &cell_begin : nullptr);
     ASSERT_EQ(words, test::stably_sorted(keys)) << "frame " << frame << ", seed " << seed;
@@ -82,12 +82,13 @@ TEST_P(PointSortOf, EqualsAFullSortOnLargeFrames) {
     // Many keys for each word, few, and one cell that holds more than 2^16.
     for (const std::uint32_t key_count : {3 * n, n / 4, 2U}) {
       Keys keys(n, no_key);
-      for (const double share : {1.0, 0.02, 0.0, 0.1, 0.00002, 1.0, 0.3}) {
-        move_keys(keys, key_count, share, random);
+      for (const double fraction : {1.0, 0.02, 0.0, 0.1, 0.00002, 1.0, 0.3}) {
+        move_keys(keys, key_count, fraction, random);
         sort.update(threads, keys, key_count, words, &cell_begin);
         ASSERT_EQ(words, test::stably_sorted(keys))
-            << n << " references, " << key_count << " keys, " << share;
-        ASSERT_EQ(cell_begin, test::cell_starts(words, key_count)) << n << ", " << key_count << ", " << share;
+            << n << " references, " << key_count << " keys, " << fraction;
+        ASSERT_EQ(cell_begin, test::cell_starts(words, key_count))
+            << n << ", " << key_count << ", " << fraction;
       }
     }
   }
@@ -121,7 +122,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
                          name_of);
 
 /// The methods used in a sequence of frames with these shares of movers.
-std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells, const std::vector<double>& shares) {
+std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
+                               const std::vector<double>& fractions) {
   const parallel::Threads threads(1);
   test::Random random(13);
   PointSort sort(Sort::adaptive);
@@ -129,9 +131,9 @@ std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells, const 
   std::vector<std::uint64_t> words;
   std::vector<std::uint32_t> cell_begin;
   std::vector<Sort> used;
-  for (const double share : shares) {
+  for (const double fraction : fractions) {
     // Exactly that share, each to another cell.
-    for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * share); ++i)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * fraction); ++i)
       keys[i] = (keys[i] + 1) % key_count;
     used.push_back(sort.update(threads, keys, key_count, words, wants_cells ? &cell_begin : nullptr).used);
   }
@@ -139,16 +141,16 @@ std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells, const 
 }
 
 TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
-  constexpr double between = (SortSwitch::lower_share + SortSwitch::upper_share) / 2;
-  const std::vector<double> shares{0.0, 0.02, between, 0.9, between, 0.02, between, 0.0};
+  constexpr double between = (SortSwitch::lower_fraction + SortSwitch::upper_fraction) / 2;
+  const std::vector<double> fractions{0.0, 0.02, between, 0.9, between, 0.02, between, 0.0};
   const auto expected = [](Sort full) {
     constexpr auto repair = Sort::repair;
     // The first frame is all movers; between the thresholds the method stays.
     return std::vector{full, repair, repair, full, full, repair, repair, repair};
   };
-  EXPECT_EQ(methods_used(1000, true, shares), expected(Sort::counting));
-  EXPECT_EQ(methods_used(1000, false, shares), expected(Sort::radix));
-  EXPECT_EQ(methods_used(1000000, true, shares), expected(Sort::radix));
+  EXPECT_EQ(methods_used(1000, true, fractions), expected(Sort::counting));
+  EXPECT_EQ(methods_used(1000, false, fractions), expected(Sort::radix));
+  EXPECT_EQ(methods_used(1000000, true, fractions), expected(Sort::radix));
 }
 
 }  // namespace

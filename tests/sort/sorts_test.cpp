@@ -131,14 +131,14 @@ TEST_P(SortOf, Comparison) {
 
 TEST_P(SortOf, ComparisonOfPredominantlySortedWords) {
   ComparisonSort sort;
-  for (const double share : {0.0, 0.001, 0.02, 0.1, 0.24, 0.26, 1.0}) {
+  for (const double fraction : {0.0, 0.001, 0.02, 0.1, 0.24, 0.26, 1.0}) {
     std::vector<std::uint64_t> words(100003);
     for (std::size_t i = 0; i < words.size(); ++i)
-      words[i] = random_.chance(share) ? random_.word() : std::uint64_t{i} << 40;
+      words[i] = random_.chance(fraction) ? random_.word() : std::uint64_t{i} << 40;
     auto expected = words;
     std::stable_sort(expected.begin(), expected.end());
     sort(threads_, words);
-    ASSERT_EQ(words, expected) << share;
+    ASSERT_EQ(words, expected) << fraction;
   }
 }
 

@@ -30,12 +30,12 @@ TEST(Command, ReadsEachAsDocumented) {
   EXPECT_EQ(pull.strength, 2.0);
   EXPECT_EQ(parsed<MovePull>(R"({"move_pull": {"target": [1, 2, 3]}})").target, (Vec3{1, 2, 3}));
   parsed<LetGo>(R"({"let_go": {}})");
-  const auto rails = parsed<MoveRails>(R"({"move_rails": {"motion": 1, "offset": [0, 0, 1]}})");
-  EXPECT_EQ(rails.time, std::nullopt);
-  EXPECT_EQ(rails.offset, (Vec3{0, 0, 1}));
-  EXPECT_EQ(parsed<RunRails>(R"({"run_rails": {"motion": 1}})").motion, 1);
+  const auto command = parsed<DriveMotion>(R"({"drive_motion": {"motion": 1, "offset": [0, 0, 1]}})");
+  EXPECT_EQ(command.time, std::nullopt);
+  EXPECT_EQ(command.offset, (Vec3{0, 0, 1}));
+  EXPECT_EQ(parsed<ResumeMotion>(R"({"resume_motion": {"motion": 1}})").motion, 1);
   EXPECT_EQ(parsed<Seek>(R"({"seek": {"frame": 3}})").frame, 3);
-  EXPECT_EQ(parsed<Look>(R"({"look": {"borders": true}})"), (Look{false, true, false}));
+  EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"borders": true}})"), (DisplayOptions{false, true, false}));
   EXPECT_EQ(parsed<Shown>(R"({"shown": {"frame": 12}})").frame, 12.0);
 }
 

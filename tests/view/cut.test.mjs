@@ -31,7 +31,7 @@ test("a cut has faces in the colour of the body, and edges show", async () => {
 });
 
 /** Moves a slider of the panel to a place between 0 and 1. */
-const slide = (page, id, share) => page.locator(`#${id}`).fill(String(Math.round(200 * share)));
+const slide = (page, id, fraction) => page.locator(`#${id}`).fill(String(Math.round(200 * fraction)));
 
 test("the cut of a named view can be moved, turned round and closed", async () => {
   const server = await serve("coloured-patient.json", { flags: ["--paused"] });

@@ -11,16 +11,16 @@ namespace {
 
 const std::string token = "0123456789abcdef";
 
-Verdict judged(const Knock& knock) {
+Verdict checked(const Knock& knock) {
   static const Gate gate(token, {"127.0.0.1", "localhost"}, 8080);
-  return gate.judge(knock);
+  return gate.check(knock);
 }
 
 TEST(Gate, LetsThePageIn) {
-  EXPECT_EQ(judged({"GET", "/" + token + "/", "127.0.0.1:8080", {}}).status, 200);
-  EXPECT_EQ(judged({"GET", "/" + token + "/app.js?x=1", "LOCALHOST:8080", "http://localhost:8080"}).path,
+  EXPECT_EQ(checked({"GET", "/" + token + "/", "127.0.0.1:8080", {}}).status, 200);
+  EXPECT_EQ(checked({"GET", "/" + token + "/app.js?x=1", "LOCALHOST:8080", "http://localhost:8080"}).path,
             "app.js");
-  EXPECT_EQ(judged({"GET", "/" + token + "/socket", "localhost:8080", "http://localhost:8080", true}).status,
+  EXPECT_EQ(checked({"GET", "/" + token + "/socket", "localhost:8080", "http://localhost:8080", true}).status,
             200);
 }
 
@@ -28,7 +28,7 @@ TEST(Gate, TurnsAwayForeignHosts) {
   const std::string target = "/" + token + "/";
   for (const char* host : {"", "evil.example:8080", "127.0.0.1", "127.0.0.1:80", "127.0.0.1:18080",
                            "127.0.0.1.evil.example:8080", "evil.example#127.0.0.1:8080", "@127.0.0.1:8080"}) {
-    EXPECT_EQ(judged({"GET", target, host, {}}).status, 403) << host;
+    EXPECT_EQ(checked({"GET", target, host, {}}).status, 403) << host;
   }
 }
 
@@ -37,9 +37,9 @@ TEST(Gate, TurnsAwayForeignOrigins) {
   for (const char* origin :
        {"", "null", "http://evil.example", "https://localhost:8080", "http://localhost:80",
         "http://localhost:8080.evil.example", "http://127.0.0.1:8080"}) {
-    EXPECT_EQ(judged({"GET", target, "localhost:8080", origin, true}).status, 403) << origin;
+    EXPECT_EQ(checked({"GET", target, "localhost:8080", origin, true}).status, 403) << origin;
   }
-  EXPECT_EQ(judged({"GET", target, "localhost:8080", {}, true}).status, 403)
+  EXPECT_EQ(checked({"GET", target, "localhost:8080", {}, true}).status, 403)
       << "a socket must name its origin";
 }
 
@@ -47,13 +47,13 @@ TEST(Gate, TurnsAwayWithoutTheToken) {
   for (const std::string& target : std::vector<std::string>{
            "/", "", "*", "/socket", "/0123456789abcdee/", "/0123456789abcde/", "/" + token + "0/",
            "//" + token + "/", "/x/../" + token + "/", "/?" + token}) {
-    EXPECT_EQ(judged({"GET", target, "localhost:8080", {}}).status, 401) << target;
+    EXPECT_EQ(checked({"GET", target, "localhost:8080", {}}).status, 401) << target;
   }
 }
 
 TEST(Gate, AnswersGetOnly) {
   for (const char* method : {"POST", "PUT", "DELETE", "HEAD", "OPTIONS", "CONNECT", ""}) {
-    EXPECT_EQ(judged({method, "/" + token + "/", "localhost:8080", {}}).status, 405) << method;
+    EXPECT_EQ(checked({method, "/" + token + "/", "localhost:8080", {}}).status, 405) << method;
   }
 }
 

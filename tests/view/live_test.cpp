@@ -161,8 +161,8 @@ TEST(LiveSource, RefusesWhatCannotBePulled) {
   EXPECT_THROW(source->apply(1, Pull{surface.vertex_count(), {}, 1.0}), Error);
   EXPECT_THROW(source->apply(1, Pull{-1, {}, 1.0}), Error);
   EXPECT_THROW(source->apply(1, Pull{0, {}, 1.0}), Error) << "of the plate";
-  EXPECT_THROW(source->apply(1, Pull{top_of(*source, surface, 2), {}, 1.0}), Error) << "on rails";
-  EXPECT_THROW(source->apply(1, MoveRails{1, 0.5, {}}), Error);
+  EXPECT_THROW(source->apply(1, Pull{top_of(*source, surface, 2), {}, 1.0}), Error) << "prescribed";
+  EXPECT_THROW(source->apply(1, DriveMotion{1, 0.5, {}}), Error);
   EXPECT_THROW(source->apply(1, Seek{0}), Error);
   EXPECT_TRUE(source->counts()["pulls"].empty());
 }
@@ -172,17 +172,17 @@ TEST(LiveSource, MovesWhatIsOnRailsAlongItsPathAndOffIt) {
   const Index corner = at(source->bodies().bodies(), 2).points.begin;
   const Vec3 start = at(source->positions(), corner);
   const auto press = [&] { return at(source->positions(), corner) - start; };
-  source->apply(1, MoveRails{0, 0.5, {}});
+  source->apply(1, DriveMotion{0, 0.5, {}});
   source->advance();
   EXPECT_LE(length(press()), 0.01 * 4 * 0.01 + 1e-12) << "four times as fast as the path at most";
   run(*source, 40);
   EXPECT_NEAR(press().z, -0.005, 1e-12);
-  EXPECT_EQ(source->counts()["rails"][0]["held"], true);
-  source->apply(1, MoveRails{0, {}, Vec3{0.02, 0, 0}});
+  EXPECT_EQ(source->counts()["driven"][0]["held"], true);
+  source->apply(1, DriveMotion{0, {}, Vec3{0.02, 0, 0}});
   run(*source, 40);
   EXPECT_NEAR(press().x, 0.02, 1e-12);
   EXPECT_NEAR(press().z, -0.005, 1e-12);
-  source->apply(1, RunRails{0});
+  source->apply(1, ResumeMotion{0});
   run(*source, 10);
   EXPECT_NEAR(press().z, -0.006, 1e-12) << "from where it is on its path, by itself";
   run(*source, 100);

@@ -74,10 +74,10 @@ Worst hold_and_jerk(LiveSource& source, double seconds, std::uint64_t seed) {
   const int steps = static_cast<int>(seconds / time_step);
   for (int step = 0; step < steps; ++step) {
     // Takes hold; holds for 20 steps, jerks in each third of the next 24, lets go for 8.
-    const int turn = step % 52;
-    if (turn == 0) hand.take();
-    if (turn >= 20 && turn < 44 && turn % 3 == 0) hand.jerk();
-    if (turn == 44) hand.let_go();
+    const int phase = step % 52;
+    if (phase == 0) hand.take();
+    if (phase >= 20 && phase < 44 && phase % 3 == 0) hand.jerk();
+    if (phase == 44) hand.let_go();
     source.advance();
     const auto counts = source.counts();
     for (const auto& pull : counts["pulls"]) {

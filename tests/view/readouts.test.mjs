@@ -47,11 +47,23 @@ test("small lengths read in millimetres", async () => {
   await server.end();
 });
 
+test("what a slider reads is not cut off", async () => {
+  const server = await serve("glued.json", { flags: ["--paused"] });
+  const page = await open(server.address, { viewport: { width: 1440, height: 900 } });
+  const cut = await page.$$eval(".slider output", (outputs) => outputs.filter((o) => o.checkVisibility()).map((o) => {
+    o.textContent = "-0.131 mm";
+    return o.scrollWidth > o.clientWidth;
+  }));
+  assert.ok(cut.length > 0 && !cut.includes(true), `${cut.length} sliders`);
+  await page.close();
+  await server.end();
+});
+
 /** The middle of the blue body and its size, as parts of the view, and its pixels. */
 async function seenBody(page) {
   const { width, height } = await page.locator("#canvas").boundingBox();
   const { count, x, y } = await patch(page, (r, g, b) => b > r + 30);
-  return { x: x / width, y: y / height, share: count / (width * height), count };
+  return { x: x / width, y: y / height, fraction: count / (width * height), count };
 }
 
 test("another size of the window fits the view anew, unless a user has turned it", async () => {
@@ -62,8 +74,8 @@ test("another size of the window fits the view anew, unless a user has turned it
   await page.setViewportSize({ width: 900, height: 900 });
   const high = await seenBody(page);
   assert.ok(Math.abs(high.x - 0.5) < 0.1 && Math.abs(high.y - 0.5) < 0.1);
-  assert.ok(high.share > 0.3, `it fills the window: ${high.share}`);
-  assert.ok(wide.share > 0.1);
+  assert.ok(high.fraction > 0.3, `it fills the window: ${high.fraction}`);
+  assert.ok(wide.fraction > 0.1);
   await page.click("#fit");
   const same = await seenBody(page);
   assert.ok(Math.abs(same.count - high.count) < 0.01 * high.count, `as Fit does: ${high.count}, ${same.count}`);
@@ -83,7 +95,7 @@ test("another size of the window fits the view anew, unless a user has turned it
   await server.end();
 });
 
-test("an automatic scale is that of soft bodies: what is on rails may go far", async () => {
+test("an automatic scale is that of soft bodies: prescribed bodies may go far", async () => {
   const server = await serve("scene.json", { flags: ["--speed", "max"] });
   const page = await open(server.address);
   await page.selectOption("#colouring", "displacement");

@@ -123,7 +123,7 @@ TEST(StoredForces, ReadsNamesInQuotesAndLeavesOutWhatIsCutOff) {
   std::filesystem::remove(file);
 }
 
-/// What is on rails is held by its motor, also while nobody leads it.
+/// A prescribed body is held by its motor, also while nobody leads it.
 TEST(LiveForces, TellTheMotorsOfBodiesOnRails) {
   const auto source = small_source();
   EXPECT_FALSE(source->forces().at(2).contains("held")) << "before the first step";

@@ -76,7 +76,7 @@ TEST_F(Replay, SeeksAndRefusesWhatOnlyARunCan) {
   EXPECT_EQ(source.time(), 0.0);
   EXPECT_THROW(source.apply(1, view::Pull{}), Error);
   EXPECT_THROW(source.apply(1, view::Change{}), Error);
-  EXPECT_THROW(source.apply(1, view::MoveRails{}), Error);
+  EXPECT_THROW(source.apply(1, view::DriveMotion{}), Error);
 }
 
 TEST_F(Replay, GoesWithoutTimesThatAreNotThere) {

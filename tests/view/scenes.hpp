@@ -10,7 +10,8 @@
 /// Small scenes to look at.
 namespace palpate::test {
 
-/// A soft box above a fixed plate; a press on rails beside it that sinks by 10 mm in a second.
+/// A soft box above a fixed plate; a press with a prescribed motion beside it that sinks by 10 mm in a
+/// second.
 inline Scene small_scene() {
   return read_scene_text(R"({"name": "small", "time_step": 0.01, "contact": {"friction": 0.3}, "bodies": [
     {"name": "plate", "box": {"cells": [2, 2, 1], "size": [0.2, 0.2, 0.02]}, "translate": [0, 0, -0.01], "obstacle": true},

@@ -14,7 +14,7 @@ export class Chart {
   private budgetLine = 0;
   private samples: Sample[] = [];
   private readonly most = 240;
-  private readonly share = 0.62;
+  private readonly fraction = 0.62;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     new ResizeObserver(() => this.draw()).observe(canvas);
@@ -58,8 +58,8 @@ export class Chart {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     const style = getComputedStyle(this.canvas);
     context.font = `11px ${style.fontFamily}`;
-    this.drawTimes(context, width, Math.round(this.share * height), style.color);
-    this.drawCounts(context, width, Math.round(this.share * height) + 8, height, style.color);
+    this.drawTimes(context, width, Math.round(this.fraction * height), style.color);
+    this.drawCounts(context, width, Math.round(this.fraction * height) + 8, height, style.color);
   }
 
   private drawTimes(context: CanvasRenderingContext2D, width: number, height: number, ink: string): void {

@@ -19,9 +19,9 @@ const amounts = [
   "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21908d", "#22a884", "#42be71", "#7ad151", "#bddf26", "#fde725",
 ].map(parse);
 
-/** Writes the colour of a share in [0, 1] at `place` of `colours`. */
-export function amountColour(share: number, colours: Float32Array, place: number): void {
-  const x = Math.min(Math.max(share, 0), 1) * (amounts.length - 1);
+/** Writes the colour of a fraction in [0, 1] at `place` of `colours`. */
+export function amountColour(fraction: number, colours: Float32Array, place: number): void {
+  const x = Math.min(Math.max(fraction, 0), 1) * (amounts.length - 1);
   const i = Math.min(Math.floor(x), amounts.length - 2);
   const low = amounts[i]!;
   const high = amounts[i + 1]!;

@@ -11,7 +11,7 @@ export class CutSurface {
   /** Of each point at the plane: the vertex that is kept, the one that is not, and how far it is from the one to the other. */
   private readonly kept: number[] = [];
   private readonly left: number[] = [];
-  private readonly share: number[] = [];
+  private readonly fraction: number[] = [];
   private readonly points = new Map<number, number>();
   private readonly above: Float32Array;
   private whole = false;
@@ -33,7 +33,7 @@ export class CutSurface {
 
   /** After positions or the plane have changed. O(triangles) where it is cut. */
   update(): void {
-    this.kept.length = this.left.length = this.share.length = 0;
+    this.kept.length = this.left.length = this.fraction.length = 0;
     if (this.plane || !this.whole) this.cutTriangles(this.plane);
     this.makeRoom(this.kept.length);
     for (const name of ["position", "normal", "color"]) this.fill(name);
@@ -43,8 +43,8 @@ export class CutSurface {
   fill(name: string): void {
     const values = this.values(name);
     for (let i = 0; i < this.kept.length; ++i) {
-      const [a, b, share] = [3 * this.kept[i]!, 3 * this.left[i]!, this.share[i]!];
-      for (let c = 0; c < 3; ++c) values[3 * (this.count + i) + c] = values[a + c]! + share * (values[b + c]! - values[a + c]!);
+      const [a, b, fraction] = [3 * this.kept[i]!, 3 * this.left[i]!, this.fraction[i]!];
+      for (let c = 0; c < 3; ++c) values[3 * (this.count + i) + c] = values[a + c]! + fraction * (values[b + c]! - values[a + c]!);
     }
     this.geometry.getAttribute(name).needsUpdate = true;
   }
@@ -96,7 +96,7 @@ export class CutSurface {
     this.points.set(key, point);
     this.kept.push(kept);
     this.left.push(left);
-    this.share.push(this.above[kept]! / (this.above[kept]! - this.above[left]!));
+    this.fraction.push(this.above[kept]! / (this.above[kept]! - this.above[left]!));
     return point;
   }
 

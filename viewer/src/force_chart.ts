@@ -39,7 +39,7 @@ export class ForceChart {
     const last = this.samples.at(-1);
     if (last && frame.time < last.time) this.samples = [];
     if (last && frame.time === last.time) this.samples.pop();
-    const held = frame.counts.pulls?.[0]?.force ?? frame.counts.rails?.find((rail) => rail.force)?.force ?? [0];
+    const held = frame.counts.pulls?.[0]?.force ?? frame.counts.driven?.find((motion) => motion.force)?.force ?? [0];
     this.samples.push({ time: frame.time, bodies: frame.forces.map((w) => Math.hypot(...w.force)), held: Math.hypot(...held) });
     if (this.samples.length > most) this.samples.shift();
     this.draw();

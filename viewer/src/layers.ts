@@ -182,12 +182,12 @@ export class Layers {
     const rgb = new Float32Array(3);
     const colour = new three.Color();
     list.forEach((c, i) => {
-      const share = deepest > 0 ? contacts[7 * c + 6]! / deepest : 0;
+      const fraction = deepest > 0 ? contacts[7 * c + 6]! / deepest : 0;
       turn.setFromUnitVectors(up, direction.fromArray(contacts, 7 * c + 3));
-      const size = this.diagonal * (0.01 + 0.03 * share);
+      const size = this.diagonal * (0.01 + 0.03 * fraction);
       matrix.compose(position.fromArray(contacts, 7 * c), turn, new three.Vector3(size, size, size));
       arrows.setMatrixAt(i, matrix);
-      amountColour(share, rgb, 0);
+      amountColour(fraction, rgb, 0);
       arrows.setColorAt(i, colour.setRGB(rgb[0]!, rgb[1]!, rgb[2]!, three.SRGBColorSpace));
     });
     arrows.count = count;

@@ -46,7 +46,7 @@ class Page {
       picked: (vertex) => this.pick(vertex),
       strength: () => this.panel?.strength ?? 1,
       hover: (body, x, y) => this.showHover(body, x, y),
-      offset: (motion) => this.frame?.counts.rails?.[motion]?.offset ?? [0, 0, 0],
+      offset: (motion) => this.frame?.counts.driven?.[motion]?.offset ?? [0, 0, 0],
     });
     this.view.drawn = () => this.afterDrawing();
     this.view.resized = () => this.view.isMoved || this.fit();
@@ -87,7 +87,7 @@ class Page {
       viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
       reshade: () => this.reshade(),
       lookFrom: (position, target) => this.fit(position && target ? new three.Vector3(...position).sub(new three.Vector3(...target)) : this.view.corner()),
-      moveRails: (motion, time) => this.send("move_rails", { motion, time }),
+      moveMotion: (motion, time) => this.send("drive_motion", { motion, time }),
     });
     this.picked = null;
     this.view.setUp(new three.Vector3(...(stage.settings.gravity ?? [0, 0, 0])));

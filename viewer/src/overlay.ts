@@ -1,4 +1,4 @@
-// Over the view: which way the axes point, how long things are, and what body is under the mouse.
+// Over the view: how the axes point, how long things are, and what body is under the mouse.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { niceBelow, short } from "./colours";
@@ -16,7 +16,7 @@ const letterSize = 14;
 
 /** An end of an axis, as it is seen: z towards the eye. */
 interface End {
-  way: three.Vector3;
+  direction: three.Vector3;
   letter: string;
   colour: string;
   strong: boolean;
@@ -40,25 +40,25 @@ export class Triad {
     this.context.textBaseline = "middle";
     const turn = view.camera.quaternion.clone().invert();
     const ends = [0, 1, 2].flatMap((axis) => (axes ? [1, -1] : [1]).map((sign) => {
-      const way = new three.Vector3().setComponent(axis, sign).applyQuaternion(turn);
+      const direction = new three.Vector3().setComponent(axis, sign).applyQuaternion(turn);
       const letter = axes ? (sign > 0 ? axes[axis]! : opposite[axes[axis]!]!) : "XYZ"[axis]!;
-      return { way, letter, colour: colours[axis]!, strong: sign > 0 };
+      return { direction, letter, colour: colours[axis]!, strong: sign > 0 };
     }));
-    ends.sort((a, b) => a.way.z - b.way.z);
+    ends.sort((a, b) => a.direction.z - b.direction.z);
     for (const end of ends) this.drawLine(end, 0.34 * size);
     this.drawLetters(ends.reverse(), 0.34 * size + 9, ink);
     const named = axes ? [...axes].map((side, i) => `${"xyz"[i]} ${sides[side]}`).join(", ") : "x, y, z";
     canvas.setAttribute("aria-label", `Orientation of the axes: ${named}`);
   }
 
-  private drawLine({ way, colour, strong }: End, size: number): void {
+  private drawLine({ direction, colour, strong }: End, size: number): void {
     const context = this.context;
-    context.globalAlpha = way.z < -0.2 ? 0.45 : 1;
+    context.globalAlpha = direction.z < -0.2 ? 0.45 : 1;
     context.strokeStyle = colour;
     context.lineWidth = strong ? 2.5 : 1;
     context.beginPath();
     context.moveTo(0, 0);
-    context.lineTo(size * way.x, -size * way.y);
+    context.lineTo(size * direction.x, -size * direction.y);
     context.stroke();
     context.globalAlpha = 1;
   }
@@ -68,11 +68,11 @@ export class Triad {
     const context = this.context;
     const taken: [number, number][] = [];
     context.fillStyle = ink;
-    for (const { way, letter } of ends) {
-      const [x, y] = [size * way.x, -size * way.y];
+    for (const { direction, letter } of ends) {
+      const [x, y] = [size * direction.x, -size * direction.y];
       if (taken.some(([u, v]) => Math.hypot(x - u, y - v) < letterSize)) continue;
       taken.push([x, y]);
-      context.globalAlpha = way.z < -0.2 ? 0.45 : 1;
+      context.globalAlpha = direction.z < -0.2 ? 0.45 : 1;
       context.fillText(letter, x, y);
     }
     context.globalAlpha = 1;

@@ -17,8 +17,8 @@ export interface PanelActions {
   reshade(): void;
   look(): void;
   viewDirection(): three.Vector3;
-  moveRails(motion: number, time: number): void;
-  /** Fills the frame, seen along the way from a place of the scene to another; from a corner without them. */
+  moveMotion(motion: number, time: number): void;
+  /** Fills the frame, seen along the line from a place of the scene to another; from a corner without them. */
   lookFrom(position?: Vector, target?: Vector): void;
 }
 
@@ -41,7 +41,7 @@ export class Panel {
   private readonly scale: ScaleControl;
   private readonly warnings = make("table", { id: "warnings" });
   private readonly pick = make("div", { class: "pick", id: "pick" });
-  private readonly rails: ((frame: Frame) => void)[] = [];
+  private readonly sliders: ((frame: Frame) => void)[] = [];
   private fades: ((opacity: number) => void)[] = [];
 
   constructor(
@@ -118,25 +118,25 @@ export class Panel {
   }
 
   private motions(): HTMLElement {
-    const element = section("Bodies on rails", true);
+    const element = section("Prescribed motion", true);
     this.stage.motions.forEach((motion, m) => {
       const name = this.stage.bodies[motion.body]?.name ?? `motion ${m}`;
       const time = slider({
-        id: `rails-${m}`,
+        id: `motion-${m}`,
         label: `Place of ${name} on its path`,
         low: motion.begin,
         high: motion.end,
         value: motion.begin,
         show: (t) => `${short(t)} ${this.stage.units.time}`,
-        change: (t) => this.actions.moveRails(m, t),
+        change: (t) => this.actions.moveMotion(m, t),
       });
-      const run = make("button", { onclick: () => this.actions.send("run_rails", { motion: m }) }, "Let it run");
+      const run = make("button", { onclick: () => this.actions.send("resume_motion", { motion: m }) }, "Let it run");
       element.append(row(name, time.element), row("", run));
-      this.rails.push((frame) => {
-        const rail = frame.counts.rails?.[m];
-        if (!rail) return;
-        run.disabled = !rail.held;
-        if (!rail.held) time.set(Math.min(Math.max(rail.time, motion.begin), motion.end));
+      this.sliders.push((frame) => {
+        const driven = frame.counts.driven?.[m];
+        if (!driven) return;
+        run.disabled = !driven.held;
+        if (!driven.held) time.set(Math.min(Math.max(driven.time, motion.begin), motion.end));
       });
     });
     element.append(make("small", {}, "Drag such a body to move it freely."));
@@ -212,7 +212,7 @@ export class Panel {
   update(frame: Frame): void {
     this.developer.update(frame);
     this.forces?.add(frame);
-    for (const rail of this.rails) rail(frame);
+    for (const slider of this.sliders) slider(frame);
     this.showWarnings(frame);
   }
 

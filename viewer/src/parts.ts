@@ -64,7 +64,7 @@ export function slider(options: {
   const parts = 200;
   const { low, high, logarithmic } = options;
   const toValue = (t: number) => (logarithmic ? low * (high / low) ** t : low + t * (high - low));
-  const toShare = (v: number) => (logarithmic ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
+  const toFraction = (v: number) => (logarithmic ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
   const output = make("output");
   const input = make("input", {
     type: "range",
@@ -83,7 +83,7 @@ export function slider(options: {
     input.setAttribute("aria-valuetext", options.show(value));
   };
   const set = (value: number) => {
-    if (document.activeElement !== input) input.value = String(Math.round(parts * toShare(value)));
+    if (document.activeElement !== input) input.value = String(Math.round(parts * toFraction(value)));
     show(value);
   };
   set(options.value);

@@ -73,7 +73,7 @@ export interface Pulled {
   most: number;
 }
 
-export interface RailState {
+export interface DrivenMotion {
   time: number;
   offset: Vector;
   held: boolean;
@@ -116,7 +116,7 @@ export interface Counts {
   inverted_tets?: { now: number; most: number };
   at_rest?: boolean;
   pulls?: Pulled[];
-  rails?: RailState[];
+  driven?: DrivenMotion[];
 }
 
 export interface Frame {

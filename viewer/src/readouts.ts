@@ -14,12 +14,12 @@ interface Held {
   most?: number;
 }
 
-/** What is held: pulls, of all pages, and bodies on rails that a hand leads. */
+/** What is held: pulls, of all pages, and bodies with a prescribed motion that a hand leads. */
 function heldIn(frame: Frame, stage: Stage, bodies: BodySet): Held[] {
   const pulls = (frame.counts.pulls ?? []).map((pull) => ({ force: pull.force, place: bodies.vertex(pull.vertex), most: pull.most }));
-  const rails = (frame.counts.rails ?? []).flatMap((rail, i) =>
-    rail.force && stage.motions[i] ? [{ force: rail.force, place: middleOf(stage.motions[i].body, bodies) }] : []);
-  return [...pulls, ...rails];
+  const driven = (frame.counts.driven ?? []).flatMap((motion, i) =>
+    motion.force && stage.motions[i] ? [{ force: motion.force, place: middleOf(stage.motions[i].body, bodies) }] : []);
+  return [...pulls, ...driven];
 }
 
 function middleOf(body: number, bodies: BodySet): three.Vector3 {
@@ -91,7 +91,7 @@ export function showLegend(stage: Stage, bodies: BodySet): void {
   context.fillStyle = amountGradient(context, bar.width);
   context.fillRect(0, 0, bar.width, bar.height);
   const { least, most } = bodies.scale;
-  const ticks = [0, 0.5, 1].map((share) => short(unit.factor * (least + share * (most - least))));
+  const ticks = [0, 0.5, 1].map((fraction) => short(unit.factor * (least + fraction * (most - least))));
   const element = byId("legend-ticks");
   if (element.textContent !== ticks.join("")) element.replaceChildren(...ticks.map((tick) => make("span", {}, tick)));
 }

@@ -7,19 +7,19 @@ const rest = 350;
 
 export class Resolution {
   /** Share of the pixels along each side. */
-  share = 1;
+  fraction = 1;
   private slow = 0;
   private began = 0;
   private timer = 0;
 
-  /** @param changed  called when the share is another */
+  /** @param changed  called when the fraction is another */
   constructor(private readonly changed: () => void) {}
 
   /** A picture begins to be drawn. */
   draws(): void {
     this.began = performance.now();
     clearTimeout(this.timer);
-    if (this.share < 1) this.timer = window.setTimeout(() => this.set(1), rest);
+    if (this.fraction < 1) this.timer = window.setTimeout(() => this.set(1), rest);
   }
 
   /** The browser is ready for the next. */
@@ -28,11 +28,11 @@ export class Resolution {
     const took = performance.now() - this.began;
     this.began = 0;
     this.slow = took > slowPicture ? this.slow + 1 : Math.max(0, this.slow - 1);
-    if (this.slow >= patience && this.share === 1) this.set(0.5);
+    if (this.slow >= patience && this.fraction === 1) this.set(0.5);
   }
 
-  private set(share: number): void {
-    this.share = share;
+  private set(fraction: number): void {
+    this.fraction = fraction;
     this.slow = 0;
     this.changed();
   }

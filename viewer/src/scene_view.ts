@@ -92,7 +92,7 @@ export class SceneView {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(this.resolution.share * Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.resolution.fraction * Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -104,7 +104,7 @@ export class SceneView {
     this.redraw();
   }
 
-  /** Which way is up: against gravity. */
+  /** The direction that is up: against gravity. */
   setUp(gravity: three.Vector3): void {
     const up = gravity.lengthSq() > 0 ? gravity.clone().negate().normalize() : new three.Vector3(0, 0, 1);
     this.camera.up.copy(up);

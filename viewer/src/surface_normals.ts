@@ -22,7 +22,7 @@ export function sumNormals(corners: Uint32Array, p: Float32Array, normals: Float
 /** Whether a body is meant to be smooth: none of it is quite flat, as boxes are, and its triangles turn little. */
 export function isRound(corners: Uint32Array, p: Float32Array): boolean {
   const flatAngle = 0.01;
-  const flatShare = 0.05;
+  const flatFraction = 0.05;
   const roundAngle = 0.6;
   const normals = new Float32Array(p.length);
   sumNormals(corners, p, normals);
@@ -38,7 +38,7 @@ export function isRound(corners: Uint32Array, p: Float32Array): boolean {
       if (angle < flatAngle) ++flat;
     }
   }
-  return flat < flatShare * corners.length && sum < roundAngle * corners.length;
+  return flat < flatFraction * corners.length && sum < roundAngle * corners.length;
 }
 
 /** The edges of triangles, each once, as pairs of vertices. */

@@ -1,4 +1,4 @@
-// The hand: drags tissue by a spring, drags what is on rails, picks a point to read what is there.
+// The hand: drags tissue by a spring, drags bodies with a prescribed motion, picks a point to read what is there.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { firstHit } from "./hits";
@@ -19,7 +19,7 @@ export interface Hand {
 
 type Grip =
   | { kind: "pull"; plane: three.Plane; from: three.Vector3; start: three.Vector3; target: three.Vector3 }
-  | { kind: "rails"; plane: three.Plane; motion: number; from: three.Vector3; offset: three.Vector3 };
+  | { kind: "motion"; plane: three.Plane; motion: number; from: three.Vector3; offset: three.Vector3 };
 
 const array = (v: three.Vector3) => v.toArray();
 
@@ -71,7 +71,7 @@ export class Touch {
       const motion = this.hand.stage().motions.findIndex((m) => m.body === hit.body);
       if (motion < 0) return false;
       const offset = new three.Vector3(...this.hand.offset(motion));
-      this.grip = { kind: "rails", plane, motion, from: hit.point.clone(), offset };
+      this.grip = { kind: "motion", plane, motion, from: hit.point.clone(), offset };
       return true;
     }
     // The vertex may be well beside the mouse: a hand that stands still does not pull.
@@ -86,9 +86,9 @@ export class Touch {
     if (!this.grip) return;
     const place = this.view.ray(x, y).ray.intersectPlane(this.grip.plane, new three.Vector3());
     if (!place) return;
-    const way = place.sub(this.grip.from);
-    if (this.grip.kind === "pull") this.pullTo(way.add(this.grip.start));
-    else this.hand.send("move_rails", { motion: this.grip.motion, offset: array(way.add(this.grip.offset)) });
+    const offset = place.sub(this.grip.from);
+    if (this.grip.kind === "pull") this.pullTo(offset.add(this.grip.start));
+    else this.hand.send("drive_motion", { motion: this.grip.motion, offset: array(offset.add(this.grip.offset)) });
   }
 
   /** At most once in a while: a look through all triangles costs as much as a frame. */

@@ -1,4 +1,4 @@
-// The way out leads out: a point of a deep contact, moved along its direction by its depth and 1e-6 m, is
+// The exit leads out: a point of a deep contact, moved along its direction by its depth and 1e-6 m, is
 // outside the body that it was in. Oracle: all tets of that body, by volumes where those are far above
 // rounding and in rational arithmetic elsewhere.
 #include <algorithm>
@@ -62,7 +62,7 @@ bool is_inside(const Bodies& bodies, std::span<const Vec3> x, Index body, const 
   return false;
 }
 
-/// Where the ways out of contacts end.
+/// Where the exits of contacts end.
 struct Ends {
   std::size_t contacts = 0;
   std::size_t inside = 0;
@@ -145,7 +145,7 @@ TetMesh organ(const std::string& file) {
   return mesh;
 }
 
-class WayOutOfOrgans : public ::testing::Test {
+class DepthExitOfOrgans : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* file : files) {
@@ -155,7 +155,7 @@ class WayOutOfOrgans : public ::testing::Test {
   }
 };
 
-TEST(WayOut, OfBallsFourCentimetresDeep) {
+TEST(DepthExit, OfBallsFourCentimetresDeep) {
   Ends all;
   for (const int cells : {4, 8, 12}) {
     for (const double angle : {0.0, 0.7}) {
@@ -166,7 +166,7 @@ TEST(WayOut, OfBallsFourCentimetresDeep) {
   expect_outside("balls", all);
 }
 
-TEST_F(WayOutOfOrgans, SwallowedByABoxABallAndALiver) {
+TEST_F(DepthExitOfOrgans, SwallowedByABoxABallAndALiver) {
   Ends box;
   Ends ball;
   Ends liver;
@@ -183,7 +183,7 @@ TEST_F(WayOutOfOrgans, SwallowedByABoxABallAndALiver) {
   expect_outside("organs in a liver", liver);
 }
 
-TEST_F(WayOutOfOrgans, InTheirShiftedCopies) {
+TEST_F(DepthExitOfOrgans, InTheirShiftedCopies) {
   Ends all;
   for (const char* file : files) {
     for (const double shift : {0.003, 0.01, 0.03}) {
@@ -194,7 +194,7 @@ TEST_F(WayOutOfOrgans, InTheirShiftedCopies) {
   expect_outside("shifted copies", all);
 }
 
-TEST_F(WayOutOfOrgans, InRandomPairs) {
+TEST_F(DepthExitOfOrgans, InRandomPairs) {
   test::Random random(7);
   const auto any = [&] { return organ(at(files, random.integer(0, static_cast<int>(files.size()) - 1))); };
   Ends all;
@@ -209,7 +209,7 @@ TEST_F(WayOutOfOrgans, InRandomPairs) {
   expect_outside("random pairs", all);
 }
 
-TEST(WayOut, OfShallowContactsIsTheMeanPlane) {
+TEST(DepthExit, OfShallowContactsIsTheMeanPlane) {
   // A ball in a flat box, 0.09 edges deep: every plane is that of the flat top, to the bit.
   Bodies bodies;
   bodies.add("box", test::box_mesh({4, 4, 2}, {-0.2, -0.2, -0.2}, {0.2, 0.2, 0.0}));

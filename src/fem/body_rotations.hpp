@@ -27,7 +27,7 @@ struct RigidMotion {
   [[nodiscard]] bool dominates() const { return dot(momentum, angular_velocity()) > energy; }
 };
 
-/// How whole bodies turn within a step, so that a step can be taken in frames that turn with them.
+/// Rotations of whole bodies within a step, so that a step can be solved in frames that rotate with them.
 ///
 /// A step linearised about its start moves points along straight lines: a body that turns by an angle a comes
 /// out larger by 1 - cos(a) across its axis, which linear elasticity at the start does not feel and the next
@@ -41,17 +41,17 @@ struct RigidMotion {
 /// straight lines, and their velocities turn with them. Elasticity does not feel the difference, since to a
 /// linear step it is no strain; contacts are off by up to half the angle's square of the body's size. So
 /// only larger angles are followed by another frame and another solve.
-class BodyTurns {
+class BodyRotations {
  public:
   /// \param masses     of points (n_points), kg
   /// \param obstacles  per body: 1 where it is never followed
   /// O(n_points + n_tets).
-  BodyTurns(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
-            std::span<const std::uint8_t> obstacles);
+  BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
+                std::span<const std::uint8_t> obstacles);
 
   /// Turns bodies as they turn at the start of a step: by the midpoint rule for a rigid body without torque.
   /// Only those that do little else than turn, and where the swelling by the turn would hold more than a
-  /// share of 1e-3 of their kinetic energy: blocks of a pile that rock a little are not worth it.
+  /// fraction of 1e-3 of their kinetic energy: blocks of a pile that rock a little do not need it.
   /// O(n_points). \param positions, velocities  (n_points x 3) at the start
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
@@ -63,23 +63,23 @@ class BodyTurns {
   /// iteration, with a step length for each body (Irons & Tuck, Int. J. Numer. Methods Eng. 1 (1969), 275).
   bool follow(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<const Vec3> velocities);
-  /// Whether a body is turned.
+  /// Whether any body is rotated.
   [[nodiscard]] bool any() const;
-  /// Bends the straight ways of a solution that moves the points by `velocities` beyond the frames, where
+  /// Bends the straight paths of a solution that moves the points by `velocities` beyond the frames, where
   /// they would swell a body. Returns whether any is bent. O(n_points). \param held  per body: 1 where points
   /// do not move freely, so that it is not bent
   bool bend(const parallel::Threads& threads, std::span<const Vec3> positions,
             std::span<const Vec3> velocities, std::span<const std::uint8_t> held);
-  /// From the end of the straight way of a point to that of its arc, m.
+  /// From the end of the straight path of a point to that of its arc, m.
   [[nodiscard]] Vec3 arc(Index body, const Vec3& position) const;
-  /// The velocity of a point at the end of its arc. \param velocity  at the end of the straight way
+  /// The velocity of a point at the end of its arc. \param velocity  at the end of the straight path
   [[nodiscard]] Vec3 bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
 
   /// Of a point at the start of the step, x' - x, m.
   [[nodiscard]] Vec3 displacement(Index body, const Vec3& position) const;
   /// Mean velocity over the step with which a point goes on if no force but inertia acts on it.
   [[nodiscard]] Vec3 free_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
-  /// What inertia accelerates a point by in its turned frame, m/s^2: outwards by the centrifugal force, less
+  /// What inertia accelerates a point by in its rotated frame, m/s^2: outwards by the centrifugal force, less
   /// what turns the body as a whole, which its frame does already.
   [[nodiscard]] Vec3 inertial_acceleration(Index body, const Vec3& position) const;
   /// What the mean velocity over the step has more than the velocity at its end.
@@ -93,17 +93,17 @@ class BodyTurns {
     Vec3 angle{};                 ///< along the axis, rad
     Vec3 left{};                  ///< angle of the last solution beyond that of its frame, rad; zero: none
     double step_length = 1.0;     ///< fraction of it by which the frame was turned on
-    Turn turn{};                  ///< by it: Q
+    Quaternion rotation{};        ///< by it: Q
     Vec3 angular_velocity{};      ///< at the end
     Vec3 angular_acceleration{};  ///< at the end, of a rigid body without torque: Euler's equations
     Vec3 correction{};            ///< angular velocity that keeps the angular momentum: Q turns that, too
   };
   /// A body whose points go along arcs, from where its frame has turned them to.
   struct Bend {
-    Vec3 angle{};       ///< along the axis, rad; zero: none
-    Turn turn{};        ///< by it
-    Vec3 velocity{};    ///< of the centre, mean of the step
-    Vec3 correction{};  ///< angular velocity that keeps the angular momentum
+    Vec3 angle{};           ///< along the axis, rad; zero: none
+    Quaternion rotation{};  ///< by it
+    Vec3 velocity{};        ///< of the centre, mean of the step
+    Vec3 correction{};      ///< angular velocity that keeps the angular momentum
   };
   [[nodiscard]] Bend bend_of(std::size_t body, std::span<const Vec3> positions,
                              std::span<const Vec3> velocities) const;

@@ -11,20 +11,21 @@
 namespace palpate {
 
 /// The points that follow motions, and where they are over time.
-class Rails {
+class PrescribedMotions {
  public:
   /// \param motion_of_point  (n_points) or empty
   /// \param start            (n_points) where the points are without their motion; copied
   /// Throws Error naming motion and keyframe: none, times that do not grow, numbers that are not finite, a
   /// zero quaternion, an index out of range.
-  Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start);
+  PrescribedMotions(std::vector<Motion> motions, std::span<const Index> motion_of_point,
+                    std::span<const Vec3> start);
 
   [[nodiscard]] std::span<const Index> points() const { return points_; }            ///< ascending
   [[nodiscard]] std::span<const Index> motion_of_points() const { return motion_; }  ///< of points()
   [[nodiscard]] Index motion_count() const { return static_cast<Index>(motions_.size()); }
   /// Where points() are at a time, in their order; the span is valid until the next call.
   std::span<const Vec3> positions(const parallel::Threads& threads, double time);
-  /// All points at the start (n_points x 3), with those on rails where their motion is at time 0.
+  /// All points at the start (n_points x 3), with prescribed ones where their motion is at time 0.
   [[nodiscard]] std::vector<Vec3> start_positions(const parallel::Threads& threads,
                                                   std::span<const Vec3> points_rest);
   /// Another motion in the place of one. Throws Error, and changes nothing, on a number out of range and as

@@ -1,5 +1,5 @@
 // Oracles: poses by hand.
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -23,17 +23,17 @@ Motion quarter_turn(Interpolation interpolation = Interpolation::linear) {
 Vec3 place(const Motion& motion, const Vec3& start, double time) {
   const std::vector<Index> motion_of_point{-1, 0};
   const std::vector<Vec3> points{{9, 9, 9}, start};
-  Rails rails({motion}, motion_of_point, points);
-  EXPECT_EQ(rails.points().size(), 1U);
-  EXPECT_EQ(rails.points()[0], 1);
-  return rails.positions(parallel::Threads(2), time)[0];
+  PrescribedMotions prescribed({motion}, motion_of_point, points);
+  EXPECT_EQ(prescribed.points().size(), 1U);
+  EXPECT_EQ(prescribed.points()[0], 1);
+  return prescribed.positions(parallel::Threads(2), time)[0];
 }
 
 void expect_near(const Vec3& found, const Vec3& expected) {
   EXPECT_LT(length(found - expected), 1e-15) << found.x << " " << found.y << " " << found.z;
 }
 
-TEST(Rails, GoFromKeyframeToKeyframe) {
+TEST(PrescribedMotions, GoFromKeyframeToKeyframe) {
   const Vec3 p{2, 0, 0};
   expect_near(place(quarter_turn(), p, 0.0), p);
   expect_near(place(quarter_turn(), p, 1.0), p);
@@ -44,7 +44,7 @@ TEST(Rails, GoFromKeyframeToKeyframe) {
   expect_near(place(quarter_turn(), p, 99.0), {1, 1, 2});
 }
 
-TEST(Rails, MaySpeedUpAndSlowDown) {
+TEST(PrescribedMotions, MaySpeedUpAndSlowDown) {
   // A quarter of the time: s^2 (3 - 2 s) = 5/32.
   const double angle = std::numbers::pi / 2 * 5 / 32;
   expect_near(place(quarter_turn(Interpolation::smooth), {2, 0, 0}, 1.5),
@@ -52,13 +52,13 @@ TEST(Rails, MaySpeedUpAndSlowDown) {
   expect_near(place(quarter_turn(Interpolation::smooth), {2, 0, 0}, 2.0), {1 + half, half, 1});
 }
 
-TEST(Rails, TurnTheShorterWayRoundWhateverTheSignAndLengthOfQuaternions) {
+TEST(PrescribedMotions, TurnTheShorterWayRoundWhateverTheSignAndLengthOfQuaternions) {
   Motion motion = quarter_turn();
   for (double& q : motion.keyframes[1].quaternion) q *= -7.0;
   expect_near(place(motion, {2, 0, 0}, 2.0), {1 + half, half, 1});
 }
 
-TEST(Rails, KeepDistancesAlongTheWay) {
+TEST(PrescribedMotions, KeepDistancesAlongTheWay) {
   const Vec3 a{0.3, -2, 1};
   const Vec3 b{-4, 0.1, 0.7};
   for (int i = 0; i <= 40; ++i) {
@@ -68,11 +68,11 @@ TEST(Rails, KeepDistancesAlongTheWay) {
   }
 }
 
-TEST(Rails, RefuseBadMotions) {
+TEST(PrescribedMotions, RefuseBadMotions) {
   const std::vector<Vec3> points(2);
   const auto message = [&](Motion motion, std::vector<Index> motion_of_point) -> std::string {
     try {
-      Rails({std::move(motion)}, motion_of_point, points);
+      PrescribedMotions({std::move(motion)}, motion_of_point, points);
     } catch (const Error& e) {
       return e.what();
     }

@@ -9,29 +9,30 @@
 
 namespace palpate::view {
 
-/// Moves what is on rails by hand: along its path, or off it, and never faster than tissue can follow.
+/// Moves bodies with a prescribed motion by hand: along the path, or off it, and never faster than tissue can
+/// follow.
 ///
-/// Rails that nobody touches are left alone, so that a run that is only looked at has the bits of any other.
-class RailsControl {
+/// Motions that nobody touches are left alone, so that a run that is only watched has the bits of any other.
+class MotionControl {
  public:
   /// \param longest_step  how far an offset moves in a step at most
-  RailsControl(std::vector<Motion> paths, double longest_step);
+  MotionControl(std::vector<Motion> paths, double longest_step);
 
   /// Each throws Error on a number out of range.
-  void move(const MoveRails& rails, double now);
-  void run(const RunRails& rails, double now);
+  void move(const DriveMotion& command, double now);
+  void run(const ResumeMotion& command, double now);
 
-  /// Before a step from `now`: tells the simulation where it leads what is moved by hand.
+  /// Before a step from `now`: sets the poses of the bodies that are moved by hand.
   void lead(Simulation& simulation, double now, double time_step);
   void reset();
 
   /// Whether a hand holds any.
   [[nodiscard]] bool holds() const;
-  /// For each of the rails: its body's time on the path, its offset, whether it is held.
+  /// For each motion: its body's time on the path, its offset, whether it is held.
   [[nodiscard]] nlohmann::ordered_json json(double now) const;
 
  private:
-  struct Rail {
+  struct DrivenMotion {
     Motion path;
     bool touched = false;
     bool held = false;  ///< stays where it is led; else it follows its path in time
@@ -40,10 +41,10 @@ class RailsControl {
     Vec3 offset{};
     Vec3 wanted_offset{};
   };
-  Rail& touch(Index motion, double now);
-  static Keyframe pose(const Rail& rail, double now);
+  DrivenMotion& touch(Index motion, double now);
+  static Keyframe pose(const DrivenMotion& driven, double now);
 
-  std::vector<Rail> rails_;
+  std::vector<DrivenMotion> motions_;
   double longest_step_;
 };
 

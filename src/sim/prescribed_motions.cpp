@@ -1,4 +1,4 @@
-#include "sim/rails.hpp"
+#include "sim/prescribed_motions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t grain = 1024;
 
 struct Pose {
-  Turn turn;
+  Quaternion rotation;
   Vec3 translate;
 };
 
@@ -24,14 +24,14 @@ Pose pose(const Motion& motion, double time) {
   const auto& keys = motion.keyframes;
   const auto next = std::upper_bound(keys.begin(), keys.end(), time,
                                      [](double t, const Keyframe& key) { return t < key.time; });
-  if (next == keys.begin()) return {turn_of(next->quaternion), next->translate};
+  if (next == keys.begin()) return {quaternion_of(next->quaternion), next->translate};
   const Keyframe& a = *(next - 1);
-  if (next == keys.end()) return {turn_of(a.quaternion), a.translate};
+  if (next == keys.end()) return {quaternion_of(a.quaternion), a.translate};
   const Keyframe& b = *next;
-  double share = (time - a.time) / (b.time - a.time);
-  if (motion.interpolation == Interpolation::smooth) share = share * share * (3.0 - 2.0 * share);
-  return {between(turn_of(a.quaternion), turn_of(b.quaternion), share),
-          (1.0 - share) * a.translate + share * b.translate};
+  double fraction = (time - a.time) / (b.time - a.time);
+  if (motion.interpolation == Interpolation::smooth) fraction = fraction * fraction * (3.0 - 2.0 * fraction);
+  return {between(quaternion_of(a.quaternion), quaternion_of(b.quaternion), fraction),
+          (1.0 - fraction) * a.translate + fraction * b.translate};
 }
 
 /// "NAME[i]"
@@ -67,11 +67,12 @@ void check_motion(const Motion& motion, const std::string& where) {
 
 Keyframe pose_at(const Motion& motion, double time) {
   check_motion(motion, "");
-  const auto [turn, translate] = pose(motion, time);
-  return {time, translate, {turn.scalar, turn.vector.x, turn.vector.y, turn.vector.z}};
+  const auto [rotation, translate] = pose(motion, time);
+  return {time, translate, {rotation.scalar, rotation.vector.x, rotation.vector.y, rotation.vector.z}};
 }
 
-Rails::Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point, std::span<const Vec3> start)
+PrescribedMotions::PrescribedMotions(std::vector<Motion> motions, std::span<const Index> motion_of_point,
+                                     std::span<const Vec3> start)
     : motions_(std::move(motions)) {
   for (std::size_t m = 0; m < motions_.size(); ++m) check_motion(motions_[m], element("", m));
   if (!motion_of_point.empty() && motion_of_point.size() != start.size()) {
@@ -94,7 +95,7 @@ Rails::Rails(std::vector<Motion> motions, std::span<const Index> motion_of_point
   for (const Index motion : motion_) at(moves_points_, motion) = 1;
 }
 
-std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double time) {
+std::span<const Vec3> PrescribedMotions::positions(const parallel::Threads& threads, double time) {
   // Few motions, many points: the points' own loop takes the pose of each chunk's motions again, which costs
   // less than a table.
   parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -104,21 +105,21 @@ std::span<const Vec3> Rails::positions(const parallel::Threads& threads, double 
       const Motion& motion = at(motions_, motion_[i]);
       if (motion_[i] != last) here = pose(motion, time);
       last = motion_[i];
-      positions_[i] = motion.center + rotated(here.turn, start_[i] - motion.center) + here.translate;
+      positions_[i] = motion.center + rotated(here.rotation, start_[i] - motion.center) + here.translate;
     }
   });
   return positions_;
 }
 
-std::vector<Vec3> Rails::start_positions(const parallel::Threads& threads,
-                                         std::span<const Vec3> points_rest) {
+std::vector<Vec3> PrescribedMotions::start_positions(const parallel::Threads& threads,
+                                                     std::span<const Vec3> points_rest) {
   std::vector<Vec3> all(points_rest.begin(), points_rest.end());
   const std::span<const Vec3> placed = positions(threads, 0.0);
   for (std::size_t k = 0; k < placed.size(); ++k) at(all, points_[k]) = placed[k];
   return all;
 }
 
-void Rails::replace(Index number, Motion motion) {
+void PrescribedMotions::replace(Index number, Motion motion) {
   if (number < 0 || static_cast<std::size_t>(number) >= motions_.size()) {
     throw Error("motions", "number", std::to_string(number), "less than " + std::to_string(motions_.size()));
   }
@@ -126,7 +127,7 @@ void Rails::replace(Index number, Motion motion) {
   at(motions_, number) = std::move(motion);
 }
 
-void Rails::set_motions(std::vector<Motion> motions) {
+void PrescribedMotions::set_motions(std::vector<Motion> motions) {
   if (motions.size() != motions_.size()) {
     throw Error("motions", "", std::to_string(motions.size()) + " motions", std::to_string(motions_.size()));
   }
@@ -134,7 +135,7 @@ void Rails::set_motions(std::vector<Motion> motions) {
   motions_ = std::move(motions);
 }
 
-double Rails::end() const {
+double PrescribedMotions::end() const {
   double last = 0.0;
   for (std::size_t m = 0; m < motions_.size(); ++m) {
     if (moves_points_[m] != 0) last = std::max(last, motions_[m].keyframes.back().time);

@@ -80,8 +80,8 @@ struct SpinningBox {
   Dynamics dynamics;
 };
 
-/// h omega = 0.2: straight ways would swell the box by 2 % in each step.
-TEST(Turns, AStiffCubeSpinsOnWithoutLossAndKeepsItsSize) {
+/// h omega = 0.2: straight paths would swell the box by 2 % in each step.
+TEST(BodyRotations, AStiffCubeSpinsOnWithoutLossAndKeepsItsSize) {
   constexpr double h = 0.02;
   const Vec3 angular_velocity{6.0, -8.0, 0.0};
   SpinningBox box({0.04, 0.04, 0.04}, angular_velocity, 2e7);
@@ -99,7 +99,7 @@ TEST(Turns, AStiffCubeSpinsOnWithoutLossAndKeepsItsSize) {
 }
 
 /// A box of three unlike edges tumbles: its axis wanders while the angular momentum stays.
-TEST(Turns, ABoxTumblesAsARigidBodyWithoutTorque) {
+TEST(BodyRotations, ABoxTumblesAsARigidBodyWithoutTorque) {
   constexpr double h = 0.005;
   const Vec3 angular_velocity{1.0, 8.0, 1.0};  // near the middle axis, which is not stable
   SpinningBox box({0.03, 0.04, 0.06}, angular_velocity, 2e8);
@@ -136,9 +136,9 @@ TEST(Turns, ABoxTumblesAsARigidBodyWithoutTorque) {
 }
 
 /// A couple turns a cube from rest in one step, by 4 degrees or 17: as forces that would accelerate its
-/// points like a rigid body. Straight ways would swell it by half the square of the angle. The first is bent,
-/// the second takes a frame; the momentum is the couple times the step where the frame stays.
-TEST(Turns, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
+/// points like a rigid body. Straight paths would swell it by half the square of the angle. The first is
+/// bent, the second takes a frame; the momentum is the couple times the step where the frame stays.
+TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
   constexpr double h = 0.01;
   for (const double angle : {0.07, 0.3}) {
     SpinningBox box({0.04, 0.04, 0.04}, {}, 2e7);
@@ -155,18 +155,18 @@ TEST(Turns, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
     EXPECT_LT(box.largest_strain(), 0.01 * 0.5 * angle * angle) << angle;
     const bool bent = angle < 0.08;
     EXPECT_LT((box.angular_momentum() - expected).norm(), (bent ? 1e-6 : 0.05) * expected.norm()) << angle;
-    const Eigen::AngleAxisd turn(box.rotation());
-    EXPECT_NEAR(turn.angle(), angle, (bent ? 1e-4 : 0.05) * angle);
+    const Eigen::AngleAxisd rotation(box.rotation());
+    EXPECT_NEAR(rotation.angle(), angle, (bent ? 1e-4 : 0.05) * angle);
     const double energy = 0.5 * expected.squaredNorm() / box.inertia_rest()(0, 0);
     EXPECT_NEAR(box.dynamics.kinetic_energy(), energy, (bent ? 1e-5 : 0.1) * energy) << angle;
   }
 }
 
 /// What is soft swells by the centrifugal force, which frames would leave out: it is not followed.
-TEST(Turns, ASoftBodyIsNotFollowed) {
+TEST(BodyRotations, ASoftBodyIsNotFollowed) {
   SpinningBox box({0.04, 0.04, 0.04}, {0.0, 0.0, 5.0}, 1e3);
   box.step(0.005);
-  EXPECT_FALSE(box.dynamics.follow_turns());
+  EXPECT_FALSE(box.dynamics.follow_rotations());
   for (int n = 0; n < 200; ++n) box.step(0.005);
   EXPECT_GT(box.largest_strain(), 1e-3);
 }

@@ -18,39 +18,39 @@ constexpr double deep = 0.4;
 /// Agreement and certainty from which the mean plane counts fully.
 constexpr double enough_agreement = 0.2;
 constexpr double enough_certainty = 0.7;
-/// How far inside the end of the mean way is, in lengths of that way, where nothing of the mean is left.
+/// How far inside the end of the mean exit is, in lengths of that exit, from which the mean has weight zero.
 constexpr double lost_at = 2.0;
 /// The same, where a direction counts as uncertain: from there on the nearest surface may change at once.
 constexpr double uncertain_at = 0.3;
 /// Faces within so many times the distance of the nearest count, so that the end slides over edges.
 constexpr double tie = 1.6;
-/// Bound of the distance of their mean plane, in distances of the nearest: they may face all ways.
+/// Bound of the distance of their mean plane, in distances of the nearest: they may face any direction.
 constexpr double furthest_plane = 1.5;
-/// A mean of faces that do not face one way may be inside. So the way goes on, by what the length of their
+/// A mean of faces with different normals may end inside. So the exit is longer, by what the length of their
 /// mean normal lacks of one times this, up to a part of the distance.
-constexpr double overshoot_by_turn = 20.0;
+constexpr double overshoot_by_spread = 20.0;
 constexpr double most_overshoot = 0.3;
 
-/// Where a way leads: from p by `length` towards `target`.
-struct WayOut {
+/// An exit: from p by `length` towards `target`.
+struct DepthExit {
   Vec3 target;
   double length = 0.0;
-  double inside = 0.0;  ///< how far inside its middle part ends; 0: that leads out by itself, or is lost
+  double inside = 0.0;  ///< how far inside its middle part ends; 0: it ends outside, or is lost
 };
 
-/// The way from p, a point in `tet`: straight on by `straight`, from there to the surface. `mean_part`, from
-/// 0 to 1: 0 leads to the nearest surface point itself, 1 to a mean of what is about as near.
-WayOut find_way_out(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+/// The exit of p, a point in `tet`: straight on by `straight`, from there to the surface. `mean_part`, from
+/// 0 to 1: 0 ends at the nearest surface point, 1 at a mean of the faces that are about as near.
+DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                     const Vec3& direction, double straight, double mean_part, Index without,
                     ExitSearch& search) {
   const Vec3 end = p + straight * direction;
-  const WayAhead way = straight > 0.0 ? way_ahead(bodies, positions, tet, p, direction, straight)
-                                      : WayAhead{.tet = tet, .distance = 0.0};
-  // Where rounding loses the way, it is left as long as nothing.
-  if (way.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
-  if (way.leaves()) return {end, straight, 0.0};
-  const SurfacePoint nearest =
-      search.nearest(bodies, positions, way.tet, end, without, std::numeric_limits<double>::infinity(), -1.0);
+  const ExitAhead exit = straight > 0.0 ? exit_ahead(bodies, positions, tet, p, direction, straight)
+                                        : ExitAhead{.tet = tet, .distance = 0.0};
+  // Where rounding loses the walk, the exit is infinite: not used.
+  if (exit.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
+  if (exit.leaves()) return {end, straight, 0.0};
+  const SurfacePoint nearest = search.nearest(bodies, positions, exit.tet, end, without,
+                                              std::numeric_limits<double>::infinity(), -1.0);
   const double inside = nearest.distance;
   if (!std::isfinite(inside)) return {end, inside, 0.0};
   if (!(mean_part > 0.0)) return {nearest.position, straight + inside, inside};
@@ -58,7 +58,7 @@ WayOut find_way_out(const Bodies& bodies, std::span<const Vec3> positions, Index
   double sum = 0.0;
   double offset = 0.0;
   Vec3 normal;
-  search.for_each_face(bodies, positions, way.tet, end, without, reach,
+  search.for_each_face(bodies, positions, exit.tet, end, without, reach,
                        [&](Index there, std::size_t opposite, const Vec3& x, double distance) {
                          const double excess = inside / distance - inside / reach;
                          const double weight = excess * excess;
@@ -71,7 +71,7 @@ WayOut find_way_out(const Bodies& bodies, std::span<const Vec3> positions, Index
   const double agreement = length(normal) / sum;
   if (!(agreement > 0.0) || !(offset > 0.0)) return {nearest.position, straight + inside, inside};
   const double to_plane = std::min(offset / (agreement * sum), furthest_plane * inside);
-  const double overshoot = std::min(most_overshoot, overshoot_by_turn * std::max(0.0, 1.0 - agreement));
+  const double overshoot = std::min(most_overshoot, overshoot_by_spread * std::max(0.0, 1.0 - agreement));
   return {end + to_plane * normalized(normal), straight + (1.0 + mean_part * overshoot) * inside, inside};
 }
 
@@ -127,20 +127,20 @@ void DepthEstimate::lead_contact_out(const Frame& frame, std::size_t c, double f
   const Vec3 direction = contacts.direction[c];
   const double mean = estimate.mean * std::min(1.0, estimate.agreement / enough_agreement) *
                       std::min(1.0, estimate.certainty / enough_certainty);
-  const auto way_of = [&](double part) {
-    return find_way_out(frame.bodies, frame.positions, contacts.tet[c], p, direction, part * mean, part,
-                        own_point(frame, c), search);
+  const auto exit_of = [&](double part) {
+    return find_exit(frame.bodies, frame.positions, contacts.tet[c], p, direction, part * mean, part,
+                     own_point(frame, c), search);
   };
-  WayOut way = way_of(1.0);
+  DepthExit exit = exit_of(1.0);
   double certainty = 1.0;
-  if (way.inside > 0.0) {
-    const double part = mean > 0.0 ? std::max(0.0, 1.0 - way.inside / (lost_at * mean)) : 0.0;
-    certainty = part > 0.0 ? part * std::max(0.0, 1.0 - way.inside / (uncertain_at * mean)) : 0.0;
-    if (part < 1.0) way = way_of(part);
+  if (exit.inside > 0.0) {
+    const double part = mean > 0.0 ? std::max(0.0, 1.0 - exit.inside / (lost_at * mean)) : 0.0;
+    certainty = part > 0.0 ? part * std::max(0.0, 1.0 - exit.inside / (uncertain_at * mean)) : 0.0;
+    if (part < 1.0) exit = exit_of(part);
   }
-  const Vec3 out = normalized(way.target - p);
-  if (!std::isfinite(way.length) || out == Vec3{}) return;  // lost, or on the surface
-  contacts.depth[c] += fraction * (way.length - contacts.depth[c]);
+  const Vec3 out = normalized(exit.target - p);
+  if (!std::isfinite(exit.length) || out == Vec3{}) return;  // lost, or on the surface
+  contacts.depth[c] += fraction * (exit.length - contacts.depth[c]);
   contacts.direction[c] = normalized((1.0 - fraction) * direction + fraction * out);
   contacts.certainty[c] *= 1.0 - fraction * (1.0 - certainty);
 }

@@ -1,4 +1,4 @@
-#include "fem/body_turns.hpp"
+#include "fem/body_rotations.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -10,19 +10,19 @@
 namespace palpate::fem {
 namespace {
 
-/// An angle up to which ways are bent, rad: contacts are off by 0.3 % of the body's size.
+/// An angle up to which paths are bent, rad: contacts are off by 0.3 % of the body's size.
 constexpr double bent = 0.08;
 
-Turn turn_by(const Vec3& angle) {
+Quaternion rotation_by(const Vec3& angle) {
   if (angle == Vec3{}) return {};
-  return turn_about(angle, 180.0 / std::numbers::pi * length(angle));
+  return rotation_about(angle, 180.0 / std::numbers::pi * length(angle));
 }
-Vec3 turned_back(const Turn& turn, const Vec3& a) {
-  return rotated({turn.scalar, -turn.vector}, a);
+Vec3 rotated_back(const Quaternion& rotation, const Vec3& a) {
+  return rotated({rotation.scalar, -rotation.vector}, a);
 }
 /// A symmetric matrix of a body, turned with it, times a vector.
-Vec3 turned(const Turn& turn, const Matrix3& matrix, const Vec3& a) {
-  return rotated(turn, matrix * turned_back(turn, a));
+Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
+  return rotated(rotation, matrix * rotated_back(rotation, a));
 }
 
 /// The angle of a rigid body without torque over a step: h omega of the middle of the step.
@@ -30,7 +30,7 @@ Vec3 free_angle(const RigidMotion& start, double time_step) {
   Vec3 angle = time_step * start.angular_velocity();
   constexpr int rounds = 3;  // the third changes it by less than the rule's own error
   for (int i = 0; i < rounds; ++i) {
-    const Turn half = turn_by(0.5 * angle);
+    const Quaternion half = rotation_by(0.5 * angle);
     angle = time_step * turned(half, start.inverse_inertia, start.momentum);
   }
   return angle;
@@ -56,8 +56,8 @@ double next_step_length(const Vec3& before, const Vec3& now, double last) {
 
 }  // namespace
 
-BodyTurns::BodyTurns(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
-                     std::span<const std::uint8_t> obstacles)
+BodyRotations::BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
+                             std::span<const std::uint8_t> obstacles)
     : bodies_(bodies.bodies().begin(), bodies.bodies().end()),
       masses_(masses.begin(), masses.end()),
       stretch_energies_(bodies_.size(), 0.0),
@@ -74,8 +74,8 @@ BodyTurns::BodyTurns(const Bodies& bodies, const Materials& materials, std::span
   }
 }
 
-RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> positions,
-                                    std::span<const Vec3> velocities) const {
+RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> positions,
+                                        std::span<const Vec3> velocities) const {
   const Range points = bodies_[body].points;
   double mass = 0.0;
   RigidMotion motion;
@@ -105,8 +105,8 @@ RigidMotion BodyTurns::rigid_motion(std::size_t body, std::span<const Vec3> posi
 /// The rigid turn nearest to what these velocities do to a body in the step; zero where it is less than half
 /// of its motion about the centre.
 /// \param mean  of the velocities
-Vec3 BodyTurns::angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
-                         std::span<const Vec3> velocities) const {
+Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
+                             std::span<const Vec3> velocities) const {
   const Range points = bodies_[body].points;
   const auto for_each_arm = [&](const auto& use) {
     for (Index i = points.begin; i < points.end; ++i) {
@@ -127,31 +127,31 @@ Vec3 BodyTurns::angle_of(std::size_t body, const RigidMotion& mean, std::span<co
 }
 
 /// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
-bool BodyTurns::swells(std::size_t body, const Vec3& angle, double energy) const {
+bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - cosine(length(angle));
   constexpr double allowed = 1e-3;
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
 /// \param momentum  angular, at the end of the step
-void BodyTurns::set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum) {
+void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum) {
   const RigidMotion& start = starts_[body];
-  const Turn turn = turn_by(angle);
-  const auto turned_by = [&](const Vec3& of_momentum) {
-    return turned(turn, start.inverse_inertia, of_momentum);
+  const Quaternion rotation = rotation_by(angle);
+  const auto rotated_by = [&](const Vec3& of_momentum) {
+    return turned(rotation, start.inverse_inertia, of_momentum);
   };
-  const Vec3 angular_velocity = turned_by(momentum);
+  const Vec3 angular_velocity = rotated_by(momentum);
   frames_[body] = {.center = start.center,
                    .velocity = start.velocity,
                    .angle = angle,
-                   .turn = turn,
+                   .rotation = rotation,
                    .angular_velocity = angular_velocity,
-                   .angular_acceleration = turned_by(cross(momentum, angular_velocity)),
-                   .correction = turned_by(start.momentum - rotated(turn, start.momentum))};
+                   .angular_acceleration = rotated_by(cross(momentum, angular_velocity)),
+                   .correction = rotated_by(start.momentum - rotated(rotation, start.momentum))};
 }
 
-void BodyTurns::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
-                      std::span<const Vec3> velocities, double time_step) {
+void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
+                          std::span<const Vec3> velocities, double time_step) {
   time_step_ = time_step;
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     frames_[body] = {};
@@ -163,8 +163,8 @@ void BodyTurns::begin(const parallel::Threads& threads, std::span<const Vec3> po
   });
 }
 
-bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> positions,
-                       std::span<const Vec3> velocities) {
+bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec3> positions,
+                           std::span<const Vec3> velocities) {
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     changed_[body] = 0;
     if (stretch_energies_[body] == 0.0) return;
@@ -176,7 +176,7 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
         last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
     const Vec3 angle = last.angle + step_length * left;
     // That of the middle of the step, as free_angle() has it.
-    const Turn half = turn_by(0.5 * angle);
+    const Quaternion half = rotation_by(0.5 * angle);
     const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
     set_frame(body, angle, momentum);
     frames_[body].left = left;
@@ -186,19 +186,19 @@ bool BodyTurns::follow(const parallel::Threads& threads, std::span<const Vec3> p
   return std::ranges::find(changed_, 1) != changed_.end();
 }
 
-bool BodyTurns::any() const {
+bool BodyRotations::any() const {
   return std::ranges::any_of(frames_, [](const Frame& frame) { return frame.angle != Vec3{}; });
 }
 
-Vec3 BodyTurns::displacement(Index body, const Vec3& position) const {
+Vec3 BodyRotations::displacement(Index body, const Vec3& position) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return {};
   const Vec3 arm = position - frame.center;
-  return rotated(frame.turn, arm) - arm;
+  return rotated(frame.rotation, arm) - arm;
 }
 
-BodyTurns::Bend BodyTurns::bend_of(std::size_t body, std::span<const Vec3> positions,
-                                   std::span<const Vec3> velocities) const {
+BodyRotations::Bend BodyRotations::bend_of(std::size_t body, std::span<const Vec3> positions,
+                                           std::span<const Vec3> velocities) const {
   const Range points = bodies_[body].points;
   const Frame& frame = frames_[body];
   const RigidMotion& start = starts_[body];
@@ -211,31 +211,31 @@ BodyTurns::Bend BodyTurns::bend_of(std::size_t body, std::span<const Vec3> posit
     energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i));
   }
   bend.velocity = (1.0 / mass) * bend.velocity;
-  // Of the ways beyond those of the frame, about where it has turned the points to.
+  // Of the displacements beyond those of the frame, about the rotated positions.
   Vec3 moment;
   double moved = 0.0;
   for (Index i = points.begin; i < points.end; ++i) {
-    const Vec3 arm = rotated(frame.turn, at(positions, i) - start.center);
-    const Vec3 way = time_step_ * (at(velocities, i) - bend.velocity) -
-                     displacement(static_cast<Index>(body), at(positions, i));
-    moment += at(masses_, i) * cross(arm, way);
-    moved += at(masses_, i) * squared_length(way);
+    const Vec3 arm = rotated(frame.rotation, at(positions, i) - start.center);
+    const Vec3 motion = time_step_ * (at(velocities, i) - bend.velocity) -
+                        displacement(static_cast<Index>(body), at(positions, i));
+    moment += at(masses_, i) * cross(arm, motion);
+    moved += at(masses_, i) * squared_length(motion);
   }
-  const Vec3 angle = turned(frame.turn, start.inverse_inertia, moment);
+  const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
   constexpr double fraction = 0.5;  // of what is allowed without a frame: bending costs little
   if (!dominates || !swells(body, angle, fraction * energy)) return {};
   bend.angle = angle;
-  bend.turn = turn_by(angle);
+  bend.rotation = rotation_by(angle);
   const Vec3 momentum =
-      (1.0 / time_step_) * moment + turned(frame.turn, start.inertia, frame.angular_velocity);
-  const Vec3 lost = turned_back(bend.turn, momentum) - momentum;
-  bend.correction = rotated(bend.turn, turned(frame.turn, start.inverse_inertia, lost));
+      (1.0 / time_step_) * moment + turned(frame.rotation, start.inertia, frame.angular_velocity);
+  const Vec3 lost = rotated_back(bend.rotation, momentum) - momentum;
+  bend.correction = rotated(bend.rotation, turned(frame.rotation, start.inverse_inertia, lost));
   return bend;
 }
 
-bool BodyTurns::bend(const parallel::Threads& threads, std::span<const Vec3> positions,
-                     std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
+bool BodyRotations::bend(const parallel::Threads& threads, std::span<const Vec3> positions,
+                         std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     bends_[body] = {};
     if (stretch_energies_[body] > 0.0 && held[body] == 0) bends_[body] = bend_of(body, positions, velocities);
@@ -243,42 +243,42 @@ bool BodyTurns::bend(const parallel::Threads& threads, std::span<const Vec3> pos
   return std::ranges::any_of(bends_, [](const Bend& bend) { return bend.angle != Vec3{}; });
 }
 
-Vec3 BodyTurns::arc(Index body, const Vec3& position) const {
+Vec3 BodyRotations::arc(Index body, const Vec3& position) const {
   const Bend& bend = at(bends_, body);
   if (bend.angle == Vec3{}) return {};
   const Frame& frame = at(frames_, body);
-  const Vec3 arm = rotated(frame.turn, position - at(starts_, body).center);
-  return rotated(bend.turn, arm) - arm - cross(bend.angle, arm);
+  const Vec3 arm = rotated(frame.rotation, position - at(starts_, body).center);
+  return rotated(bend.rotation, arm) - arm - cross(bend.angle, arm);
 }
 
-Vec3 BodyTurns::bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+Vec3 BodyRotations::bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
   const Bend& bend = at(bends_, body);
   if (bend.angle == Vec3{}) return velocity;
   const Frame& frame = at(frames_, body);
-  const Vec3 arm = rotated(bend.turn, rotated(frame.turn, position - at(starts_, body).center));
-  return bend.velocity + rotated(bend.turn, velocity - bend.velocity) + cross(bend.correction, arm);
+  const Vec3 arm = rotated(bend.rotation, rotated(frame.rotation, position - at(starts_, body).center));
+  return bend.velocity + rotated(bend.rotation, velocity - bend.velocity) + cross(bend.correction, arm);
 }
 
-Vec3 BodyTurns::excess_velocity(Index body, const Vec3& position) const {
+Vec3 BodyRotations::excess_velocity(Index body, const Vec3& position) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return {};
-  const Vec3 arm_end = rotated(frame.turn, position - frame.center);
+  const Vec3 arm_end = rotated(frame.rotation, position - frame.center);
   return (1.0 / time_step_) * displacement(body, position) - cross(frame.angular_velocity, arm_end);
 }
 
-Vec3 BodyTurns::inertial_acceleration(Index body, const Vec3& position) const {
+Vec3 BodyRotations::inertial_acceleration(Index body, const Vec3& position) const {
   const Frame& frame = at(frames_, body);
-  const Vec3 arm_end = rotated(frame.turn, position - frame.center);
+  const Vec3 arm_end = rotated(frame.rotation, position - frame.center);
   return -(cross(frame.angular_velocity, cross(frame.angular_velocity, arm_end)) +
            cross(frame.angular_acceleration, arm_end));
 }
 
-Vec3 BodyTurns::free_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+Vec3 BodyRotations::free_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return velocity;
-  const Vec3 arm_end = rotated(frame.turn, position - frame.center);
+  const Vec3 arm_end = rotated(frame.rotation, position - frame.center);
   const Vec3 velocity_end =
-      frame.velocity + rotated(frame.turn, velocity - frame.velocity) + cross(frame.correction, arm_end);
+      frame.velocity + rotated(frame.rotation, velocity - frame.velocity) + cross(frame.correction, arm_end);
   return velocity_end + excess_velocity(body, position);
 }
 

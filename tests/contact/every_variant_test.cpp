@@ -9,7 +9,7 @@
 #include <palpate/detection.hpp>
 
 #include "contact/scenes.hpp"
-#include "contact/ways.hpp"
+#include "contact/variants.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate {
@@ -49,23 +49,23 @@ void move(ContactScene& scene, int frame, double nudge, Random& random) {
   }
 }
 
-/// One case: three frames, each compared for every way in `ways`. On every thread count, or (which) on the
-/// one whose turn it is.
-Found check_case(ContactScene scene, std::span<const DetectionSettings> ways, const CellSize& cell_size,
-                 double nudge, std::optional<std::size_t> turn, Random& random) {
+/// One case: three frames, each compared for every variant in `variants`. On every thread count, or (which)
+/// on the one whose turn it is.
+Found check_case(ContactScene scene, std::span<const DetectionSettings> variants, const CellSize& cell_size,
+                 double nudge, std::optional<std::size_t> thread_choice, Random& random) {
   DetectionSettings all_pairs;
   all_pairs.structure = Structure::brute;
   Detector brute(scene.bodies, all_pairs, scene.immovable, 1);
   std::vector<Detector> detectors;
   std::vector<std::string> names;
-  for (std::size_t w = 0; w < ways.size(); ++w) {
-    DetectionSettings way = ways[w];
-    way.cell_size = cell_size;
+  for (std::size_t w = 0; w < variants.size(); ++w) {
+    DetectionSettings variant = variants[w];
+    variant.cell_size = cell_size;
     for (std::size_t t = 0; t < thread_counts.size(); ++t) {
-      if (turn && (*turn + w) % thread_counts.size() != t) continue;
+      if (thread_choice && (*thread_choice + w) % thread_counts.size() != t) continue;
       const int threads = thread_counts[t];
-      detectors.emplace_back(scene.bodies, way, scene.immovable, threads);
-      names.push_back(test::name_of(way).append(", threads ").append(std::to_string(threads)));
+      detectors.emplace_back(scene.bodies, variant, scene.immovable, threads);
+      names.push_back(test::name_of(variant).append(", threads ").append(std::to_string(threads)));
     }
   }
   Found found;
@@ -88,12 +88,12 @@ std::string identifier(std::string name) {
   return name;
 }
 
-class EveryWay : public ::testing::TestWithParam<int> {};
+class EveryVariant : public ::testing::TestWithParam<int> {};
 
-TEST_P(EveryWay, EqualsBruteToTheBit) {
+TEST_P(EveryVariant, EqualsBruteToTheBit) {
   // Coordinates on a coarse grid, everything in one place: most tests need exact arithmetic.
   const std::uint64_t cases = GetParam() == 5 ? 20 : 100;
-  const std::vector<DetectionSettings> ways = test::every_way();
+  const std::vector<DetectionSettings> variants = test::every_variant();
   const double unit = GetParam() == 6 ? 1e-9 : 1.0;  // of the coordinates of this kind
   Found all;
   for (std::uint64_t seed = 5000; seed < 5000 + cases; ++seed) {
@@ -101,8 +101,8 @@ TEST_P(EveryWay, EqualsBruteToTheBit) {
     const CellSize cell_size = random.chance(0.2) ? CellSize(CellSizeRule::automatic)
                                                   : CellSize(unit * std::pow(10.0, random.uniform(-3, 1)));
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Found found =
-        check_case(test::make_contact_scene(GetParam(), seed), ways, cell_size, 0.01 * unit, seed, random);
+    const Found found = check_case(test::make_contact_scene(GetParam(), seed), variants, cell_size,
+                                   0.01 * unit, seed, random);
     ASSERT_FALSE(HasFailure());
     all.contacts += found.contacts;
     all.crossings += found.crossings;
@@ -111,26 +111,27 @@ TEST_P(EveryWay, EqualsBruteToTheBit) {
   EXPECT_GT(all.crossings, 50U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryWay, ::testing::Range(0, test::contact_scene_kinds),
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryVariant, ::testing::Range(0, test::contact_scene_kinds),
                          [](const auto& p) { return identifier(test::contact_scene_name(p.param)); });
 
-class EveryWayInTheLarge : public ::testing::TestWithParam<int> {};
+class EveryVariantInTheLarge : public ::testing::TestWithParam<int> {};
 
-TEST_P(EveryWayInTheLarge, EqualsBruteToTheBit) {
-  std::vector<DetectionSettings> ways = test::every_way();
-  std::erase_if(ways, [](const DetectionSettings& way) { return way.structure == Structure::brute; });
+TEST_P(EveryVariantInTheLarge, EqualsBruteToTheBit) {
+  std::vector<DetectionSettings> variants = test::every_variant();
+  std::erase_if(variants,
+                [](const DetectionSettings& variant) { return variant.structure == Structure::brute; });
   for (std::uint64_t seed = 0; seed < 2; ++seed) {
     Random random(seed);
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Found found = check_case(test::make_large_scene(GetParam(), seed), ways, CellSizeRule::automatic,
-                                   1e-3, std::nullopt, random);
+    const Found found = check_case(test::make_large_scene(GetParam(), seed), variants,
+                                   CellSizeRule::automatic, 1e-3, std::nullopt, random);
     ASSERT_FALSE(HasFailure());
     EXPECT_GT(found.contacts, 200U);
     EXPECT_GT(found.crossings, 500U);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryWayInTheLarge, ::testing::Range(0, test::large_scene_kinds),
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryVariantInTheLarge, ::testing::Range(0, test::large_scene_kinds),
                          [](const auto& p) { return identifier(test::large_scene_name(p.param)); });
 
 }  // namespace

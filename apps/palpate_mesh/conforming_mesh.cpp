@@ -1,0 +1,175 @@
+#include "conforming_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "size_search.hpp"
+#include "sliver_repair.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Size of triangles over the thickness of the tissue there: with larger ones, both sides of a layer meet.
+constexpr double of_thickness = 4.0;
+/// Of triangles from the interface: of their size, and of a voxel.
+constexpr double distance_share = 0.12;
+constexpr double distance_voxels = 1.0 / 3.0;
+constexpr double default_tets = 55000.0;
+
+Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& shaping) {
+  std::vector<LabelExtent> extents;
+  for (const NamedLabel& label : map.labels) extents.push_back(label.extent);
+  Tissues tissues(map.map, extents, shaping.smoothing);
+  if (shaping.gap <= 0.0) return tissues;
+  const auto tissue_of = [&](std::int32_t label) {
+    const auto found = std::ranges::find(extents, label, &LabelExtent::label);
+    return found == extents.end() ? 0 : static_cast<int>(found - extents.begin()) + 1;
+  };
+  for (int t = 1; t <= tissues.count(); ++t) {
+    const auto is_open = [&](std::int32_t label) {
+      const int other = tissue_of(label);
+      return other > 0 && other != t && plan.relations.between(t, other) == Relation::open;
+    };
+    auto distance = distance_to_labels(map.map, extents[static_cast<std::size_t>(t - 1)], shaping, is_open);
+    if (distance) tissues.draw_back(t, std::move(*distance), shaping.gap);
+  }
+  return tissues;
+}
+
+class ConformingMesher {
+ public:
+  ConformingMesher(const NamedMap& map, const TissuePlan& plan, const MeshOptions& options,
+                   const MeshingProgress& progress)
+      : plan_(&plan),
+        options_(&options),
+        progress_(&progress),
+        tissues_(tissues_of(map, plan, options.shaping)),
+        thickness_(thickness_of(tissues_, most_thickness(map))) {
+    for (const NamedLabel& label : map.labels) voxels_ += static_cast<double>(label.extent.voxels);
+    domain_.lower = tissues_.lower();
+    domain_.upper = tissues_.upper();
+    domain_.label = [this](const Vec3& p) {
+      constexpr int calls_between = 1024;
+      if (++calls_ % calls_between == 0) progress_->check();
+      return tissues_.at(p);
+    };
+  }
+  ConformingMesher(const ConformingMesher&) = delete;
+  ConformingMesher& operator=(const ConformingMesher&) = delete;
+
+  ConformingMesh make() {
+    const Fineness& fineness = options_->fineness;
+    if (fineness.size > 0.0) {
+      mesh(fineness.size, {});
+    } else {
+      search(fineness.tets > 0.0 ? fineness.tets : default_tets);
+    }
+    if (made_.mesh.mesh.tets.empty())
+      throw Error("meshing", "", "no tet at this size", "a smaller --size, or more --tets");
+    repair_slivers(made_.mesh, {.reach = [&](const Vec3& p) { return distance(p); }});
+    made_.faces = interface_faces(made_.mesh);
+    made_.bodies = bodies_of(made_.mesh, made_.faces, plan_->relations, plan_->rigid, plan_->names);
+    made_.comparison = compare(tissues_, made_.mesh, made_.faces);
+    made_.least_size = static_cast<double>(*std::ranges::min_element(sizes_.values));
+    return std::move(made_);
+  }
+
+ private:
+  /// Beyond which no thickness matters: that of some dozen voxels.
+  static double most_thickness(const NamedMap& map) {
+    constexpr double voxels = 12.0;
+    return voxels * std::max({map.map.spacing.x, map.map.spacing.y, map.map.spacing.z});
+  }
+
+  /// Meshes at a general size; layers have their own. Slivers are improved where `wanted` takes the tets.
+  void mesh(double size, const std::function<bool(std::size_t)>& wanted) {
+    progress_->starts(size);
+    made_.size = size;
+    TissueSizes sizes = plan_->sizes;
+    sizes.general = size;
+    sizes.of_thickness = of_thickness * scale_of(size);
+    sizes_ = size_field(tissues_, sizes, thickness_);
+    domain_.seeds = tissues_.seeds(size);
+    const Fineness& fineness = options_->fineness;
+    const MeshingCriteria criteria{
+        .facet_size = [&](const Vec3& p) { return sizes_(p); },
+        .facet_distance = [&](const Vec3& p) { return distance(p); },
+        .cell_size = [&](const Vec3& p) { return fineness.cell_share * sizes_(p); },
+        .max_points = fineness.max_points,
+        .manifold = false,
+        .wanted = wanted};
+    auto found = mesh_domain(domain_, criteria);
+    if (!found) {
+      throw Error("meshing", "", fmt::format("more than {} points", fineness.max_points),
+                  "a larger --size, fewer --tets, or more --max-points");
+    }
+    made_.mesh = std::move(*found);
+    ++made_.meshings;
+  }
+
+  [[nodiscard]] double distance(const Vec3& p) const {
+    const Vec3& s = tissues_.spacing();
+    const double most = distance_voxels * std::cbrt(s.x * s.y * s.z) * scale_of(made_.size);
+    return std::min(distance_share * sizes_(p), most);
+  }
+
+  /// Where a number of tets is asked for, sizes in layers go with the general one.
+  [[nodiscard]] double scale_of(double size) const { return first_size_ > 0.0 ? size / first_size_ : 1.0; }
+
+  void search(double tets) {
+    constexpr double lost_as_slivers = 1.04;
+    constexpr double near = 0.03;
+    constexpr int most = 6;
+    constexpr double wide = 3.0;  // of the size of tets that fill the volume evenly: layers have most of them
+    constexpr double tets_in_a_cube = 6.0;
+    const Vec3& s = tissues_.spacing();
+    first_size_ = wide * std::cbrt(voxels_ * s.x * s.y * s.z * tets_in_a_cube / tets);
+    SizeSearch tried;
+    double size = first_size_;
+    double best_size = size;
+    double best_off = std::numeric_limits<double>::infinity();
+    for (int meshing = 0; meshing < most; ++meshing) {
+      double off = 0.0;
+      bool taken = false;
+      mesh(size, [&](std::size_t count) {
+        off = std::log(static_cast<double>(count) / (lost_as_slivers * tets));
+        return taken = std::abs(off) <= near;
+      });
+      if (taken) return;
+      if (std::abs(off) < best_off) {
+        best_off = std::abs(off);
+        best_size = size;
+      }
+      tried.add(size, off);
+      size = tried.next();
+    }
+    mesh(best_size, {});
+  }
+
+  const TissuePlan* plan_;
+  const MeshOptions* options_;
+  const MeshingProgress* progress_;
+  Tissues tissues_;
+  std::vector<float> thickness_;
+  LabelledDomain domain_;
+  Lattice sizes_;
+  ConformingMesh made_;
+  double voxels_ = 0.0;
+  double first_size_ = 0.0;
+  int calls_ = 0;
+};
+
+}  // namespace
+
+ConformingMesh mesh_conforming(const NamedMap& map, const TissuePlan& plan, const MeshOptions& options,
+                               const MeshingProgress& progress) {
+  return ConformingMesher(map, plan, options, progress).make();
+}
+
+}  // namespace palpate::app

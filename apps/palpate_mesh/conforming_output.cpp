@@ -1,0 +1,124 @@
+#include "conforming_output.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "conforming_report.hpp"
+#include "geometry/vector.hpp"
+#include "io/atomic_file.hpp"
+#include "io/vtu_writer.hpp"
+#include "mesh_inputs.hpp"
+#include "mesh_scene.hpp"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Brings a mesh to the world; the tets of a left-handed image are turned.
+void to_world(TetMesh& mesh, const Frame& frame) {
+  const bool left_handed = dot(cross(frame.axes[0], frame.axes[1]), frame.axes[2]) < 0.0;
+  for (Vec3& point : mesh.points) point = frame.to_world(point);
+  if (!left_handed) return;
+  for (Tet& tet : mesh.tets) std::swap(tet[2], tet[3]);
+}
+
+void write_mesh(const fs::path& file, const TetMesh& mesh, const std::vector<int>& tissue_of_tet,
+                const NamedMap& map) {
+  std::vector<Index> labels;
+  for (const int t : tissue_of_tet)
+    labels.push_back(map.labels[static_cast<std::size_t>(t - 1)].extent.label);
+  const std::vector<io::NamedArray> arrays{{.name = "label", .values = std::span<const Index>(labels)}};
+  io::write_vtu(
+      file, {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = arrays, .time = {}});
+}
+
+std::string body_name(const TissueBody& body, const TissuePlan& plan) {
+  std::string name;
+  for (const int t : body.tissues)
+    name += (name.empty() ? "" : " + ") + plan.names[static_cast<std::size_t>(t - 1)];
+  return name;
+}
+
+/// The tissue with the most tets gives the body its material, the others are regions.
+std::vector<Region> regions_of(const TissueBody& body) {
+  std::vector<Region> regions;
+  for (const int tissue : body.tissues) {
+    if (tissue == main_tissue(body)) continue;
+    const auto [first, last] = std::ranges::equal_range(body.tissue_of_tet, tissue);
+    TetSelection run;
+    run.indices.resize(static_cast<std::size_t>(last - first));
+    std::iota(run.indices.begin(), run.indices.end(), static_cast<Index>(first - body.tissue_of_tet.begin()));
+    regions.push_back({run, first_tissue});
+  }
+  return regions;
+}
+
+/// The points of a soft body that a rigid tissue is grown to, in the body's own mesh.
+std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& body, int rigid,
+                                const Relations& relations) {
+  std::set<Index> found;
+  for (const InterfaceFace& face : made.faces) {
+    const int other = face.labels[0] == rigid ? face.labels[1] : face.labels[0];
+    if (face.labels[0] != rigid && face.labels[1] != rigid) continue;
+    if (std::ranges::count(body.tissues, other) == 0) continue;
+    if (relations.between(rigid, other) != Relation::grown) continue;
+    found.insert(face.points.begin(), face.points.end());
+  }
+  std::vector<Index> own;
+  for (const Index p : found)
+    own.push_back(static_cast<Index>(std::ranges::lower_bound(body.points, p) - body.points.begin()));
+  return own;
+}
+
+/// Glues a soft body to the rigid ones that it is grown to: their points are at the same places. A point is
+/// held by one of them.
+std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueBody& body,
+                                       const TissuePlan& plan) {
+  std::vector<Attachment> attached;
+  std::set<Index> held;
+  for (const TissueBody& other : made.bodies) {
+    if (!other.rigid || body.rigid) continue;
+    PointSelection points;
+    for (const Index p : grown_points(made, body, other.tissues.front(), plan.relations)) {
+      if (held.insert(p).second) points.indices.push_back(p);
+    }
+    if (!points.indices.empty()) attached.push_back({body_name(other, plan), std::move(points)});
+  }
+  return attached;
+}
+
+}  // namespace
+
+int main_tissue(const TissueBody& body) {
+  return *std::ranges::max_element(
+      body.tissues, {}, [&](int tissue) { return std::ranges::count(body.tissue_of_tet, tissue); });
+}
+
+ConformingReport write_conforming(const fs::path& folder, const MeshOptions& options, const NamedMap& map,
+                                  const TissuePlan& plan, ConformingMesh made) {
+  io::create_folder(folder);
+  const Frame frame = in_space(map.map.frame, options.ras);
+  Scene scene = first_scene(input_name(options));
+  std::set<std::string> used{"tissues.vtu"};
+  std::vector<BodyFile> files;
+  for (TissueBody& body : made.bodies) {
+    files.push_back({body_name(body, plan), mesh_file_name(body_name(body, plan), used)});
+    to_world(body.mesh, frame);
+    write_mesh(folder / files.back().file, body.mesh, body.tissue_of_tet, map);
+    const auto main = static_cast<std::size_t>(main_tissue(body) - 1);
+    scene.bodies.push_back(
+        first_body(files.back().name, files.back().file, body.rigid, map.labels[main].name.color));
+    if (!body.rigid) scene.bodies.back().regions = regions_of(body);
+    scene.bodies.back().attached = attachments_of(made, body, plan);
+  }
+  to_world(made.mesh.mesh, frame);
+  write_mesh(folder / "tissues.vtu", made.mesh.mesh, made.mesh.labels, map);
+  io::write_atomically(folder / "scene.json", write_scene(scene));
+  return conforming_report(made, files, map, plan);
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "conforming_mesh.hpp"
+
+namespace palpate::app {
+
+/// What is worth telling of a conforming mesh.
+struct ConformingReport {
+  nlohmann::ordered_json json;
+  std::string text;  ///< a table with a line for each tissue
+  std::vector<std::string> warnings;
+};
+
+/// Writes tissues.vtu (the whole mesh, with the labels of its tets), a .vtu for each body and then scene.json
+/// to a folder, each whole or not at all.
+ConformingReport write_conforming(const std::filesystem::path& folder, const MeshOptions& options,
+                                  const NamedMap& map, const TissuePlan& plan, ConformingMesh made);
+
+}  // namespace palpate::app

@@ -1,0 +1,149 @@
+#include "conforming_report.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "numbers.hpp"
+
+namespace palpate::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+const std::string& name_of(const TissuePlan& plan, int tissue) {
+  return plan.names[static_cast<std::size_t>(tissue - 1)];
+}
+
+std::string_view relation_of(const TissuePlan& plan, const InterfaceMatch& match) {
+  return relation_names[static_cast<std::size_t>(plan.relations.between(match.tissues[0], match.tissues[1]))];
+}
+
+ordered_json tissue_json(const TissueMatch& match, const NamedLabel& label) {
+  return {{"name", utf8_text(label.name.name)},
+          {"label", label.extent.label},
+          {"tets", match.tets},
+          {"min_dihedral_angle", match.least_angle},
+          {"volume", match.volume},
+          {"input_volume", match.map_volume},
+          {"dice", match.dice},
+          {"lost_voxels", match.lost},
+          {"surface_distance",
+           {{"mean", match.distance.mean}, {"95", match.distance.most_of_95}, {"max", match.distance.most}}}};
+}
+
+ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan) {
+  return {
+      {"tissues", {utf8_text(name_of(plan, match.tissues[0])), utf8_text(name_of(plan, match.tissues[1]))}},
+      {"relation", relation_of(plan, match)},
+      {"triangles", match.triangles},
+      {"area", match.area},
+      {"input_area", match.map_area},
+      {"closed_area", match.closed_area}};
+}
+
+/// Share of the area between tissues, those that are open left out, that is closed in the mesh; 1 without
+/// any.
+double closed_share(const ConformingMesh& made, const TissuePlan& plan) {
+  double closed = 0.0;
+  double all = 0.0;
+  for (const InterfaceMatch& match : made.comparison.interfaces) {
+    if (plan.relations.between(match.tissues[0], match.tissues[1]) == Relation::open) continue;
+    closed += match.closed_area;
+    all += match.map_area;
+  }
+  return all > 0.0 ? closed / all : 1.0;
+}
+
+double least_angle(const ConformingMesh& made) {
+  double least = 180.0;
+  for (const TissueMatch& match : made.comparison.tissues) least = std::min(least, match.least_angle);
+  return least;
+}
+
+std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePlan& plan) {
+  constexpr double similar = 0.95;
+  constexpr double flat = 8.0;
+  constexpr double closed = 0.99;
+  std::vector<std::string> warnings;
+  for (std::size_t t = 0; t < plan.names.size(); ++t) {
+    const TissueMatch& match = made.comparison.tissues[t];
+    if (match.tets == 0) {
+      warnings.push_back(plan.names[t] + ": not in the mesh: use a smaller size for it");
+      continue;
+    }
+    if (match.lost > 0)
+      warnings.push_back(fmt::format("{}: {} of {} voxels are lost: use a smaller size for it", plan.names[t],
+                                     match.lost, match.voxels));
+    if (match.dice < similar)
+      warnings.push_back(
+          fmt::format("{}: Dice {:.3f}: use a smaller size for it", plan.names[t], match.dice));
+    if (match.least_angle < flat)
+      warnings.push_back(fmt::format("{}: flat tets, {:.1f} degrees", plan.names[t], match.least_angle));
+  }
+  for (const InterfaceMatch& match : made.comparison.interfaces) {
+    const bool open = plan.relations.between(match.tissues[0], match.tissues[1]) == Relation::open;
+    if (open && match.triangles > 0)
+      warnings.push_back(fmt::format("{} and {} are open, but share {} triangles: use a larger --gap",
+                                     name_of(plan, match.tissues[0]), name_of(plan, match.tissues[1]),
+                                     match.triangles));
+  }
+  if (const double share = closed_share(made, plan); share < closed)
+    warnings.push_back(
+        fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * share));
+  return warnings;
+}
+
+std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
+  constexpr std::size_t longest = 32;
+  std::size_t width = 6;
+  for (const std::string& name : plan.names) width = std::max(width, std::min(longest, name.size()));
+  std::string text =
+      fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>8}  {:>6}  {:>7}  {:>7}\n", "tissue", width, "tets",
+                  "min angle", "volume cm^3", "of input", "Dice", "mean mm", "95 % mm");
+  for (std::size_t t = 0; t < plan.names.size(); ++t) {
+    const TissueMatch& match = made.comparison.tissues[t];
+    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>7.1f}%  {:>6.3f}  {:>7.2f}  {:>7.2f}\n",
+                        shortened(plan.names[t], width), width, match.tets, match.least_angle,
+                        1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
+                        match.distance.mean, match.distance.most_of_95);
+  }
+  return text + fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
+                            100.0 * closed_share(made, plan), short_text(made.least_size),
+                            short_text(made.size));
+}
+
+}  // namespace
+
+ConformingReport conforming_report(const ConformingMesh& made, const std::vector<BodyFile>& files,
+                                   const NamedMap& map, const TissuePlan& plan) {
+  ConformingReport report;
+  report.json = {{"mesh", "tissues.vtu"},
+                 {"points", made.mesh.mesh.points.size()},
+                 {"tets", made.mesh.mesh.tets.size()},
+                 {"min_dihedral_angle", least_angle(made)},
+                 {"closed_share", closed_share(made, plan)},
+                 {"size", made.size},
+                 {"least_size", made.least_size},
+                 {"meshings", made.meshings},
+                 {"bodies", ordered_json::array()},
+                 {"tissues", ordered_json::array()},
+                 {"interfaces", ordered_json::array()}};
+  for (std::size_t b = 0; b < files.size(); ++b) {
+    ordered_json tissues = ordered_json::array();
+    for (const int t : made.bodies[b].tissues) tissues.push_back(utf8_text(name_of(plan, t)));
+    report.json["bodies"].push_back({{"name", utf8_text(files[b].name)},
+                                     {"file", files[b].file},
+                                     {"tissues", tissues},
+                                     {"points", made.bodies[b].mesh.points.size()},
+                                     {"tets", made.bodies[b].mesh.tets.size()}});
+  }
+  for (std::size_t t = 0; t < plan.names.size(); ++t)
+    report.json["tissues"].push_back(tissue_json(made.comparison.tissues[t], map.labels[t]));
+  for (const InterfaceMatch& match : made.comparison.interfaces)
+    report.json["interfaces"].push_back(interface_json(match, plan));
+  report.text = text_of(made, plan);
+  report.warnings = warnings_of(made, plan);
+  return report;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,176 @@
+#include "domain_mesher.hpp"
+
+// CGAL's mesher: it takes half a minute and 3 GB to compile.
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Labeled_mesh_domain_3.h>
+#include <CGAL/Mesh_complex_3_in_triangulation_3.h>
+#include <CGAL/Mesh_criteria_3.h>
+#include <CGAL/Mesh_triangulation_3.h>
+#include <CGAL/make_mesh_3.h>
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace palpate::app {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using CgalDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
+
+/// The domain of CGAL, but interfaces are followed from our seeds: CGAL's own are where random rays meet
+/// them, and miss small components.
+class SeededDomain : public CgalDomain {
+ public:
+  SeededDomain(const CgalDomain& domain, const std::vector<InterfaceSeed>& seeds)
+      : CgalDomain(domain), seeds_(&seeds) {}
+
+  struct Construct_initial_points {  // NOLINT(readability-identifier-naming): CGAL looks for this name
+    const SeededDomain* domain;
+    template <class Output>
+    Output operator()(Output output, int /*count*/ = 0) const {
+      for (const auto& [point, labels] : *domain->seeds_) {
+        *output++ = {Point_3(point.x, point.y, point.z),
+                     domain->index_from_surface_patch_index({labels[0], labels[1]})};
+      }
+      return output;
+    }
+  };
+  [[nodiscard]] Construct_initial_points construct_initial_points_object() const { return {this}; }
+
+ private:
+  const std::vector<InterfaceSeed>* seeds_;
+};
+
+/// A size at each place, as CGAL asks for it.
+struct CgalSize {
+  using FT = Kernel::FT;            // NOLINT(readability-identifier-naming): CGAL looks for these names
+  using Point_3 = Kernel::Point_3;  // NOLINT(readability-identifier-naming)
+  using Index = CgalDomain::Index;
+  const SizeField* size;
+  FT operator()(const Point_3& p, int /*dimension*/, const Index& /*index*/) const {
+    return (*size)({p.x(), p.y(), p.z()});
+  }
+};
+
+using Triangulation = CGAL::Mesh_triangulation_3<SeededDomain, CGAL::Default, CGAL::Sequential_tag>::type;
+using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
+using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
+namespace parameters = CGAL::parameters;
+
+}  // namespace
+}  // namespace palpate::app
+
+/// CGAL would write files into the current folder where its refinement fails.
+template <>
+struct CGAL::Dump_c3t3<palpate::app::Complex, true> {  // NOLINT(readability-identifier-naming)
+  void dump_c3t3(const palpate::app::Complex& /*complex*/, const std::string& /*prefix*/) const {}
+};
+
+namespace palpate::app {
+namespace {
+
+SeededDomain make_domain(const LabelledDomain& domain) {
+  const auto label = [&domain](const Kernel::Point_3& p) { return domain.label({p.x(), p.y(), p.z()}); };
+  const CGAL::Bbox_3 box(domain.lower.x, domain.lower.y, domain.lower.z, domain.upper.x, domain.upper.y,
+                         domain.upper.z);
+  return {CgalDomain(label, box, parameters::relative_error_bound = 1e-4), domain.seeds};
+}
+
+using Place = std::tuple<double, double, double>;
+
+/// Points and their numbers in an order that does not depend on where CGAL has them in memory.
+std::map<Place, Index> sorted_points(const Complex& complex) {
+  std::map<Place, Index> points;
+  for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
+    for (int i = 0; i < 4; ++i) {
+      const auto& p = cell->vertex(i)->point();
+      points.try_emplace({p.x(), p.y(), p.z()}, 0);
+    }
+  }
+  Index next = 0;
+  for (auto& [point, index] : points) index = next++;
+  return points;
+}
+
+/// Even permutations bring the lowest corner to the front and keep the volume positive.
+Tet lowest_first(Tet tet) {
+  const auto lowest = std::ranges::min_element(tet) - tet.begin();
+  if (lowest == 1) tet = {tet[1], tet[0], tet[3], tet[2]};
+  if (lowest == 2) tet = {tet[2], tet[3], tet[0], tet[1]};
+  if (lowest == 3) tet = {tet[3], tet[2], tet[1], tet[0]};
+  while (tet[1] > tet[2] || tet[1] > tet[3]) tet = {tet[0], tet[2], tet[3], tet[1]};
+  return tet;
+}
+
+LabelledMesh sorted_mesh(const Complex& complex, bool manifold) {
+  const std::map<Place, Index> points = sorted_points(complex);
+  std::vector<std::pair<Tet, int>> tets;
+  for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
+    Tet tet{};
+    for (int i = 0; i < 4; ++i) {
+      const auto& p = cell->vertex(i)->point();
+      tet[static_cast<std::size_t>(i)] = points.at({p.x(), p.y(), p.z()});
+    }
+    tets.emplace_back(lowest_first(tet), complex.subdomain_index(cell));
+  }
+  std::ranges::sort(tets);
+  LabelledMesh sorted;
+  sorted.manifold = manifold;
+  for (const auto& [place, index] : points) {
+    sorted.mesh.points.push_back({std::get<0>(place), std::get<1>(place), std::get<2>(place)});
+  }
+  for (const auto& [tet, label] : tets) {
+    sorted.mesh.tets.push_back(tet);
+    sorted.labels.push_back(label);
+  }
+  return sorted;
+}
+
+/// Refined to the criteria; none where that takes more points, or CGAL meets a case it has no answer for.
+std::optional<Complex> refined(const SeededDomain& domain, const Criteria& criteria, std::size_t max_points,
+                               bool manifold) {
+  CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
+  try {
+    auto complex = CGAL::make_mesh_3<Complex>(
+        domain, criteria, parameters::no_perturb(), parameters::no_exude(),
+        manifold ? parameters::manifold() : parameters::non_manifold(),
+        parameters::mesh_3_options(parameters::maximal_number_of_vertices = max_points,
+                                   parameters::pointer_to_error_code = &failed));
+    if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
+  } catch (const CGAL::Failure_exception&) {
+    // Mostly a point that is asked for twice, where the surface is no manifold.
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const MeshingCriteria& criteria) {
+  if (domain.seeds.empty()) return LabelledMesh{};
+  CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {});  // it prints
+  CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
+  const SeededDomain seeded = make_domain(domain);
+  const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
+                      parameters::facet_distance = CgalSize{&criteria.facet_distance},
+                      parameters::cell_radius_edge_ratio = 2.5,
+                      parameters::cell_size = CgalSize{&criteria.cell_size});
+  for (const bool manifold : {true, false}) {
+    if (manifold && !criteria.manifold) continue;
+    CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it
+    std::optional<Complex> complex = refined(seeded, fine, criteria.max_points, manifold);
+    if (!complex) continue;
+    if (!criteria.wanted || criteria.wanted(complex->number_of_cells_in_complex())) {
+      // No limit of time: the mesh must not depend on the machine.
+      CGAL::perturb_mesh_3(*complex, seeded);
+      CGAL::exude_mesh_3(*complex);
+    }
+    return sorted_mesh(*complex, manifold);
+  }
+  return std::nullopt;
+}
+
+}  // namespace palpate::app

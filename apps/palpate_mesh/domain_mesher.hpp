@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <palpate/mesh.hpp>
+#include <palpate/types.hpp>
+
+namespace palpate::app {
+
+/// A point where two labels meet.
+struct InterfaceSeed {
+  Vec3 point;
+  std::array<int, 2> labels{0, 1};  ///< ascending
+};
+
+/// A region of space to mesh, with a label at each place. All lengths in one unit.
+struct LabelledDomain {
+  std::function<int(const Vec3&)> label;  ///< 0 outside; may throw, and the mesher passes that on
+  Vec3 lower;                             ///< box around all that is inside
+  Vec3 upper;
+  /// Points from which the interfaces are followed: some for each component, and behind each thin neck.
+  std::vector<InterfaceSeed> seeds;
+};
+
+/// A length at each place.
+using SizeField = std::function<double(const Vec3&)>;
+
+/// How fine a mesh is to be.
+struct MeshingCriteria {
+  SizeField facet_size;        ///< bound of the radius of a ball round a triangle of an interface
+  SizeField facet_distance;    ///< bound from the middle of such a triangle to the interface
+  SizeField cell_size;         ///< bound of the radius of the circumsphere of a tet
+  std::size_t max_points = 0;  ///< of the mesh, > 0
+  bool manifold = true;        ///< whether the surface is to be a manifold, if that can be; of one label only
+  /// Asked with the number of tets before tets are improved, which takes longest; a mesh that is not wanted
+  /// is left as it is. Absent: all are wanted.
+  std::function<bool(std::size_t)> wanted;
+};
+
+/// Tets with labels: interfaces between labels are faces that two tets share.
+struct LabelledMesh {
+  TetMesh mesh;             ///< points and tets sorted
+  std::vector<int> labels;  ///< (n_tets), > 0
+  bool manifold = true;     ///< whether the surface was asked to be a manifold, and is
+};
+
+/// Meshes the domain by Delaunay refinement, then perturbs points and changes the connectivity where tets are
+/// slivers (CGAL Mesh_3: Jamin, Alliez, Yvinec and Boissonnat 2015). Where the surface does not become a
+/// manifold with `max_points`, as where two parts touch in an edge, it need not.
+///
+/// The same input gives the same mesh. Empty where there is no point inside or no seed; none where
+/// `max_points` do not do. Passes on what the functions throw. Seconds for 10 000 tets.
+std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const MeshingCriteria& criteria);
+
+}  // namespace palpate::app

@@ -1,0 +1,102 @@
+#include "tissue_bodies.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include <palpate/error.hpp>
+
+namespace palpate::app {
+namespace {
+
+using Pair = std::array<int, 2>;
+
+std::set<Pair> touching(const std::vector<InterfaceFace>& faces) {
+  std::set<Pair> pairs;
+  for (const InterfaceFace& face : faces) {
+    if (face.labels[0] > 0) pairs.insert(face.labels);
+  }
+  return pairs;
+}
+
+/// The lowest tissue of the body of each tissue (1 to n; 0 is not used).
+std::vector<int> body_of_tissues(const std::set<Pair>& pairs, const Relations& relations,
+                                 const std::vector<bool>& rigid) {
+  std::vector<int> lowest(rigid.size() + 1);
+  std::iota(lowest.begin(), lowest.end(), 0);
+  const auto is_rigid = [&](int t) { return rigid[static_cast<std::size_t>(t - 1)]; };
+  for (const auto& [a, b] : pairs) {
+    if (relations.between(a, b) != Relation::grown || is_rigid(a) || is_rigid(b)) continue;
+    const int from = lowest[static_cast<std::size_t>(a)];
+    const int to = lowest[static_cast<std::size_t>(b)];
+    std::ranges::replace(lowest, std::max(from, to), std::min(from, to));
+  }
+  return lowest;
+}
+
+TissueBody body_of(const LabelledMesh& mesh, std::vector<int> tissues) {
+  TissueBody body;
+  std::map<Index, Index> own;  // of points of the whole mesh
+  for (std::size_t t = 0; t < mesh.mesh.tets.size(); ++t) {
+    if (std::ranges::count(tissues, mesh.labels[t]) == 0) continue;
+    for (const Index p : mesh.mesh.tets[t]) own.emplace(p, 0);
+  }
+  for (auto& [point, index] : own) {
+    index = static_cast<Index>(body.points.size());
+    body.points.push_back(point);
+    body.mesh.points.push_back(mesh.mesh.points[static_cast<std::size_t>(point)]);
+  }
+  for (const int tissue : tissues) {
+    for (std::size_t t = 0; t < mesh.mesh.tets.size(); ++t) {
+      if (mesh.labels[t] != tissue) continue;
+      Tet tet = mesh.mesh.tets[t];
+      for (Index& p : tet) p = own.at(p);
+      body.mesh.tets.push_back(tet);
+      body.tissue_of_tet.push_back(tissue);
+    }
+  }
+  body.tissues = std::move(tissues);
+  return body;
+}
+
+}  // namespace
+
+Relation Relations::between(int a, int b) const {
+  Relation found = general;
+  for (const Pair& pair : pairs) {
+    if (pair.tissues[0] == std::min(a, b) && pair.tissues[1] == std::max(a, b)) found = pair.relation;
+  }
+  return found;
+}
+
+std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
+                                  const Relations& relations, const std::vector<bool>& rigid,
+                                  const std::vector<std::string>& names) {
+  const std::set<Pair> pairs = touching(faces);
+  const std::vector<int> lowest = body_of_tissues(pairs, relations, rigid);
+  for (const auto& [a, b] : pairs) {
+    const Relation relation = relations.between(a, b);
+    if (relation == Relation::grown) continue;
+    if (lowest[static_cast<std::size_t>(a)] != lowest[static_cast<std::size_t>(b)]) continue;
+    const std::string& first = names[static_cast<std::size_t>(a - 1)];
+    const std::string& second = names[static_cast<std::size_t>(b - 1)];
+    throw Error("--relation", fmt::format("{}:{}", first, second),
+                fmt::format("'{}' of tissues that are grown together through others",
+                            relation_names[static_cast<std::size_t>(relation)]),
+                fmt::format("{}:{}=grown, or another relation on the way between them", first, second));
+  }
+  std::map<int, std::vector<int>> groups;
+  for (int t = 1; t < static_cast<int>(lowest.size()); ++t) {
+    if (std::ranges::count(mesh.labels, t) > 0) groups[lowest[static_cast<std::size_t>(t)]].push_back(t);
+  }
+  std::vector<TissueBody> bodies;
+  for (const auto& [first, tissues] : groups) {
+    bodies.push_back(body_of(mesh, tissues));
+    bodies.back().rigid = rigid[static_cast<std::size_t>(first - 1)];
+  }
+  return bodies;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mesh_options.hpp"
+#include "organ_source.hpp"
+#include "tissue_bodies.hpp"
+#include "tissue_sizes.hpp"
+
+namespace palpate::app {
+
+/// What the flags say of the tissues of a map; tissue t + 1 is label t of it.
+struct TissuePlan {
+  std::vector<std::string> names;  ///< (n_tissues)
+  std::vector<bool> rigid;         ///< (n_tissues)
+  Relations relations;
+  TissueSizes sizes;  ///< but the general one
+};
+
+/// Throws BadInput where a flag names a tissue that there is not.
+TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
+
+/// One line each on what a reader of a mesh should know of the labels: those cut by the border of the map,
+/// islands, labels of a few voxels. O(voxels).
+std::vector<std::string> label_warnings(const NamedMap& map);
+
+}  // namespace palpate::app

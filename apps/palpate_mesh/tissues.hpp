@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "domain_mesher.hpp"
+#include "label_map.hpp"
+#include "lattice.hpp"
+#include "organ.hpp"
+
+namespace palpate::app {
+
+/// The tissues of a label map as smooth shapes without gaps between them: at each place the tissue whose
+/// blurred mask, plus an offset that keeps its volume, is largest. In the axes of the map, mm.
+class Tissues {
+ public:
+  /// Of the labels that `extents` name, in that order: tissue t + 1 is extents[t], 0 is all the rest.
+  /// O(voxels x tissues).
+  Tissues(const LabelMap& map, const std::vector<LabelExtent>& extents, double smoothing);
+
+  /// Leaves half of `gap` (mm) free along the interfaces of a tissue with others: the distance to these
+  /// others, > 0 outside them, at the points of a lattice.
+  void draw_back(int tissue, Lattice distance_to_others, double gap);
+
+  /// The tissue at a place, 0 for none. O(tissues) near interfaces, else O(1).
+  [[nodiscard]] int at(const Vec3& p) const;
+
+  /// The tissue of each voxel in the map, 0 for none; i fastest.
+  [[nodiscard]] const std::vector<std::uint16_t>& voxels() const { return voxels_; }
+  /// That of one voxel; 0 outside of the map.
+  [[nodiscard]] int voxel(int i, int j, int k) const;
+  /// Of a voxel in the map.
+  [[nodiscard]] std::size_t voxel_index(int i, int j, int k) const;
+  [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
+  [[nodiscard]] const Vec3& spacing() const { return spacing_; }
+  [[nodiscard]] int count() const { return static_cast<int>(fields_.size()); }
+  /// Box around all tissues.
+  [[nodiscard]] Vec3 lower() const;
+  [[nodiscard]] Vec3 upper() const;
+
+  /// Places where two tissues meet, no closer to each other than `apart`, and some for each component of a
+  /// tissue. O(voxels).
+  [[nodiscard]] std::vector<InterfaceSeed> seeds(double apart) const;
+
+ private:
+  void find_winners();
+  void keep_volumes(const std::vector<LabelExtent>& extents, double width);
+  [[nodiscard]] std::vector<double> volumes() const;
+  [[nodiscard]] std::vector<double> areas() const;
+  [[nodiscard]] int evaluated(const Vec3& p) const;
+  [[nodiscard]] bool is_drawn_back(int tissue, const Vec3& p) const;
+  [[nodiscard]] std::size_t cell_index(int i, int j, int k) const;
+  [[nodiscard]] std::optional<InterfaceSeed> crossing(Vec3 low, Vec3 high) const;
+
+  std::array<int, 3> size_{};  ///< of the map
+  Vec3 spacing_{};
+  std::vector<std::uint16_t> voxels_;
+  std::vector<Lattice> fields_;     ///< blurred masks, of the box of each tissue
+  std::vector<double> offsets_;     ///< (n_tissues)
+  std::vector<Lattice> free_;       ///< (n_tissues), > 0 where the tissue may be; empty where there is no gap
+  std::array<int, 3> cells_{};      ///< between voxel centres, with a margin round the map
+  std::vector<std::int16_t> cell_;  ///< (n_cells), the tissue of a whole cell; -1: several
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace palpate::scene_format {
+
+/// Whether each of three keys is given: one must be.
+using Alternatives = std::array<std::pair<std::string, bool>, 3>;
+template <class Visitor>
+void require_one(Visitor& v, const Alternatives& keys) {
+  const auto count = std::ranges::count(keys, true, &Alternatives::value_type::second);
+  const auto given = std::ranges::find(keys.rbegin(), keys.rend(), true, &Alternatives::value_type::second);
+  v.rule(count == 1, given == keys.rend() ? keys[0].first : given->first,
+         count == 0 ? "nothing" : "it beside another",
+         "one of '" + keys[0].first + "', '" + keys[1].first + "' and '" + keys[2].first + "'");
+}
+
+}  // namespace palpate::scene_format

@@ -1,0 +1,273 @@
+#include "mesh_program/conforming.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+/// `palpate mesh --conforming`. Oracles: volumes of balls, faces matched bit by bit, Euler's formula, and
+/// Dice by testing each voxel's centre against each tet.
+namespace palpate::test {
+namespace {
+
+constexpr double inner_radius = 6.0;
+constexpr double outer_radius = 10.0;
+
+/// A ball (1) in a ball (2), voxels of 1 mm.
+TestMap balls() {
+  TestMap map({26, 26, 26}, [](int i, int j, int k) {
+    const double r = std::sqrt((i - 12.4) * (i - 12.4) + (j - 12.6) * (j - 12.6) + (k - 12.5) * (k - 12.5));
+    return r < inner_radius ? 1 : (r < outer_radius ? 2 : 0);
+  });
+  map.origin = {5, -40, 100};
+  return map;
+}
+
+double ball_volume(double radius) {
+  return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
+}
+
+std::string named(const TestMap& map) {
+  return nrrd(map, "left-posterior-superior", segment(0, 1, "bulb", "1 1 1") + segment(1, 2, "fat", "1 1 0"));
+}
+
+double volume_of(const TetMesh& mesh) {
+  double volume = 0.0;
+  for (const Tet& t : mesh.tets) {
+    std::array<Vec3, 4> p;
+    for (std::size_t c = 0; c < 4; ++c) p[c] = mesh.points[static_cast<std::size_t>(t[c])];
+    const double six = dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]);
+    EXPECT_GT(six, 0.0);
+    volume += six / 6.0;
+  }
+  return volume;
+}
+
+/// Points less edges plus faces of a closed surface: 2 for each ball.
+long euler(const std::set<PlacedTriangle>& surface) {
+  std::set<std::array<double, 3>> points;
+  std::map<std::set<std::array<double, 3>>, int> edges;
+  for (const PlacedTriangle& t : surface) {
+    points.insert(t.begin(), t.end());
+    for (std::size_t c = 0; c < 3; ++c) ++edges[{t[c], t[(c + 1) % 3]}];
+  }
+  for (const auto& [edge, triangles] : edges) EXPECT_EQ(triangles, 2) << "no manifold, or a point in an edge";
+  return static_cast<long>(points.size()) - static_cast<long>(edges.size()) +
+         static_cast<long>(surface.size());
+}
+
+bool holds(const TetMesh& mesh, const Tet& tet, const Vec3& place) {
+  std::array<Vec3, 4> p;
+  for (std::size_t c = 0; c < 4; ++c) p[c] = mesh.points[static_cast<std::size_t>(tet[c])];
+  const auto side = [&](std::size_t a, std::size_t b, std::size_t c) {
+    return dot(cross(p[b] - p[a], p[c] - p[a]), place - p[a]) <= 0.0;
+  };
+  return side(1, 2, 3) && side(0, 3, 2) && side(0, 1, 3) && side(0, 2, 1);
+}
+
+double dice_of(const TestMap& map, int label, const TetMesh& mesh) {
+  std::size_t both = 0;
+  std::size_t in_mesh = 0;
+  for (int v = 0; v < static_cast<int>(map.labels.size()); ++v) {
+    const int i = v % map.size[0];
+    const int j = v / map.size[0] % map.size[1];
+    const int k = v / (map.size[0] * map.size[1]);
+    const Vec3 place = map.place(i, j, k);
+    if (!std::ranges::any_of(mesh.tets, [&](const Tet& tet) { return holds(mesh, tet, place); })) continue;
+    ++in_mesh;
+    both += map.labels[static_cast<std::size_t>(v)] == label ? 1 : 0;
+  }
+  return 2.0 * static_cast<double>(both) / static_cast<double>(in_mesh + map.count(label));
+}
+
+TEST_F(Conforming, BodiesThatSlideHaveTheSameTrianglesAndNoGap) {
+  write("balls.seg.nrrd", named(balls()));
+  const Json report = conforming("balls.seg.nrrd", {"--relation", "bulb:fat=slides", "--tets", "4000"});
+  const TetMesh bulb = mesh("bulb");
+  const TetMesh fat = mesh("fat");
+  EXPECT_NEAR(volume_of(bulb), ball_volume(inner_radius), 0.02 * ball_volume(inner_radius));
+  const double shell = ball_volume(outer_radius) - ball_volume(inner_radius);
+  EXPECT_NEAR(volume_of(fat), shell, 0.02 * shell);
+  const auto inside = surface_of(bulb);
+  const auto around = surface_of(fat);
+  EXPECT_EQ(euler(inside), 2);
+  EXPECT_EQ(euler(around), 4) << "two spheres";
+  for (const PlacedTriangle& triangle : inside) EXPECT_TRUE(around.contains(turned(triangle)));
+  // What is left of the outer surface is one sphere: nothing is between the bodies.
+  std::set<PlacedTriangle> rest = around;
+  for (const PlacedTriangle& triangle : inside) rest.erase(turned(triangle));
+  EXPECT_EQ(euler(rest), 2);
+  EXPECT_EQ(surface_of(mesh("tissues")), rest) << "the whole mesh has the inner one as faces of two tets";
+  EXPECT_EQ(report["interfaces"][0]["triangles"], inside.size());
+  EXPECT_NEAR(report["tissues"][0]["dice"].get<double>(), dice_of(balls(), 1, bulb), 1e-12);
+  EXPECT_NEAR(report["tissues"][1]["dice"].get<double>(), dice_of(balls(), 2, fat), 1e-12);
+}
+
+TEST_F(Conforming, ReportsWhatTheIssueAsksFor) {
+  write("balls.seg.nrrd", named(balls()));
+  const Json report = conforming("balls.seg.nrrd", {"--tets", "4000"});
+  EXPECT_GE(report["min_dihedral_angle"].get<double>(), 8.0);
+  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_NEAR(report["tets"].get<double>(), 4000, 400);
+  for (const Json& tissue : report["tissues"]) {
+    EXPECT_GE(tissue["dice"].get<double>(), 0.95) << tissue;
+    EXPECT_EQ(tissue["lost_voxels"], 0);
+    EXPECT_NEAR(tissue["volume"].get<double>(), tissue["input_volume"].get<double>(),
+                0.02 * tissue["input_volume"].get<double>());
+    EXPECT_LT(tissue["surface_distance"]["max"].get<double>(), 1.5);
+  }
+  EXPECT_EQ(report["warnings"], Json::array());
+}
+
+TEST_F(Conforming, TissuesThatAreGrownTogetherAreRegionsOfABodyThatRuns) {
+  write("balls.seg.nrrd", named(balls()));
+  const Json report = conforming("balls.seg.nrrd", {"--tets", "1500"});
+  ASSERT_EQ(report["bodies"].size(), 1U);
+  EXPECT_EQ(report["bodies"][0]["tissues"], Json({"bulb", "fat"}));
+  const Json body = Json::parse(read("out/scene.json"))["bodies"][0];
+  EXPECT_EQ(body["regions"][0]["tets"]["first"], 0) << "of the bulb, which has fewer tets";
+  EXPECT_EQ(body["regions"][0]["tets"]["count"], report["tissues"][0]["tets"]);
+  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture", "--set",
+             "bodies[0].regions[0].tets.count=3"});
+  expect_error(2, {"info", "out/scene.json", "--set", "bodies[0].regions[0].tets.count=99999"},
+               {"bodies[0].regions[0].tets", "a tet index in [0, "});
+}
+
+TEST_F(Conforming, SoftTissueIsGluedToBoneAtTheirCommonPoints) {
+  write("balls.seg.nrrd", named(balls()));
+  conforming("balls.seg.nrrd", {"--tets", "1500", "--rigid", "bulb"});
+  const Json scene = Json::parse(read("out/scene.json"));
+  EXPECT_EQ(scene["bodies"][0]["obstacle"], true);
+  const Json attached = scene["bodies"][1]["attached"];
+  ASSERT_EQ(attached.size(), 1U);
+  EXPECT_EQ(attached[0]["to"], "bulb");
+  std::set<std::array<double, 3>> of_bone;
+  for (const PlacedTriangle& triangle : surface_of(mesh("bulb")))
+    of_bone.insert(triangle.begin(), triangle.end());
+  std::set<std::array<double, 3>> glued;
+  const TetMesh fat = mesh("fat");
+  for (const Json& index : attached[0]["points"]) {
+    const Vec3& p = fat.points[index.get<std::size_t>()];
+    glued.insert({p.x, p.y, p.z});
+  }
+  EXPECT_EQ(glued, of_bone);
+  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
+}
+
+TEST_F(Conforming, OpenTissuesHaveAGap) {
+  write("balls.seg.nrrd", named(balls()));
+  const Json report =
+      conforming("balls.seg.nrrd", {"--relation", "bulb:fat=open", "--gap", "0.8", "--size", "1.5"});
+  EXPECT_EQ(report["interfaces"][0]["triangles"], 0);
+  const double inside = volume_of(mesh("bulb"));
+  EXPECT_NEAR(inside, ball_volume(inner_radius - 0.4), 0.04 * inside);
+  const auto around = surface_of(mesh("fat"));
+  for (const PlacedTriangle& triangle : surface_of(mesh("bulb")))
+    EXPECT_FALSE(around.contains(turned(triangle)));
+}
+
+TEST_F(Conforming, LayersOfOneVoxelStayWhole) {
+  // A flat sheet, and a shell that meets the lattice at all angles.
+  const TestMap map({24, 24, 24}, [](int i, int j, int k) {
+    const double r = std::sqrt((i - 11.5) * (i - 11.5) + (j - 11.5) * (j - 11.5) + (k - 14.0) * (k - 14.0));
+    if (i < 2 || j < 2 || i > 21 || j > 21 || k < 2 || k > 21) return 0;
+    if (k == 4) return 1;
+    return r >= 5.5 && r < 6.6 ? 2 : 3;
+  });
+  write("sheets.nrrd", nrrd(map));
+  const Json report = conforming("sheets.nrrd", {"--relation", "slides", "--size", "4"});
+  for (const Json& tissue : report["tissues"]) {
+    EXPECT_EQ(tissue["lost_voxels"], 0) << tissue;
+    EXPECT_NEAR(tissue["volume"].get<double>() / tissue["input_volume"].get<double>(), 1.0, 0.1) << tissue;
+  }
+  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_EQ(euler(surface_of(mesh("label-1"))), 2) << "a sheet without holes";
+  EXPECT_EQ(euler(surface_of(mesh("label-2"))), 4) << "a shell without holes";
+}
+
+TEST_F(Conforming, TheSameMapGivesTheSameBytes) {
+  write("balls.seg.nrrd", named(balls()));
+  conforming("balls.seg.nrrd", {"--size", "2.5"});
+  const std::string first = read("out/tissues.vtu") + read("out/scene.json");
+  conforming("balls.seg.nrrd", {"--size", "2.5"});
+  EXPECT_EQ(read("out/tissues.vtu") + read("out/scene.json"), first);
+}
+
+TEST_F(Conforming, SizesOfAnInterfaceAndInAFocus) {
+  write("balls.seg.nrrd", named(balls()));
+  const auto triangles = [&](std::vector<std::string> flags) {
+    flags.insert(flags.end(), {"--size", "4"});
+    return conforming("balls.seg.nrrd", flags)["interfaces"][0]["triangles"].get<int>();
+  };
+  const int coarse = triangles({});
+  EXPECT_GT(triangles({"--size", "bulb:fat=1"}), 2 * coarse);
+  // Half of the inner ball, by its place in the world: centre (17.4, -27.4, 112.5).
+  const int focused = triangles({"--focus", "23.4,-27.4,112.5,6=0.8"});
+  EXPECT_GT(focused, 1.2 * coarse);
+  EXPECT_LT(
+      conforming("balls.seg.nrrd", {"--size", "4", "--focus", "200,0,0,6=0.8"})["interfaces"][0]["triangles"],
+      focused);
+}
+
+/// The label map that every user can make, coarse.
+TEST_F(Conforming, TheEyeOfOurShapesRuns) {
+  output_of({"generate", "eye-labels", "--voxel", "2", "--out", "eye.seg.nrrd"});
+  const Json report =
+      conforming("eye.seg.nrrd", {"--rigid", "bone", "--relation", "slides", "--tets", "12000"});
+  EXPECT_EQ(report["bodies"].size(), 9U);
+  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_GE(report["min_dihedral_angle"].get<double>(), 8.0);
+  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
+  EXPECT_EQ(Json::parse(read("results/eye/run.json"))["bodies"].size(), 9U);
+}
+
+TEST_F(Conforming, WarnsOfLabelsThatAreCutOrScattered) {
+  const TestMap map({14, 14, 14}, [](int i, int j, int k) {
+    if (i == 11 && j == 11 && k == 11) return 2;
+    if (i == 9 && j == 3 && k == 11) return 1;
+    return i < 7 && j > 2 && j < 11 && k > 2 && k < 9 ? 1 : 0;
+  });
+  write("cut.nrrd", nrrd(map));
+  const std::string warnings = conforming("cut.nrrd", {"--size", "2"})["warnings"].dump();
+  EXPECT_NE(warnings.find("label 1: touches the border of the map"), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("label 1: 2 parts; 1 voxel is not in the largest"), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("label 2: only 1 voxel"), std::string::npos) << warnings;
+}
+
+TEST_F(Conforming, RefusesWhatDoesNotFit) {
+  write("balls.seg.nrrd", named(balls()));
+  write("box.stl", box_stl({0, 0, 0}, {1, 1, 1}));
+  const auto refuse = [&](std::vector<std::string> flags, const std::vector<std::string>& parts) {
+    flags.insert(flags.begin(), "mesh");
+    expect_error(2, std::move(flags), parts);
+  };
+  refuse({"box.stl", "--conforming"}, {"--conforming", "surfaces", "a label map"});
+  const std::string map = "balls.seg.nrrd";
+  refuse({map, "--relation", "slides"}, {"--relation", "without --conforming"});
+  refuse({map, "--conforming", "--relation", "glued"}, {"--relation", "'glued'", "slides"});
+  refuse({map, "--conforming", "--relation", "bulb:bone=slides"}, {"--relation", "'bulb:bone'", "bulb, fat"});
+  refuse({map, "--conforming", "--relation", "open"}, {"'open' without --gap"});
+  refuse({map, "--conforming", "--gap", "1"}, {"--gap", "--relation"});
+  refuse({map, "--conforming", "--tets", "fat=100"}, {"--tets", "--size ORGAN=MM"});
+  refuse({map, "--conforming", "--size", "fat:skin=1"}, {"--size", "'fat:skin'"});
+  refuse({map, "--conforming", "--focus", "1,2,3=4"}, {"--focus", "X,Y,Z,RADIUS=MM"});
+  write("bent.nrrd",
+        "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\n"
+        "space directions: (1,0,0) (1,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n\n1 1 1 1 1 1 1 "
+        "1\n");
+  refuse({"bent.nrrd", "--conforming"}, {"bent.nrrd", "right angles"});
+}
+
+TEST_F(Conforming, RefusesRelationsThatContradictEachOther) {
+  const TestMap map({16, 16, 16}, [](int i, int j, int k) {
+    if (k < 2 || k > 13 || i < 2 || i > 13 || j < 2 || j > 13) return 0;
+    return i < 8 ? 1 : (j < 8 ? 2 : 3);
+  });
+  write("three.nrrd", nrrd(map));
+  expect_error(2,
+               {"mesh", "three.nrrd", "--conforming", "--quiet", "--size", "3", "--relation", "1:2=slides"},
+               {"label 1:label 2", "'slides'", "grown together through others"});
+}
+
+}  // namespace
+}  // namespace palpate::test
