@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -104,6 +105,35 @@ TEST(EyeScene, ThePlateLiftsTheBulbAndAllTissuesTouch) {
                                   "optic nerve", "plate", "skin", "superior rectus"}) {
     EXPECT_TRUE(pairs.contains(std::minmax(std::string("fat"), other))) << other;
   }
+}
+
+/// The angle by which the bulb's front has turned about its centre towards x, the left, in degrees.
+double turned_left(const Simulation& simulation) {
+  const Index bulb = body_named(simulation, "bulb");
+  const auto rest = simulation.bodies().points_rest();
+  const Range points = at(simulation.bodies().bodies(), bulb).points;
+  Index front = points.begin;
+  for (Index p = points.begin; p < points.end; ++p)
+    if (at(rest, p).y < at(rest, front).y) front = p;
+  const auto angle = [&](std::span<const Vec3> positions) {
+    const Vec3 arm = at(positions, front) - test::mean_of_body(simulation.bodies(), bulb, positions);
+    return std::atan2(arm.x, -arm.y);
+  };
+  return (angle(simulation.positions()) - angle(rest)) * 180.0 / 3.14159265358979323846;
+}
+
+/// The first 0.3 s of the contraction, at the end of which 30 % of the tension pull.
+TEST(EyeScene, TheActiveLateralRectusTurnsTheBulbToItsSide) {
+  Prepared prepared = prepare(medical_scene("eye-recti"), 2);
+  Simulation& simulation = prepared.simulation;
+  const Index muscle = body_named(simulation, "lateral rectus");
+  EXPECT_GT(test::mean_of_body(simulation.bodies(), muscle, simulation.bodies().points_rest()).x, 5.0);
+  while (simulation.metrics().time < 0.3 - 1e-9) {
+    simulation.step();
+    EXPECT_TRUE(simulation.metrics().solver_converged) << "step " << simulation.metrics().step;
+    EXPECT_EQ(inverted_tets(simulation), 0) << "step " << simulation.metrics().step;
+  }
+  EXPECT_GT(turned_left(simulation), 5.0);
 }
 
 TEST(SkullScene, SoftTissueFollowsTheJaws) {

@@ -4,12 +4,17 @@ The published value is the vertical displacement of the upper right corner for E
 elasticity: 32.27 (CalculiX, Elmer), 32.20 (Code_Aster), as the CoFEA benchmark and solids4foam's tutorial give them.
 """
 
+import functools
+import json
+import pathlib
+
 import numpy as np
 import pytest
 import skfem
 
 import palpate
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 YOUNG, FORCE, PUBLISHED = 70.0, 100.0, 32.27
 LITTLE = 1e-4  # of the force: linear elasticity
 
@@ -40,12 +45,16 @@ def quadratic(nu, n):
 
     held = basis.get_dofs(lambda p: p[0] < 1e-9)
     solution = skfem.solve(*skfem.condense(stiffness.assemble(basis), shear.assemble(edge), D=held))
-    corner = np.argmin(np.hypot(mesh.p[0] - 48, mesh.p[1] - 60))
-    return solution[basis.nodal_dofs[1, corner]]
+    return solution[basis.nodal_dofs[1, corner(mesh.p.T)]]
 
 
-def tets(nu, n, **options):
-    """The same with n x n x 1 cells of tets whose points do not leave their planes."""
+def corner(points):
+    return np.argmin(np.hypot(points[:, 0] - 48, points[:, 1] - 60))
+
+
+def membrane(nu, n, **options):
+    """The same with n x n x 1 cells of tets whose points do not leave their planes, under LITTLE of the force: points and
+    tets at rest, and the simulation."""
     points, cells = palpate.box((n, n, 1), (1.0, 1.0, 1.0))
     depth = 48.0 / n
     x, y = placed(points[:, 0] + 0.5, points[:, 1] + 0.5)
@@ -64,8 +73,13 @@ def tets(nu, n, **options):
     simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=1e4, solver=solver)
     for _ in range(3):
         simulation.step()
-    corner = np.argmin(np.hypot(x - 48, y - 60))
-    return (simulation.positions - points)[corner, 1] / LITTLE
+    return points, cells, simulation
+
+
+def tets(nu, n, **options):
+    """The corner's displacement under the whole force."""
+    points, _, simulation = membrane(nu, n, **options)
+    return (simulation.positions - points)[corner(points), 1] / LITTLE
 
 
 def test_the_second_code_has_the_published_value():
@@ -89,3 +103,92 @@ def test_smoothed_tets_do_not_lock(nu):
     print("Cook, nu", nu, "errors of smoothed tets", smoothed, "of linear ones", linear)
     assert abs(smoothed[-1]) < 0.02
     assert abs(smoothed[-1]) < abs(linear)
+
+
+@functools.cache
+def taylor_hood_pressure(nu, n):
+    """Pressure -lambda div u with quadratic displacements and linear pressures, which are stable: a function of places in
+    the unit square."""
+    from scipy.sparse import bmat
+    from skfem.helpers import ddot, div, sym_grad
+
+    square = skfem.MeshTri.init_tensor(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+    mesh = skfem.MeshTri(np.array(placed(*square.p)), square.t)
+    element = skfem.ElementVector(skfem.ElementTriP2())
+    basis = skfem.Basis(mesh, element, intorder=4)
+    pressures = basis.with_element(skfem.ElementTriP1())
+    edge = skfem.FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: p[0] > 48 - 1e-9), intorder=4)
+    mu, lam = YOUNG / (2 * (1 + nu)), YOUNG * nu / ((1 + nu) * (1 - 2 * nu))
+    shape = skfem.BilinearForm(lambda u, v, w: 2 * mu * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
+    volume = skfem.BilinearForm(lambda u, q, w: -div(u) * q).assemble(basis, pressures)
+    bulk = skfem.BilinearForm(lambda p, q, w: p * q / lam).assemble(pressures)
+    force = skfem.LinearForm(lambda v, w: FORCE / 16 * v[1]).assemble(edge)
+    held = basis.get_dofs(lambda p: p[0] < 1e-9).flatten()
+    matrix = bmat([[shape, volume.T], [volume, -bulk]]).tocsr()
+    found = skfem.solve(*skfem.condense(matrix, np.concatenate([force, np.zeros(pressures.N)]), D=held))[basis.N:]
+    probe = skfem.Basis(square, skfem.ElementTriP1())
+    return lambda places: probe.probes(np.clip(places, 1e-9, 1 - 1e-9).T) @ found
+
+
+def neighbours_of_tets(cells):
+    """Pairs of tets that share a face."""
+    faces = np.sort(np.vstack([np.delete(cells, i, 1) for i in range(4)]), axis=1)
+    order = np.lexsort(faces.T)
+    faces, owners = faces[order], np.tile(np.arange(len(cells)), 4)[order]
+    same = (faces[1:] == faces[:-1]).all(axis=1)
+    return np.column_stack([owners[:-1][same], owners[1:][same]])
+
+
+def unevenness(values, pairs):
+    """Root of the mean square of what values differ by from the mean of their neighbours."""
+    sums, counts = np.zeros(len(values)), np.zeros(len(values))
+    for a, b in ((0, 1), (1, 0)):
+        np.add.at(sums, pairs[:, a], values[pairs[:, b]])
+        np.add.at(counts, pairs[:, a], 1)
+    return np.sqrt(np.mean((values - sums / counts) ** 2))
+
+
+def checkerboard(nu, n, **options):
+    """Unevenness of the error of the pressures of tets, in parts of the range of the reference without its corners."""
+    points, cells, simulation = membrane(nu, n, **options)
+    grid = palpate.box((n, n, 1), (1.0, 1.0, 1.0))[0][:, :2] + 0.5
+    pressure = taylor_hood_pressure(nu, 64)
+    range_of_it = np.ptp(np.percentile(pressure(np.random.default_rng(1).random((4000, 2))), [1, 99]))
+    error = simulation.tissue().pressure / LITTLE - pressure(grid[cells].mean(axis=1))
+    return unevenness(error, neighbours_of_tets(cells)) / range_of_it
+
+
+def test_pressures_are_even_where_tissue_is_compressible():
+    """A method of first order may differ from tet to tet by what the pressure changes in a cell: 1/n of its range."""
+    assert checkerboard(0.3, 16, elements="smoothed") < 1 / 16
+
+
+@pytest.mark.xfail(strict=True, reason="smoothed tets have uneven pressures near 0.5: docs/materials.md has the figures")
+def test_pressures_are_even_near_incompressibility():
+    assert checkerboard(0.499, 16, elements="smoothed") < 1 / 16
+
+
+def test_pressures_of_smoothed_tets_near_incompressibility_converge():
+    """Where two edges meet at the held upper corner stress grows as r^-0.3, so that errors fall with h^0.7 at best; those of
+    linear tets are of the size of the pressures."""
+    coarse, fine = (checkerboard(0.499, n, elements="smoothed") for n in (8, 16))
+    linear = checkerboard(0.499, 16)
+    print("Cook, nu 0.499, unevenness of pressures", coarse, fine, "of linear tets", linear)
+    assert fine < 0.75 * coarse  # 2^-0.7 = 0.62 at best
+    assert fine < 0.25 * linear
+
+
+def test_the_scene_of_the_gallery_is_the_membrane():
+    """A hundredth of its load: linear elasticity with smoothed tets, of 16 cells."""
+    text = (ROOT / "scenes/cook.json").read_text()
+    scene = json.loads("\n".join(line for line in text.splitlines() if not line.startswith("//")))
+    body = scene["bodies"][0]
+    body["mesh"] = str(ROOT / "scenes" / body["mesh"])
+    traction = 0.01 * body["loads"][0]["traction"][1]
+    body["loads"][0]["traction"] = [0, traction, 0]
+    simulation = palpate.Simulation(scene)
+    rest = simulation.positions.copy()
+    simulation.run()
+    deflection = (simulation.positions - rest)[corner(rest), 1]
+    expected = quadratic(0.499, 48) * (traction / body["material"]["young_modulus"]) / (FORCE / 16 / YOUNG)
+    assert abs(deflection / expected - 1) < 0.08

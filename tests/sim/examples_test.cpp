@@ -137,6 +137,47 @@ TEST(Examples, ABlockSticksBelowTheAngleOfFrictionAndSlidesAboveIt) {
   EXPECT_NEAR((length(velocity(slides, "block")) - before) / 0.4, expected, 0.05 * expected);
 }
 
+/// Every step of a run converges and inverts no tet.
+Simulation run_cleanly(const Scene& scene) {
+  Simulation simulation = simulate(scene);
+  while (simulation.metrics().time < scene.duration - 1e-9) {
+    simulation.step();
+    EXPECT_TRUE(simulation.metrics().solver_converged) << "step " << simulation.metrics().step;
+    EXPECT_EQ(simulation.metrics().inverted_tets, 0U) << "step " << simulation.metrics().step;
+  }
+  return simulation;
+}
+
+TEST(Examples, ALiverIsSqueezedBy40Percent) {
+  const Simulation simulation = run_cleanly(example("liver"));
+  EXPECT_NEAR(heights(simulation, "liver").highest - heights(simulation, "liver").lowest, 0.6 * 0.08, 0.0005);
+  const Vec3 lower = force_on(simulation, "lower");
+  const Vec3 upper = force_on(simulation, "upper");
+  EXPECT_LT(lower.z, 0.0);
+  EXPECT_NEAR(upper.z, -lower.z, 0.01 * upper.z) << "there is no gravity";
+}
+
+/// The weight at its end is held by active tension: what the same muscle without it does not.
+TEST(Examples, AMuscleContractsAndThickens) {
+  const auto extent = [](const Simulation& simulation) {
+    Vec3 lower{INFINITY, INFINITY, INFINITY};
+    Vec3 upper = -lower;
+    for (const Vec3& p : simulation.positions()) {
+      lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+      upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+    }
+    return upper - lower;
+  };
+  Scene scene = example("muscle");
+  const Vec3 active = extent(run_cleanly(scene));
+  scene.bodies.at(0).material->fibres.activation.factors = {0.0, 0.0};
+  const Vec3 passive = extent(run(scene));
+  EXPECT_GT(passive.x, 0.2) << "the load stretches it";
+  EXPECT_LT(active.x, 0.75 * passive.x);
+  EXPECT_GT(active.y, 1.15 * passive.y);
+  EXPECT_NEAR(active.y, active.z, 0.02 * active.y) << "round as before";
+}
+
 TEST(Examples, AJawPressesTheBlockOntoThePlate) {
   const Simulation simulation = run(example("jaw"));
   EXPECT_TRUE(simulation.at_rest());
