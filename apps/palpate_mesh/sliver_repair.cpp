@@ -38,7 +38,6 @@ class Repairer {
  public:
   Repairer(LabelledMesh& mesh, const SliverRepair& repair)
       : mesh_(&mesh),
-        repair_(&repair),
         bound_(cosine(repair.wanted_angle * degree)),
         at_point_(mesh.mesh.points.size()),
         room_(mesh.mesh.points.size(), std::numeric_limits<double>::infinity()),
@@ -63,6 +62,7 @@ class Repairer {
     }
     std::ranges::sort(found);
     std::vector<std::size_t> tets;
+    tets.reserve(found.size());
     for (const auto& [cosine, tet] : found) tets.push_back(tet);
     return tets;
   }
@@ -136,7 +136,6 @@ class Repairer {
   }
 
   LabelledMesh* mesh_;
-  const SliverRepair* repair_;
   double bound_;                                    ///< cosine of the wanted angle
   std::vector<std::vector<std::size_t>> at_point_;  ///< tets at each point
   std::vector<double> room_;                        ///< (n_points), how far from its start a point may go

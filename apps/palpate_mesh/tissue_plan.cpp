@@ -110,9 +110,10 @@ std::vector<std::string> label_warnings(const NamedMap& map) {
     const auto& [extent, name] = map.labels[t];
     if (touches_border(map.map, extent))
       warnings.push_back(name.name + ": touches the border of the map, and ends there in a flat wall");
-    if (extent.voxels < few)
+    if (extent.voxels < few) {
       warnings.push_back(
           fmt::format("{}: only {} {}", name.name, extent.voxels, extent.voxels == 1 ? "voxel" : "voxels"));
+    }
     if (parts[t].size() > 1) {
       const std::size_t largest = *std::ranges::max_element(parts[t]);
       const std::size_t rest = extent.voxels - largest;
