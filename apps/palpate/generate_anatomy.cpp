@@ -70,7 +70,7 @@ Subcommand add_organs(CLI::App& generate, const std::string& name, const std::st
 /// NRRD with the segments' names as 3D Slicer writes them; LPS.
 std::string nrrd_of(const anatomy::OrganLabels& map) {
   std::string text = fmt::format(
-      "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\n"
+      "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: {0} {1} {2}\n"
       "space directions: ({3},0,0) (0,{3},0) (0,0,{3})\nkinds: domain domain domain\nencoding: raw\n"
       "space origin: ({4},{5},{6})\n",
       map.size[0], map.size[1], map.size[2], map.edge, map.origin.x, map.origin.y, map.origin.z);

@@ -1,6 +1,7 @@
 #include "conforming_mesh.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -15,8 +16,11 @@
 namespace palpate::app {
 namespace {
 
-/// Size of triangles over the thickness of the tissue there: with larger ones, both sides of a layer meet.
+/// Size of triangles over the thickness of the tissue there, at most: with larger ones, both sides of a layer
+/// meet. Less in layers of few voxels, which stay whole with these (tests, Conforming.LayersOfOneVoxel...).
 constexpr double of_thickness = 4.0;
+constexpr double of_one_voxel = 1.2;
+constexpr double of_each_more = 1.6;
 /// Of triangles from the interface: of their size, and of a voxel.
 constexpr double distance_share = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
@@ -42,6 +46,32 @@ Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& s
   return tissues;
 }
 
+/// The thickness of layers, where they are thin less, so that `of_thickness` of it is the size there. A voxel
+/// that sticks out of a thick tissue is no layer: it is as thick as its neighbours.
+std::vector<float> layers_of(const Tissues& tissues, double most) {
+  const std::vector<float> thickness = thickness_of(tissues, most);
+  const Vec3& s = tissues.spacing();
+  const double voxel = std::max({s.x, s.y, s.z});
+  std::vector<float> layers;
+  layers.reserve(thickness.size());
+  for_points(tissues.size(), [&](int i, int j, int k) {
+    const int tissue = tissues.voxel(i, j, k);
+    float thick = 0.0F;
+    for_points({3, 3, 3}, [&](int x, int y, int z) {
+      const std::array<int, 3> v{i + x - 1, j + y - 1, k + z - 1};
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (v[a] < 0 || v[a] >= tissues.size()[a]) return;
+      }
+      if (tissues.voxel(v[0], v[1], v[2]) == tissue)
+        thick = std::max(thick, thickness[tissues.voxel_index(v[0], v[1], v[2])]);
+    });
+    const double voxels = std::max(static_cast<double>(thick) / voxel, 1.0);
+    const double share = std::min(of_one_voxel + of_each_more * (voxels - 1.0), of_thickness);
+    layers.push_back(thick * static_cast<float>(share / of_thickness));
+  });
+  return layers;
+}
+
 class ConformingMesher {
  public:
   ConformingMesher(const NamedMap& map, const TissuePlan& plan, const MeshOptions& options,
@@ -50,7 +80,7 @@ class ConformingMesher {
         options_(&options),
         progress_(&progress),
         tissues_(tissues_of(map, plan, options.shaping)),
-        thickness_(thickness_of(tissues_, most_thickness(map))) {
+        layers_(layers_of(tissues_, most_thickness(map))) {
     for (const NamedLabel& label : map.labels) voxels_ += static_cast<double>(label.extent.voxels);
     domain_.lower = tissues_.lower();
     domain_.upper = tissues_.upper();
@@ -87,14 +117,16 @@ class ConformingMesher {
     return voxels * std::max({map.map.spacing.x, map.map.spacing.y, map.map.spacing.z});
   }
 
-  /// Meshes at a general size; layers have their own. Slivers are improved where `wanted` takes the tets.
+  /// Meshes at a general size; layers have their own, and stay whole unless a number of tets was given.
+  /// Slivers are improved where `wanted` takes the tets.
   void mesh(double size, const std::function<bool(std::size_t)>& wanted) {
     progress_->starts(size);
     made_.size = size;
     TissueSizes sizes = plan_->sizes;
     sizes.general = size;
-    sizes.of_thickness = of_thickness * scale_of(size);
-    sizes_ = size_field(tissues_, sizes, thickness_);
+    sizes.of_thickness =
+        of_thickness * (options_->fineness.tets > 0.0 ? scale_of(size) : std::min(scale_of(size), 1.0));
+    sizes_ = size_field(tissues_, sizes, layers_);
     domain_.seeds = tissues_.seeds(size);
     const Fineness& fineness = options_->fineness;
     const MeshingCriteria criteria{
@@ -156,7 +188,7 @@ class ConformingMesher {
   const MeshOptions* options_;
   const MeshingProgress* progress_;
   Tissues tissues_;
-  std::vector<float> thickness_;
+  std::vector<float> layers_;
   LabelledDomain domain_;
   Lattice sizes_;
   ConformingMesh made_;

@@ -91,8 +91,13 @@ TissuePlan plan_of(const MeshOptions& options, const NamedMap& map) {
     plan.rigid.push_back(std::ranges::count(options.rigid, label.name.name) > 0);
   }
   plan.relations.general = options.conformity.general.value_or(Relation::grown);
-  for (const auto& [organs, relation] : options.conformity.pairs)
-    plan.relations.pairs.push_back({tissue_pair(map, "--relation", organs, 1), relation});
+  for (const auto& [organs, relation] : options.conformity.pairs) {
+    const int one = tissue_named(map, organs);
+    if (one < 1) plan.relations.pairs.push_back({tissue_pair(map, "--relation", organs, 1), relation});
+    for (int t = 1; one > 0 && t <= static_cast<int>(map.labels.size()); ++t) {
+      if (t != one) plan.relations.pairs.push_back({{std::min(one, t), std::max(one, t)}, relation});
+    }
+  }
   plan.sizes = sizes_of(options, map);
   return plan;
 }

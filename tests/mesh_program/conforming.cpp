@@ -27,7 +27,8 @@ std::set<PlacedTriangle> surface_of(const TetMesh& mesh) {
     for (const auto& face : {std::array{t[1], t[2], t[3]}, std::array{t[0], t[3], t[2]},
                              std::array{t[0], t[1], t[3]}, std::array{t[0], t[2], t[1]}}) {
       const PlacedTriangle triangle = placed(mesh, face);
-      if (open.erase(turned(triangle)) == 0) EXPECT_TRUE(open.insert(triangle).second) << "a face of three";
+      if (open.erase(turned(triangle)) > 0) continue;
+      EXPECT_TRUE(open.insert(triangle).second) << "a face of three";
     }
   }
   return open;

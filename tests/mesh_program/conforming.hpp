@@ -24,7 +24,7 @@ PlacedTriangle turned(const PlacedTriangle& triangle);
 /// A test of `palpate mesh --conforming`.
 class Conforming : public MeshProgram {
  protected:
-  [[nodiscard]] Json conforming(const std::string& input, std::vector<std::string> flags) const {
+  Json conforming(const std::string& input, std::vector<std::string> flags) const {
     flags.emplace_back("--conforming");
     return meshed(input, std::move(flags));
   }
