@@ -27,9 +27,10 @@ std::vector<std::uint8_t> marked_ends(Index n_points, std::span<const Index> fro
         throw Error(function, end_names[end], "point " + std::to_string(point),
                     "0 to " + std::to_string(n_points - 1));
       }
-      if (end == 1 && at(ends, point) == 1)
+      if (end == 1 && at(ends, point) == 1) {
         throw Error(function, end_names[end], "point " + std::to_string(point) + ", which is in 'from' too",
                     "ends that do not touch");
+      }
       at(ends, point) = static_cast<std::uint8_t>(end + 1);
     }
   }
@@ -102,8 +103,8 @@ std::vector<Vec3> fibres_between(const Bodies& bodies, Index body, std::span<con
   const fem::ScalarTets tets(part(bodies.points_rest(), own.points), part(bodies.tets(), own.tets),
                              own.points.begin);
   check_pieces(tets, ends);
-  std::vector<double> field;
-  for (const std::uint8_t end : ends) field.push_back(end == 0 ? 0.5 : end - 1.0);
+  std::vector<double> field(ends.size());
+  std::ranges::transform(ends, field.begin(), [](std::uint8_t end) { return end == 0 ? 0.5 : end - 1.0; });
   fem::solve_laplace(tets, ends, field);
 
   std::vector<Vec3> gradients;
