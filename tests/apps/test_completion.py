@@ -27,7 +27,7 @@ def flags_in_help(*words):
 def subcommands_in_help(*words):
     text = palpate(*words, "--help")
     below = text.partition("Subcommands:\n")[2].partition("\n\n")[0]
-    return set(re.findall(r"(?m)^  ([a-z]+) ", below + "\n"))
+    return set(re.findall(r"(?m)^  ([a-z-]+) ", below + "\n"))
 
 
 # "palpate help --help" is the help of the whole.
