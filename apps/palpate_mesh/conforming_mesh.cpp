@@ -28,6 +28,7 @@ constexpr double default_tets = 55000.0;
 
 Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& shaping) {
   std::vector<LabelExtent> extents;
+  extents.reserve(map.labels.size());
   for (const NamedLabel& label : map.labels) extents.push_back(label.extent);
   Tissues tissues(map.map, extents, shaping.smoothing);
   if (shaping.gap <= 0.0) return tissues;

@@ -29,6 +29,7 @@ void to_world(TetMesh& mesh, const Frame& frame) {
 void write_mesh(const fs::path& file, const TetMesh& mesh, const std::vector<int>& tissue_of_tet,
                 const NamedMap& map) {
   std::vector<Index> labels;
+  labels.reserve(tissue_of_tet.size());
   for (const int t : tissue_of_tet)
     labels.push_back(map.labels[static_cast<std::size_t>(t - 1)].extent.label);
   const std::vector<io::NamedArray> arrays{{.name = "label", .values = std::span<const Index>(labels)}};
@@ -69,6 +70,7 @@ std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& bo
     found.insert(face.points.begin(), face.points.end());
   }
   std::vector<Index> own;
+  own.reserve(found.size());
   for (const Index p : found)
     own.push_back(static_cast<Index>(std::ranges::lower_bound(body.points, p) - body.points.begin()));
   return own;

@@ -10,7 +10,7 @@
 namespace palpate::app {
 
 /// What is worth telling of a conforming mesh.
-struct ConformingReport {
+struct ConformingReport {  // NOLINT(bugprone-exception-escape)
   nlohmann::ordered_json json;
   std::string text;  ///< a table with a line for each tissue
   std::vector<std::string> warnings;

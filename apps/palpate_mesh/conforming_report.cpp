@@ -71,25 +71,29 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
       warnings.push_back(plan.names[t] + ": not in the mesh: use a smaller size for it");
       continue;
     }
-    if (match.lost > 0)
+    if (match.lost > 0) {
       warnings.push_back(fmt::format("{}: {} of {} voxels are lost: use a smaller size for it", plan.names[t],
                                      match.lost, match.voxels));
-    if (match.dice < similar)
+    }
+    if (match.dice < similar) {
       warnings.push_back(
           fmt::format("{}: Dice {:.3f}: use a smaller size for it", plan.names[t], match.dice));
+    }
     if (match.least_angle < flat)
       warnings.push_back(fmt::format("{}: flat tets, {:.1f} degrees", plan.names[t], match.least_angle));
   }
   for (const InterfaceMatch& match : made.comparison.interfaces) {
     const bool open = plan.relations.between(match.tissues[0], match.tissues[1]) == Relation::open;
-    if (open && match.triangles > 0)
+    if (open && match.triangles > 0) {
       warnings.push_back(fmt::format("{} and {} are open, but share {} triangles: use a larger --gap",
                                      name_of(plan, match.tissues[0]), name_of(plan, match.tissues[1]),
                                      match.triangles));
+    }
   }
-  if (const double share = closed_share(made, plan); share < closed)
+  if (const double share = closed_share(made, plan); share < closed) {
     warnings.push_back(
         fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * share));
+  }
   return warnings;
 }
 

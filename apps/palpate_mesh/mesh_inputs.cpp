@@ -34,15 +34,17 @@ void check_conformity(const MeshOptions& options) {
   if (!is_label_map(options.inputs.front()))
     throw BadInput("--conforming", "", "surfaces", "a label map: only its labels fill space without gaps");
   const Fineness& fineness = options.fineness;
-  if (fineness.tets_each > 0.0 || !fineness.named_tets.empty())
+  if (fineness.tets_each > 0.0 || !fineness.named_tets.empty()) {
     throw BadInput("--tets", "", "tets of single organs with --conforming",
                    "--tets N for the whole mesh, --size ORGAN=MM for one organ");
+  }
   bool open = conformity.general == Relation::open;
   for (const auto& pair : conformity.pairs) open = open || pair.relation == Relation::open;
-  if (open != (options.shaping.gap > 0.0))
+  if (open != (options.shaping.gap > 0.0)) {
     throw BadInput(open ? "--relation" : "--gap", "",
                    open ? "'open' without --gap" : "it with --conforming and no --relation that is open",
                    "both: --relation A:B=open --gap MM");
+  }
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Me
         const std::size_t w = (frame + place) % methods.size();
         detectors[w].detect(recording.frames[frame]);
         MethodTimes& result = results[w];
-        if (place == 0) {
+        if (round == 0) {
           result.of_frame.push_back(detectors[w].times());
           result.contacts += detectors[w].contacts().size();
         } else {
