@@ -225,9 +225,10 @@ void EdgeQuery::test(NearPair& pair, std::size_t number, Batch& batch) const {
   const auto& [a, b] = group.clusters;
   // What was listed now has not moved since.
   if (pair.moved > 0.0) group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
-  for (std::size_t i = group.begin; i < group.begin + group.size; ++i)
+  for (std::size_t i = group.begin; i < group.begin + group.size; ++i) {
     if (!(group.moved <= static_cast<double>(pair.apart[i])))
       batch.add(pair.near[i], group.moved, pair.apart[i]);
+  }
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,

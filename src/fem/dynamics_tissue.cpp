@@ -68,6 +68,7 @@ double Dynamics::tissue_error() {
     if (free_[i] == 0 || !is_full(i)) return 0.0;
     return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
   });
+  if (error == 0.0) return 0.0;  // at rest without loads the scale is zero, too
   const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));
   });

@@ -287,6 +287,18 @@ TEST(MaterialSteps, KeepMomentumAndTheBitsOfEveryThreadCount) {
   EXPECT_EQ(ends[0], ends[1]);
 }
 
+/// Nothing moves, so that an error has nothing to be relative to.
+TEST(MaterialSteps, AtRestWithoutLoadsTheyConverge) {
+  const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, box, 0.2));
+  for (const ElementKind elements : {ElementKind::linear, ElementKind::smoothed}) {
+    Material m = tissue(0.45);
+    m.elements = elements;
+    Dynamics dynamics = Scene{m, {}, 1}.dynamics(bodies);
+    for (int n = 0; n < 3; ++n) EXPECT_TRUE(dynamics.step(0.01, {}, {}, {}, 1e-4, 300).converged);
+    EXPECT_TRUE(std::ranges::equal(dynamics.positions(), bodies.points_rest()));
+  }
+}
+
 /// A state that is taken up goes on as it would have.
 TEST(MaterialSteps, GoOnFromASavedState) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
