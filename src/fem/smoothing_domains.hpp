@@ -151,7 +151,12 @@ class SmoothingDomains {
                                                             std::span<const double> bulk_fractions) const;
 
  private:
+  static constexpr std::size_t edges_of_tet = 6;
   static constexpr std::size_t domains_of_tet = 10;  ///< its edges, then its points
+  /// Fraction of the volume of a tet in its domain `place`.
+  static constexpr double volume_fraction(std::size_t place) {
+    return place < edges_of_tet ? 1.0 / 6.0 : 1.0 / 4.0;
+  }
   struct Member {
     std::uint32_t tet = 0;
     std::uint32_t place = 0;  ///< of the domain among the ten of the tet

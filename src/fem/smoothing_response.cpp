@@ -1,0 +1,302 @@
+// What smoothing domains answer to displacements: stress, energy, viscosity and stiffness.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "fem/padded_vectors.hpp"
+#include "fem/plasticity.hpp"
+#include "fem/rotation.hpp"
+#include "fem/smoothing_domains.hpp"
+#include "fem/stress.hpp"
+#include "fem/symmetric_eigen.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t domain_grain = 128;
+constexpr std::size_t point_grain = 64;
+
+}  // namespace
+
+void SmoothingDomains::set_tensions(std::span<const double> tensions, Index first) {
+  for (std::size_t d = 0; d < size(); ++d)
+    laws_[d].tension = at(tensions, element(d) - first) / viscosity_.stiffness(d);
+}
+
+double SmoothingDomains::modulus(std::size_t domain) const {
+  const SmoothedTet& tet = first_tet(domain);
+  return is_node(domain) ? tet.lambda : tet.mu;
+}
+
+/// The least of its tets': one that is inverted frees the whole domain.
+double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
+  double least = 1.0;
+  if (!is_node(domain)) return least;
+  for (std::uint32_t k = tet_begin_[domain]; k < tet_begin_[domain + 1]; ++k)
+    least = std::min(least, at(fractions, tets_[domain_tets_[k]].element));
+  return least;
+}
+
+/// F - I.
+Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
+                                                std::span<const simd::Padded3> displacements) const {
+  Matrix3 h;
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k)
+    add_outer(h, 1.0, unpadded(at(displacements, points_[k])), rest_gradients_[k]);
+  return h;
+}
+
+HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, double tension) const {
+  const SmoothedTet& tet = first_tet(domain);
+  if (is_node(domain)) return {.bulk = fraction * tet.lambda};
+  HyperelasticLaw law = laws_[domain];
+  law.bulk = bulk_of(0.0, law.first);
+  law.tension *= tension;
+  return law;
+}
+
+HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matrix3& h,
+                                                  const Matrix3& rotation, double fraction,
+                                                  double tension) const {
+  const SmoothedTet& tet = first_tet(domain);
+  if (tet.hyperelastic) return respond(law(domain, fraction, tension), h);
+  const Matrix3 stretch = plus_identity(h) - rotation;
+  HyperelasticResponse response;
+  if (is_node(domain)) {
+    const double trace = inner(rotation, stretch);
+    const double bulk = fraction * tet.lambda;
+    response.energy_density = 0.5 * bulk * trace * trace;
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = bulk * trace * rotation.values[k];
+  } else {
+    response.energy_density = tet.mu * inner(stretch, stretch);
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = 2.0 * tet.mu * stretch.values[k];
+  }
+  return response;
+}
+
+/// The derivative of a corotational stress beyond that at fixed R: P = 2 mu R (S - I), or lambda tr(S - I) R,
+/// turns with R. Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the
+/// energy is 2 mu (1 - 2 / (s_i + s_j)) of the shape and 2 lambda tr(S - I) / (s_i + s_j) of the volume
+/// (Smith, de Goes & Kim 2019, section 4.1 for the first), and along all else that at fixed R. Negative ones
+/// are zero, as those at fixed R are. Where stretches s of opposite signs cancel, the second has no bound; it
+/// goes on as if their sum were a half.
+SmoothingDomains::Twists SmoothingDomains::twists_of(std::size_t domain, const Matrix3& f,
+                                                     const Matrix3& rotation, double fraction) const {
+  constexpr double least_sum = 0.5;
+  const SmoothedTet& tet = first_tet(domain);
+  const auto [strains, axes] = symmetric_eigen(corotated_strain(f, rotation));
+  const double dilation = strains.x + strains.y + strains.z;
+  const Vec3 pairs{strains.y + strains.z, strains.x + strains.z, strains.x + strains.y};
+  const auto half = [&](double pair) {
+    const double sum = std::max(2.0 + pair, least_sum);
+    return std::max(0.0, is_node(domain) ? fraction * tet.lambda * dilation / sum : tet.mu * pair / sum);
+  };
+  return {std::sqrt(half(pairs.x)) * (rotation * axes[0]), std::sqrt(half(pairs.y)) * (rotation * axes[1]),
+          std::sqrt(half(pairs.z)) * (rotation * axes[2])};
+}
+
+void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                                   double fraction) {
+  if (first_tet(domain).hyperelastic) {
+    tangents_[domain] = tangent(law(domain, fraction, 1.0), h);
+    return;
+  }
+  rotations_[domain] = rotation;
+  const Twists twists = twists_of(domain, plus_identity(h), rotation, fraction);
+  twist_stiffness_[domain] =
+      scales_[domain] * outer_square(transposed(from_rows(twists[0], twists[1], twists[2])));
+  const auto quad = [](const Vec3& a) {
+    return simd::Quad{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
+  };
+  const double scale = std::sqrt(scales_[domain] * modulus(domain));
+  const double root = std::sqrt(scales_[domain]);
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
+    const Vec3 a = rotation * rest_gradients_[k];
+    rotated_[k].strain = quad(scale * a);
+    for (std::size_t n = 0; n < 3; ++n) rotated_[k].twist[n] = quad(root * cross(twists[n], a));
+  }
+}
+
+void SmoothingDomains::update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                              std::span<const double> factors, std::span<const double> bulk_fractions) {
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    const double fraction = bulk_fraction(d, bulk_fractions);
+    const bool needs_none = first_tet(d).hyperelastic && !viscosity_.has(d);
+    const Matrix3 rotation = needs_none ? identity() : nearest_rotation(plus_identity(h));
+    HyperelasticResponse response = respond_at(d, h, rotation, fraction, 1.0);
+    if (viscosity_.has(d)) add_history(d, h, rotation, response);
+    densities_[d] = response.energy_density;
+    for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
+    scales_[d] = at(factors, element(d)) * volume_[d];
+    set_tangent(d, h, rotation, fraction);
+  });
+}
+
+/// The response over a step, as Elements::add_viscous_forces has it: stiffness P and the history's stress.
+void SmoothingDomains::add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
+                                   HyperelasticResponse& response) const {
+  const double stiffness = viscosity_.stiffness(domain);
+  const Matrix3 f = plus_identity(h);
+  const Matrix3 stress = first_piola_stress(viscosity_.history(domain), f, rotation);
+  response.energy_density = stiffness * response.energy_density + inner(stress, f - rotation);
+  for (std::size_t k = 0; k < 9; ++k)
+    response.stress.values[k] = stiffness * response.stress.values[k] + stress.values[k];
+}
+
+/// Elastic, with the stresses of Maxwell elements as they are.
+HyperelasticResponse SmoothingDomains::whole_response(std::size_t domain, const Matrix3& h,
+                                                      double fraction) const {
+  const Matrix3 f = plus_identity(h);
+  const Matrix3 rotation = nearest_rotation(f);
+  HyperelasticResponse response = respond_at(domain, h, rotation, fraction, viscosity_.stiffness(domain));
+  if (!viscosity_.has(domain)) return response;
+  const SmoothedTet& tet = first_tet(domain);
+  response.energy_density += is_node(domain) ? viscosity_.energy_density(domain, 0.0, tet.lambda)
+                                             : viscosity_.energy_density(domain, tet.mu, 0.0);
+  const Matrix3 viscous = first_piola_stress(viscosity_.stress(domain), f, rotation);
+  for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
+  return response;
+}
+
+void SmoothingDomains::relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
+                             std::span<const double> bulk_fractions) {
+  parallel::for_each(threads, viscosity_.elements().size(), domain_grain, [&](std::size_t k) {
+    const auto d = static_cast<std::size_t>(viscosity_.elements()[k]);
+    const Matrix3 h = displacement_gradient(d, displacements);
+    const Matrix3 rotation = nearest_rotation(plus_identity(h));
+    const HyperelasticResponse passive = respond_at(d, h, rotation, bulk_fraction(d, bulk_fractions), 0.0);
+    viscosity_.advance(d, symmetric_part(transposed_times(rotation, passive.stress)));
+  });
+}
+
+double SmoothingDomains::energy(const parallel::Threads& threads,
+                                std::span<const simd::Padded3> displacements,
+                                std::span<const double> bulk_fractions, std::vector<double>& partial) const {
+  return parallel::sum(threads, size(), partial, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    return volume_[d] * whole_response(d, h, bulk_fraction(d, bulk_fractions)).energy_density;
+  });
+}
+
+void SmoothingDomains::add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const {
+  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+    Vec3 sum;
+    for (const Entry& entry : entries(smoothed_points_[i]))
+      sum += stresses_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];
+    simd::Padded3& force = at(forces, smoothed_points_[i]);
+    force = padded(unpadded(force) - sum);
+  });
+}
+
+void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<double> energies) const {
+  parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
+    const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * t];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < domains_of_tet; ++k) {
+      if (domains[k] < size()) sum += volume_fraction(k) * densities_[domains[k]];
+    }
+    at(energies, tets_[t].element) += tets_[t].volume * sum;
+  });
+}
+
+/// Factor V dP, for dF.
+Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
+  const double scale = scales_[domain];
+  Matrix3 change;
+  if (first_tet(domain).hyperelastic) {
+    change = stress_change_of(tangents_[domain], laws_[domain].fibre, gradient);
+    for (double& value : change.values) value *= scale;
+    return change;
+  }
+  const Matrix3& r = rotations_[domain];
+  const Matrix3 b = times_transposed(gradient, r);  // dF R^T
+  const double modul = scale * modulus(domain);
+  if (is_node(domain)) {
+    for (int k = 0; k < 3; ++k) change(k, k) = modul * trace(b);
+  } else {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) change(i, j) = modul * (b(i, j) + b(j, i));
+    }
+  }
+  const Vec3 w = twist_stiffness_[domain] * Vec3{b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1)};
+  const Matrix3 turn = from_rows({0.0, -w.z, w.y}, {w.z, 0.0, -w.x}, {-w.y, w.x, 0.0});
+  for (std::size_t k = 0; k < 9; ++k) change.values[k] += turn.values[k];
+  return times_transposed(change, transposed(r));
+}
+
+void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
+                                std::span<const double> weights, std::span<simd::Padded3> products) const {
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    changes_[d] = stress_change(d, displacement_gradient(d, vectors));
+    if (weights.empty()) return;
+    for (double& value : changes_[d].values) value *= at(weights, element(d));
+  });
+  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+    Vec3 sum;
+    for (const Entry& entry : entries(smoothed_points_[i]))
+      sum += changes_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];
+    simd::Padded3& product = at(products, smoothed_points_[i]);
+    product = padded(unpadded(product) + sum);
+  });
+}
+
+/// Of the points at places a and b of rest_gradients_.
+SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
+                                                             std::size_t b) const {
+  const auto [first, second] = std::minmax(a, b);
+  const Matrix3 own =
+      block_of(tangents_[domain], laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
+  Block block;
+  for (std::size_t k = 0; k < 9; ++k)
+    block[k] = static_cast<float>(scales_[domain] * own.values[a <= b ? k : 3 * (k % 3) + k / 3]);
+  return block;
+}
+
+Matrix3 SmoothingDomains::block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
+                                     std::size_t j) const {
+  const Vec3 a = rotation * rest_gradients_[begin_[domain] + i];
+  const Vec3 b = rotation * rest_gradients_[begin_[domain] + j];
+  const double scale = scales_[domain] * modulus(domain);
+  Matrix3 block;
+  if (is_node(domain)) {
+    add_outer(block, scale, a, b);
+    return block;
+  }
+  add_outer(block, scale, b, a);
+  for (int k = 0; k < 3; ++k) block(k, k) += scale * dot(a, b);
+  return block;
+}
+
+Matrix3 SmoothingDomains::rotation(std::size_t domain, std::span<const Vec3> rest,
+                                   std::span<const Vec3> positions) const {
+  Matrix3 f = identity();
+  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k)
+    add_outer(f, 1.0, at(positions, points_[k]) - at(rest, points_[k]), rest_gradients_[k]);
+  return nearest_rotation(f);
+}
+
+std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Threads& threads,
+                                                              std::span<const simd::Padded3> displacements,
+                                                              std::span<const double> bulk_fractions) const {
+  std::vector<HyperelasticResponse> of_domains(size());
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+    const Matrix3 h = displacement_gradient(d, displacements);
+    of_domains[d] = whole_response(d, h, bulk_fraction(d, bulk_fractions));
+  });
+  std::vector<HyperelasticResponse> of_tets(tets_.size());
+  parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
+    for (std::size_t k = 0; k < domains_of_tet; ++k) {
+      const std::uint32_t d = domain_of_tet_[domains_of_tet * t + k];
+      if (d >= size()) continue;
+      const double share = volume_fraction(k);
+      of_tets[t].energy_density += share * of_domains[d].energy_density;
+      for (std::size_t n = 0; n < 9; ++n)
+        of_tets[t].stress.values[n] += share * of_domains[d].stress.values[n];
+    }
+  });
+  return of_tets;
+}
+
+}  // namespace palpate::fem
