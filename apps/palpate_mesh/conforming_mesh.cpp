@@ -22,7 +22,7 @@ constexpr double of_thickness = 4.0;
 constexpr double of_one_voxel = 1.2;
 constexpr double of_each_more = 1.6;
 /// Of triangles from the interface: of their size, and of a voxel.
-constexpr double distance_share = 0.12;
+constexpr double size_fraction = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
 constexpr double default_tets = 55000.0;
 
@@ -67,8 +67,8 @@ std::vector<float> layers_of(const Tissues& tissues, double most) {
         thick = std::max(thick, thickness[tissues.voxel_index(v[0], v[1], v[2])]);
     });
     const double voxels = std::max(static_cast<double>(thick) / voxel, 1.0);
-    const double share = std::min(of_one_voxel + of_each_more * (voxels - 1.0), of_thickness);
-    layers.push_back(thick * static_cast<float>(share / of_thickness));
+    const double ratio = std::min(of_one_voxel + of_each_more * (voxels - 1.0), of_thickness);
+    layers.push_back(thick * static_cast<float>(ratio / of_thickness));
   });
   return layers;
 }
@@ -149,7 +149,7 @@ class ConformingMesher {
   [[nodiscard]] double distance(const Vec3& p) const {
     const Vec3& s = tissues_.spacing();
     const double most = distance_voxels * std::cbrt(s.x * s.y * s.z) * scale_of(made_.size);
-    return std::min(distance_share * sizes_(p), most);
+    return std::min(size_fraction * sizes_(p), most);
   }
 
   /// Where a number of tets is asked for, sizes in layers go with the general one.

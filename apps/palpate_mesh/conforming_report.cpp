@@ -43,7 +43,7 @@ ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan)
 
 /// Share of the area between tissues, those that are open left out, that is closed in the mesh; 1 without
 /// any.
-double closed_share(const ConformingMesh& made, const TissuePlan& plan) {
+double closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
   double closed = 0.0;
   double all = 0.0;
   for (const InterfaceMatch& match : made.comparison.interfaces) {
@@ -90,9 +90,9 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
                                      match.triangles));
     }
   }
-  if (const double share = closed_share(made, plan); share < closed) {
+  if (const double fraction = closed_fraction(made, plan); fraction < closed) {
     warnings.push_back(
-        fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * share));
+        fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * fraction));
   }
   return warnings;
 }
@@ -112,7 +112,7 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
                         match.distance.mean, match.distance.most_of_95);
   }
   return text + fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
-                            100.0 * closed_share(made, plan), short_text(made.least_size),
+                            100.0 * closed_fraction(made, plan), short_text(made.least_size),
                             short_text(made.size));
 }
 
@@ -125,7 +125,7 @@ ConformingReport conforming_report(const ConformingMesh& made, const std::vector
                  {"points", made.mesh.mesh.points.size()},
                  {"tets", made.mesh.mesh.tets.size()},
                  {"min_dihedral_angle", least_angle(made)},
-                 {"closed_share", closed_share(made, plan)},
+                 {"closed_fraction", closed_fraction(made, plan)},
                  {"size", made.size},
                  {"least_size", made.least_size},
                  {"meshings", made.meshings},

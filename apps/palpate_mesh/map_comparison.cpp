@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
+#include "contact/nearest_surface.hpp"
+#include "geometry/box_tree.hpp"
 #include "geometry/vector.hpp"
-#include "near_triangles.hpp"
 #include "sliver_repair.hpp"
 #include "voxel_lines.hpp"
 
@@ -64,16 +66,28 @@ Vec3 middle_of(const Triangle3& t) {
   return (1.0 / 3.0) * (t[0] + t[1] + t[2]);
 }
 
+/// Of p from the nearest of these triangles. \param tree  of their boxes
+double distance_to(const Vec3& p, const std::vector<Triangle3>& triangles, const BoxTree& tree) {
+  double least = std::numeric_limits<double>::infinity();
+  tree.for_each_within(
+      Box{p, p}, [&] { return least; },
+      [&](std::size_t t) { least = std::min(least, length(nearest_on_triangle(p, triangles[t]) - p)); });
+  return least;
+}
+
 /// From the corners and middles of triangles to the others, and back.
-SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vector<Triangle3>& b,
-                                 double cell) {
+SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vector<Triangle3>& b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> distances;
   const auto add = [&](const std::vector<Triangle3>& from, const std::vector<Triangle3>& to) {
-    const NearTriangles near(to, cell);
+    std::vector<Box> boxes(to.size());
+    for (std::size_t t = 0; t < to.size(); ++t) {
+      for (const Vec3& corner : to[t]) boxes[t].extend(corner);
+    }
+    const BoxTree tree(std::move(boxes));
     for (const Triangle3& triangle : from) {
-      distances.push_back(near.distance(triangle[0]));
-      distances.push_back(near.distance(middle_of(triangle)));
+      distances.push_back(distance_to(triangle[0], to, tree));
+      distances.push_back(distance_to(middle_of(triangle), to, tree));
     }
   };
   add(a, b);
@@ -177,10 +191,8 @@ MapComparison compare(const Tissues& tissues, const LabelledMesh& mesh,
     for (const int t : face.labels) surfaces[static_cast<std::size_t>(t)].push_back(corners_of(mesh, face));
   }
   const auto of_map = voxel_surfaces(tissues);
-  const Vec3& s = tissues.spacing();
-  const double cell = 2.0 * std::max({s.x, s.y, s.z});
   for (std::size_t t = 1; t < surfaces.size(); ++t)
-    comparison.tissues[t - 1].distance = distance_between(surfaces[t], of_map[t], cell);
+    comparison.tissues[t - 1].distance = distance_between(surfaces[t], of_map[t]);
   comparison.interfaces = interfaces_of(tissues, mesh, lines, faces);
   return comparison;
 }

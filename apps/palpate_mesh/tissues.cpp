@@ -67,10 +67,10 @@ int Tissues::evaluated(const Vec3& p) const {
     const Vec3 end = field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1);
     if (p.x < field.origin.x || p.y < field.origin.y || p.z < field.origin.z) continue;
     if (p.x > end.x || p.y > end.y || p.z > end.z) continue;
-    const double share = field(p);
-    rest -= share;
-    if (share <= 0.0 || share + offsets_[t] <= most) continue;
-    most = share + offsets_[t];
+    const double value = field(p);
+    rest -= value;
+    if (value <= 0.0 || value + offsets_[t] <= most) continue;
+    most = value + offsets_[t];
     best = static_cast<int>(t) + 1;
   }
   if (rest >= most) return 0;

@@ -107,7 +107,7 @@ TEST_F(Conforming, ReportsWhatTheIssueAsksFor) {
   write("balls.seg.nrrd", named(balls()));
   const Json report = conforming("balls.seg.nrrd", {"--tets", "4000"});
   EXPECT_GE(report["min_dihedral_angle"].get<double>(), 8.0);
-  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_GE(report["closed_fraction"].get<double>(), 0.99);
   EXPECT_NEAR(report["tets"].get<double>(), 4000, 400);
   for (const Json& tissue : report["tissues"]) {
     EXPECT_GE(tissue["dice"].get<double>(), 0.95) << tissue;
@@ -180,7 +180,7 @@ TEST_F(Conforming, LayersOfOneVoxelStayWhole) {
     EXPECT_EQ(tissue["lost_voxels"], 0) << tissue;
     EXPECT_NEAR(tissue["volume"].get<double>() / tissue["input_volume"].get<double>(), 1.0, 0.1) << tissue;
   }
-  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_GE(report["closed_fraction"].get<double>(), 0.99);
   EXPECT_EQ(euler(surface_of(mesh("label-1"))), 2) << "a sheet without holes";
   EXPECT_EQ(euler(surface_of(mesh("label-2"))), 4) << "a shell without holes";
 }
@@ -215,7 +215,7 @@ TEST_F(Conforming, TheEyeOfOurShapesRuns) {
   const Json report =
       conforming("eye.seg.nrrd", {"--rigid", "bone", "--relation", "slides", "--tets", "12000"});
   EXPECT_EQ(report["bodies"].size(), 9U);
-  EXPECT_GE(report["closed_share"].get<double>(), 0.99);
+  EXPECT_GE(report["closed_fraction"].get<double>(), 0.99);
   EXPECT_GE(report["min_dihedral_angle"].get<double>(), 8.0);
   output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
   EXPECT_EQ(Json::parse(read("results/eye/run.json"))["bodies"].size(), 9U);
