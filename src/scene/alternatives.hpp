@@ -18,4 +18,10 @@ void require_one(Visitor& v, const Alternatives& keys) {
          "one of '" + keys[0].first + "', '" + keys[1].first + "' and '" + keys[2].first + "'");
 }
 
+/// The ways to name points, of which one is given.
+template <class Visitor, class Points>
+void describe_points(Visitor& v, Points& points) {
+  v.one_of(points, {"box", "sphere", "points", "near"});
+}
+
 }  // namespace palpate::scene_format

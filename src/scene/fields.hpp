@@ -153,7 +153,7 @@ inline bool names_axes(std::string_view axes) {
 
 template <class Visitor>
 void describe(Visitor& v, Fixation& fixation) {
-  v.one_of(fixation.points, {"box", "sphere", "points", "near"});
+  describe_points(v, fixation.points);
   v.field("axes", fixation.axes);
   v.rule(names_axes(fixation.axes), "axes", "'" + fixation.axes + "'",
          "some of the letters x, y and z, as \"xz\"");
@@ -161,7 +161,7 @@ void describe(Visitor& v, Fixation& fixation) {
 
 template <class Visitor>
 void describe(Visitor& v, FibreEnd& end) {
-  v.one_of(end.points, {"box", "sphere", "points", "near"});
+  describe_points(v, end.points);
 }
 
 template <class Visitor>
@@ -198,14 +198,14 @@ void describe(Visitor& v, SceneMotion& motion) {
 
 template <class Visitor>
 void describe(Visitor& v, Prescription& prescription) {
-  v.one_of(prescription.points, {"box", "sphere", "points", "near"});
+  describe_points(v, prescription.points);
   v.required("motion", prescription.motion);
 }
 
 template <class Visitor>
 void describe(Visitor& v, Attachment& attachment) {
   v.required("to", attachment.to);
-  v.one_of(attachment.points, {"box", "sphere", "points", "near"});
+  describe_points(v, attachment.points);
   v.word_or_number("stiffness", attachment.stiffness, "auto", above(0));
 }
 
@@ -225,7 +225,7 @@ void describe(Visitor& v, Load& load) {
   v.optional("pressure", load.pressure);
   v.optional("traction", load.traction);
   v.optional("ramp", load.ramp);
-  v.one_of(load.points, {"box", "sphere", "points", "near"});
+  describe_points(v, load.points);
   require_one(v, {{{"force", load.force.has_value()},
                    {"pressure", load.pressure.has_value()},
                    {"traction", load.traction.has_value()}}});

@@ -16,7 +16,7 @@ void describe(Visitor& v, Load& load);
 
 template <class Visitor>
 void describe(Visitor& v, StagePart& part) {
-  v.one_of(part.points, {"box", "sphere", "points", "near"});
+  describe_points(v, part.points);
 }
 
 template <class Visitor>
@@ -40,7 +40,7 @@ void describe(Visitor& v, StageTie& tie) {
   v.required("body", tie.body);
   v.required("to", tie.to);
   v.word_or_number("stiffness", tie.stiffness, "auto", above(0));
-  v.one_of(tie.points, {"box", "sphere", "points", "near"});
+  describe_points(v, tie.points);
 }
 
 /// Two different names.
