@@ -1,4 +1,4 @@
-#include <cstdlib>
+#include "support/real_data.hpp"
 
 #include "apps/workplace.hpp"
 
@@ -6,10 +6,7 @@ namespace palpate::test {
 namespace {
 
 std::filesystem::path meshes() {
-  const char* folder = std::getenv("PALPATE_TEST_DATA");
-  const auto data = folder != nullptr ? std::filesystem::path(folder)
-                                      : std::filesystem::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data";
-  return std::filesystem::weakly_canonical(data / "meshes");
+  return std::filesystem::weakly_canonical(real_data_folder() / "meshes");
 }
 
 class RealData : public CommandTest {

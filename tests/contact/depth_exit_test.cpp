@@ -5,20 +5,19 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <string>
 #include <vector>
 
 #include <palpate/detection.hpp>
-#include <palpate/io/mesh_reader.hpp>
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 #include "support/rational.hpp"
+#include "support/real_data.hpp"
 
 namespace palpate {
 namespace {
@@ -125,32 +124,17 @@ constexpr std::array files{"liver.msh",
                            "seaMonster2-volume1.vtu",
                            "volumetricTongue.vtu"};
 
-std::filesystem::path data_folder() {
-  const char* folder = std::getenv("PALPATE_TEST_DATA");
-  return (folder != nullptr ? folder : std::filesystem::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data") /
-         "meshes";
-}
-
-/// A mesh of the test data, centred and 0.2 m long.
 TetMesh organ(const std::string& file) {
-  TetMesh mesh = io::read_mesh(data_folder() / file).mesh;
-  Vec3 lower = mesh.points[0];
-  Vec3 upper = lower;
-  for (const Vec3& p : mesh.points) {
-    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
-    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
-  }
-  const double size = std::max({upper.x - lower.x, upper.y - lower.y, upper.z - lower.z});
-  for (Vec3& p : mesh.points) p = (0.2 / size) * (p - 0.5 * (lower + upper));
-  return mesh;
+  return test::real_mesh(file, 0.2);
 }
 
 class DepthExitOfOrgans : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* file : files) {
-      if (!std::filesystem::exists(data_folder() / file))
-        GTEST_SKIP() << "no mesh " << data_folder() / file << ": set PALPATE_TEST_DATA to where they are";
+      const std::filesystem::path path = test::real_data_folder() / "meshes" / file;
+      if (!std::filesystem::exists(path))
+        GTEST_SKIP() << "no mesh " << path << ": set PALPATE_TEST_DATA to where they are";
     }
   }
 };

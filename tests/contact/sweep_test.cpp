@@ -3,13 +3,11 @@
 // at in 100 parts: there the change must fall.
 #include "contact/sweep.hpp"
 
-#include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include <palpate/io/mesh_reader.hpp>
-
 #include "support/meshes.hpp"
+#include "support/real_data.hpp"
 
 namespace palpate {
 namespace {
@@ -107,32 +105,16 @@ TEST(Sweep, OfASmallBoxJumpsOnlyWhereItIsSwallowedWhole) {
   EXPECT_LT(whole.swallowed.size, whole.deepest);
 }
 
-/// A mesh of the test data, centred and of size 1.
-TetMesh organ(const std::filesystem::path& file) {
-  TetMesh mesh = io::read_mesh(file).mesh;
-  Vec3 lower = mesh.points[0];
-  Vec3 upper = lower;
-  for (const Vec3& p : mesh.points) {
-    lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
-    upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
-  }
-  const double size = std::max({upper.x - lower.x, upper.y - lower.y, upper.z - lower.z});
-  for (Vec3& p : mesh.points) p = (1.0 / size) * (p - 0.5 * (lower + upper));
-  return mesh;
-}
-
 class OrganSweep : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(OrganSweep, IsContinuous) {
-  const char* folder = std::getenv("PALPATE_TEST_DATA");
-  const std::filesystem::path data =
-      folder != nullptr ? folder : std::filesystem::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data";
-  const std::filesystem::path file = data / "meshes" / GetParam();
+  const std::filesystem::path file = test::real_data_folder() / "meshes" / GetParam();
   if (!std::filesystem::exists(file)) {
     GTEST_SKIP() << "no mesh " << file << ": set PALPATE_TEST_DATA to where the real meshes are";
   }
+  const TetMesh organ = test::real_mesh(GetParam(), 1.0);
   const bool bones = std::string(GetParam()) == "Ossicles.vtu";  // thin and bent
-  expect_continuous(GetParam(), {organ(file), turned(organ(file), {1, 2, 3}, 1.0), {1.7, 0.1, 0.05}},
+  expect_continuous(GetParam(), {organ, turned(organ, {1, 2, 3}, 1.0), {1.7, 0.1, 0.05}},
                     bones ? Turns::in_concave_places : Turns::none);
 }
 

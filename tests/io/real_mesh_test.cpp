@@ -1,28 +1,25 @@
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 
 #include <palpate/io/mesh_reader.hpp>
 
+#include "support/real_data.hpp"
+
 namespace palpate::io {
 namespace {
-
-std::filesystem::path data_folder() {
-  const char* folder = std::getenv("PALPATE_TEST_DATA");
-  return folder != nullptr ? folder : std::filesystem::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data";
-}
 
 class RealMesh : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::is_directory(data_folder() / "meshes")) {
-      GTEST_SKIP() << "no folder " << data_folder() << ": set PALPATE_TEST_DATA to where the real meshes are";
+    if (!std::filesystem::is_directory(test::real_data_folder() / "meshes")) {
+      GTEST_SKIP() << "no folder " << test::real_data_folder()
+                   << ": set PALPATE_TEST_DATA to where the real meshes are";
     }
   }
 
   static MeshFile expect_counts(const char* name, std::size_t points, std::size_t tets) {
-    MeshFile file = read_mesh(data_folder() / name);
+    MeshFile file = read_mesh(test::real_data_folder() / name);
     EXPECT_EQ(file.mesh.points.size(), points) << name;
     EXPECT_EQ(file.mesh.tets.size(), tets) << name;
     return file;
@@ -55,8 +52,8 @@ TEST_F(RealMesh, HeadAndEyeOfMedit) {
   std::size_t points = 0;
   std::size_t tets = 0;
   for (const char* part : {"soft", "skull", "upper", "lower"}) {
-    const MeshFile file =
-        read_mesh(data_folder() / "reference/skull_headsq" / ("hq_" + std::string(part) + ".mesh"));
+    const MeshFile file = read_mesh(test::real_data_folder() / "reference/skull_headsq" /
+                                    ("hq_" + std::string(part) + ".mesh"));
     points += file.mesh.points.size();
     tets += file.mesh.tets.size();
   }
@@ -64,7 +61,8 @@ TEST_F(RealMesh, HeadAndEyeOfMedit) {
   EXPECT_EQ(tets, 23313U);
   points = tets = 0;
   for (const char* part : {"bulb", "fat", "muscle", "nerve", "skin", "skull"}) {
-    const MeshFile file = read_mesh(data_folder() / "reference/eye_sdf" / (std::string(part) + ".mesh"));
+    const MeshFile file =
+        read_mesh(test::real_data_folder() / "reference/eye_sdf" / (std::string(part) + ".mesh"));
     points += file.mesh.points.size();
     tets += file.mesh.tets.size();
   }
