@@ -111,8 +111,8 @@ double diagonal_entry(const HyperelasticLaw& law, const PrincipalTerms& t, doubl
 void set_principal(const HyperelasticLaw& law, const Vec3& s, double volume_change, HyperelasticTangent& t) {
   const Vec3 c{s.y * s.z, s.z * s.x, s.x * s.y};
   const Vec3 q{s.x * s.x, s.y * s.y, s.z * s.z};
-  const double share = 1.0 / (q.x + q.y + q.z + 1.0);
-  const PrincipalTerms terms{law.first * (1.0 - share), 2.0 * law.first * share * share,
+  const double weight = 1.0 / (q.x + q.y + q.z + 1.0);
+  const PrincipalTerms terms{law.first * (1.0 - weight), 2.0 * law.first * weight * weight,
                              law.bulk * volume_change - (0.75 * law.first + 2.0 * law.second)};
   const auto mixed = [&](double product, double c_i, double c_j, double s_k) {
     return (terms.bend + 2.0 * law.second) * product + law.bulk * c_i * c_j + terms.pressure * s_k;
@@ -167,9 +167,9 @@ Matrix3 rotated_block(const HyperelasticTangent& t, const Vec3& a, const Vec3& b
   return block;
 }
 
-void add_fibre_block(const HyperelasticTangent& t, double share, Matrix3& block) {
-  add_outer(block, share * t.fibre_along, t.stretched_fibre, t.stretched_fibre);
-  for (int k = 0; k < 3; ++k) block(k, k) += share * t.fibre_across;
+void add_fibre_block(const HyperelasticTangent& t, double weight, Matrix3& block) {
+  add_outer(block, weight * t.fibre_along, t.stretched_fibre, t.stretched_fibre);
+  for (int k = 0; k < 3; ++k) block(k, k) += weight * t.fibre_across;
 }
 
 }  // namespace

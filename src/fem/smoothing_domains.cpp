@@ -80,12 +80,12 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
 
 void SmoothingDomains::add_domain(std::span<const Member> members) {
   const auto domain = static_cast<std::uint32_t>(size());
-  const double share = volume_fraction(members.front().place);
+  const double fraction = volume_fraction(members.front().place);
   double volume = 0.0;
   const std::size_t first = points_.size();
   for (const Member& m : members) {
     const SmoothedTet& tet = tets_[m.tet];
-    volume += share * tet.volume;
+    volume += fraction * tet.volume;
     points_.insert(points_.end(), tet.corners.begin(), tet.corners.end());
     domain_of_tet_[domains_of_tet * m.tet + m.place] = domain;
   }
@@ -97,7 +97,7 @@ void SmoothingDomains::add_domain(std::span<const Member> members) {
     const SmoothedTet& tet = tets_[m.tet];
     for (std::size_t k = 0; k < 4; ++k) {
       const auto place = std::lower_bound(own, points_.end(), tet.corners[k]) - points_.begin();
-      rest_gradients_[static_cast<std::size_t>(place)] += (share * tet.volume / volume) * tet.gradients[k];
+      rest_gradients_[static_cast<std::size_t>(place)] += (fraction * tet.volume / volume) * tet.gradients[k];
     }
   }
   volume_.push_back(volume);

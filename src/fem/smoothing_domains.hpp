@@ -16,6 +16,8 @@
 
 namespace palpate::fem {
 
+struct ElementDeformation;
+
 /// A tet whose strain is smoothed.
 struct SmoothedTet {
   Index element = 0;   ///< of Elements
@@ -196,19 +198,20 @@ class SmoothingDomains {
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
                                               std::span<const simd::Padded3> displacements) const;
-  /// Of the elastic law. \param tension  factor of that of active fibres
-  [[nodiscard]] HyperelasticResponse respond_at(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                                                double fraction, double tension) const;
-  void add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                   HyperelasticResponse& response) const;
-  [[nodiscard]] HyperelasticResponse whole_response(std::size_t domain, const Matrix3& h,
-                                                    double fraction) const;
+  /// Of a domain as of an element that has its part of the law. \param h  F - I \param tension  factor of
+  /// that of active fibres
+  [[nodiscard]] ElementDeformation deformation(std::size_t domain, const Matrix3& h, double fraction,
+                                               double tension) const;
+  [[nodiscard]] HyperelasticResponse step_response(std::size_t domain, const Matrix3& h,
+                                                   const ElementDeformation& deformation) const;
+  /// With the stresses of Maxwell elements as they are.
+  [[nodiscard]] HyperelasticResponse response_now(std::size_t domain, const Matrix3& h,
+                                                  double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
   /// Principal axes at the positions, each with the root of the stiffness of the twist about it, Pa.
   using Twists = std::array<Vec3, 3>;
-  [[nodiscard]] Twists twists_of(std::size_t domain, const Matrix3& f, const Matrix3& rotation,
-                                 double fraction) const;
-  void set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation, double fraction);
+  [[nodiscard]] static Twists twists_of(const ElementDeformation& deformation);
+  void set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& deformation);
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
 
   std::vector<SmoothedTet> tets_;

@@ -47,6 +47,7 @@ Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
   return h;
 }
 
+/// Of the domain's part of the law: shape or volume. \param tension  factor of that of active fibres
 HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, double tension) const {
   const SmoothedTet& tet = first_tet(domain);
   if (is_node(domain)) return {.bulk = fraction * tet.lambda};
@@ -56,23 +57,19 @@ HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, doubl
   return law;
 }
 
-HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matrix3& h,
-                                                  const Matrix3& rotation, double fraction,
-                                                  double tension) const {
+ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matrix3& h, double fraction,
+                                                 double tension) const {
   const SmoothedTet& tet = first_tet(domain);
-  if (tet.hyperelastic) return respond(law(domain, fraction, tension), h);
-  const Matrix3 stretch = plus_identity(h) - rotation;
-  HyperelasticResponse response;
-  if (is_node(domain)) {
-    const double trace = inner(rotation, stretch);
-    const double bulk = fraction * tet.lambda;
-    response.energy_density = 0.5 * bulk * trace * trace;
-    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = bulk * trace * rotation.values[k];
-  } else {
-    response.energy_density = tet.mu * inner(stretch, stretch);
-    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] = 2.0 * tet.mu * stretch.values[k];
-  }
-  return response;
+  ElementDeformation d;
+  d.gradient = plus_identity(h);
+  // Without viscosity a hyperelastic law has no use for it.
+  d.rotation = tet.hyperelastic && !viscosity_.has(domain) ? identity() : nearest_rotation(d.gradient);
+  d.stretch = d.gradient - d.rotation;
+  d.mu = is_node(domain) ? 0.0 : tet.mu;
+  d.lambda = is_node(domain) ? fraction * tet.lambda : 0.0;
+  d.hyperelastic = tet.hyperelastic;
+  if (d.hyperelastic) d.law = law(domain, fraction, tension);
+  return d;
 }
 
 /// The derivative of a corotational stress beyond that at fixed R: P = 2 mu R (S - I), or lambda tr(S - I) R,
@@ -81,29 +78,25 @@ HyperelasticResponse SmoothingDomains::respond_at(std::size_t domain, const Matr
 /// (Smith, de Goes & Kim 2019, section 4.1 for the first), and along all else that at fixed R. Negative ones
 /// are zero, as those at fixed R are. Where stretches s of opposite signs cancel, the second has no bound; it
 /// goes on as if their sum were a half.
-SmoothingDomains::Twists SmoothingDomains::twists_of(std::size_t domain, const Matrix3& f,
-                                                     const Matrix3& rotation, double fraction) const {
+SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d) {
   constexpr double least_sum = 0.5;
-  const SmoothedTet& tet = first_tet(domain);
-  const auto [strains, axes] = symmetric_eigen(corotated_strain(f, rotation));
-  const double dilation = strains.x + strains.y + strains.z;
+  const auto [strains, axes] = symmetric_eigen(corotated_strain(d.gradient, d.rotation));
+  const double volume = d.lambda * (strains.x + strains.y + strains.z);
   const Vec3 pairs{strains.y + strains.z, strains.x + strains.z, strains.x + strains.y};
-  const auto half = [&](double pair) {
-    const double sum = std::max(2.0 + pair, least_sum);
-    return std::max(0.0, is_node(domain) ? fraction * tet.lambda * dilation / sum : tet.mu * pair / sum);
+  const auto root_of_half = [&](double pair) {
+    return std::sqrt(std::max(0.0, (d.mu * pair + volume) / std::max(2.0 + pair, least_sum)));
   };
-  return {std::sqrt(half(pairs.x)) * (rotation * axes[0]), std::sqrt(half(pairs.y)) * (rotation * axes[1]),
-          std::sqrt(half(pairs.z)) * (rotation * axes[2])};
+  return {root_of_half(pairs.x) * (d.rotation * axes[0]), root_of_half(pairs.y) * (d.rotation * axes[1]),
+          root_of_half(pairs.z) * (d.rotation * axes[2])};
 }
 
-void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                                   double fraction) {
-  if (first_tet(domain).hyperelastic) {
-    tangents_[domain] = tangent(law(domain, fraction, 1.0), h);
+void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& d) {
+  if (d.hyperelastic) {
+    tangents_[domain] = tangent(d.law, h);
     return;
   }
-  rotations_[domain] = rotation;
-  const Twists twists = twists_of(domain, plus_identity(h), rotation, fraction);
+  rotations_[domain] = d.rotation;
+  const Twists twists = twists_of(d);
   twist_stiffness_[domain] =
       scales_[domain] * outer_square(transposed(from_rows(twists[0], twists[1], twists[2])));
   const auto quad = [](const Vec3& a) {
@@ -112,7 +105,7 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const M
   const double scale = std::sqrt(scales_[domain] * modulus(domain));
   const double root = std::sqrt(scales_[domain]);
   for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
-    const Vec3 a = rotation * rest_gradients_[k];
+    const Vec3 a = d.rotation * rest_gradients_[k];
     rotated_[k].strain = quad(scale * a);
     for (std::size_t n = 0; n < 3; ++n) rotated_[k].twist[n] = quad(root * cross(twists[n], a));
   }
@@ -123,41 +116,39 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
     const double fraction = bulk_fraction(d, bulk_fractions);
-    const bool needs_none = first_tet(d).hyperelastic && !viscosity_.has(d);
-    const Matrix3 rotation = needs_none ? identity() : nearest_rotation(plus_identity(h));
-    HyperelasticResponse response = respond_at(d, h, rotation, fraction, 1.0);
-    if (viscosity_.has(d)) add_history(d, h, rotation, response);
+    const ElementDeformation now = deformation(d, h, fraction, 1.0);
+    const HyperelasticResponse response = step_response(d, h, now);
     densities_[d] = response.energy_density;
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
     scales_[d] = at(factors, element(d)) * volume_[d];
-    set_tangent(d, h, rotation, fraction);
+    set_tangent(d, h, now);
   });
 }
 
 /// The response over a step, as Elements::add_viscous_forces has it: stiffness P and the history's stress.
-void SmoothingDomains::add_history(std::size_t domain, const Matrix3& h, const Matrix3& rotation,
-                                   HyperelasticResponse& response) const {
+HyperelasticResponse SmoothingDomains::step_response(std::size_t domain, const Matrix3& h,
+                                                     const ElementDeformation& d) const {
+  // Near rest F - I has lost what H had.
+  HyperelasticResponse response = d.hyperelastic ? respond(d.law, h) : elastic_response(d);
+  if (!viscosity_.has(domain)) return response;
   const double stiffness = viscosity_.stiffness(domain);
-  const Matrix3 f = plus_identity(h);
-  const Matrix3 stress = first_piola_stress(viscosity_.history(domain), f, rotation);
-  response.energy_density = stiffness * response.energy_density + inner(stress, f - rotation);
+  const Matrix3 stress = first_piola_stress(viscosity_.history(domain), d.gradient, d.rotation);
+  response.energy_density = stiffness * response.energy_density + inner(stress, d.stretch);
   for (std::size_t k = 0; k < 9; ++k)
     response.stress.values[k] = stiffness * response.stress.values[k] + stress.values[k];
+  return response;
 }
 
-/// Elastic, with the stresses of Maxwell elements as they are.
-HyperelasticResponse SmoothingDomains::whole_response(std::size_t domain, const Matrix3& h,
-                                                      double fraction) const {
-  const Matrix3 f = plus_identity(h);
-  const Matrix3 rotation = nearest_rotation(f);
-  HyperelasticResponse response = respond_at(domain, h, rotation, fraction, viscosity_.stiffness(domain));
-  if (!viscosity_.has(domain)) return response;
-  const SmoothedTet& tet = first_tet(domain);
-  response.energy_density += is_node(domain) ? viscosity_.energy_density(domain, 0.0, tet.lambda)
-                                             : viscosity_.energy_density(domain, tet.mu, 0.0);
-  const Matrix3 viscous = first_piola_stress(viscosity_.stress(domain), f, rotation);
-  for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
-  return response;
+HyperelasticResponse SmoothingDomains::response_now(std::size_t domain, const Matrix3& h,
+                                                    double fraction) const {
+  ElementDeformation d = deformation(domain, h, fraction, viscosity_.stiffness(domain));
+  if (viscosity_.has(domain)) {
+    d.viscous_stress = viscosity_.stress(domain);
+    const double whole = modulus(domain);
+    d.viscous_energy =
+        viscosity_.energy_density(domain, is_node(domain) ? 0.0 : whole, is_node(domain) ? whole : 0.0);
+  }
+  return whole_response(d);
 }
 
 void SmoothingDomains::relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
@@ -165,9 +156,7 @@ void SmoothingDomains::relax(const parallel::Threads& threads, std::span<const s
   parallel::for_each(threads, viscosity_.elements().size(), domain_grain, [&](std::size_t k) {
     const auto d = static_cast<std::size_t>(viscosity_.elements()[k]);
     const Matrix3 h = displacement_gradient(d, displacements);
-    const Matrix3 rotation = nearest_rotation(plus_identity(h));
-    const HyperelasticResponse passive = respond_at(d, h, rotation, bulk_fraction(d, bulk_fractions), 0.0);
-    viscosity_.advance(d, symmetric_part(transposed_times(rotation, passive.stress)));
+    viscosity_.advance(d, biot_stress(deformation(d, h, bulk_fraction(d, bulk_fractions), 0.0)));
   });
 }
 
@@ -176,7 +165,7 @@ double SmoothingDomains::energy(const parallel::Threads& threads,
                                 std::span<const double> bulk_fractions, std::vector<double>& partial) const {
   return parallel::sum(threads, size(), partial, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
-    return volume_[d] * whole_response(d, h, bulk_fraction(d, bulk_fractions)).energy_density;
+    return volume_[d] * response_now(d, h, bulk_fraction(d, bulk_fractions)).energy_density;
   });
 }
 
@@ -283,17 +272,17 @@ std::vector<HyperelasticResponse> SmoothingDomains::responses(const parallel::Th
   std::vector<HyperelasticResponse> of_domains(size());
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
-    of_domains[d] = whole_response(d, h, bulk_fraction(d, bulk_fractions));
+    of_domains[d] = response_now(d, h, bulk_fraction(d, bulk_fractions));
   });
   std::vector<HyperelasticResponse> of_tets(tets_.size());
   parallel::for_each(threads, tets_.size(), domain_grain, [&](std::size_t t) {
     for (std::size_t k = 0; k < domains_of_tet; ++k) {
       const std::uint32_t d = domain_of_tet_[domains_of_tet * t + k];
       if (d >= size()) continue;
-      const double share = volume_fraction(k);
-      of_tets[t].energy_density += share * of_domains[d].energy_density;
+      const double weight = volume_fraction(k);
+      of_tets[t].energy_density += weight * of_domains[d].energy_density;
       for (std::size_t n = 0; n < 9; ++n)
-        of_tets[t].stress.values[n] += share * of_domains[d].stress.values[n];
+        of_tets[t].stress.values[n] += weight * of_domains[d].stress.values[n];
     }
   });
   return of_tets;

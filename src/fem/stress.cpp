@@ -40,12 +40,21 @@ HyperelasticResponse corotational(const ElementDeformation& e) {
   return {e.mu * inner(e.stretch, e.stretch) + 0.5 * e.lambda * trace * trace, derivative_of_energy(e)};
 }
 
-/// Without viscosity.
+}  // namespace
+
 HyperelasticResponse elastic_response(const ElementDeformation& e) {
   return e.hyperelastic ? respond(e.law, e.gradient - identity()) : corotational(e);
 }
 
-}  // namespace
+HyperelasticResponse whole_response(const ElementDeformation& e) {
+  HyperelasticResponse response = elastic_response(e);
+  response.energy_density += e.viscous_energy;
+  if (e.viscous_stress != SymmetricMatrix3{}) {
+    const Matrix3 viscous = first_piola_stress(e.viscous_stress, e.gradient, e.rotation);
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
+  }
+  return response;
+}
 
 SymmetricMatrix3 biot_stress(const ElementDeformation& element) {
   ElementDeformation passive = element;
@@ -71,13 +80,7 @@ double energy_density_of(const ElementDeformation& e) {
 }
 
 ElementStress stress_of(const ElementDeformation& e) {
-  HyperelasticResponse response = elastic_response(e);
-  response.energy_density += e.viscous_energy;
-  if (e.viscous_stress != SymmetricMatrix3{}) {
-    const Matrix3 viscous = first_piola_stress(e.viscous_stress, e.gradient, e.rotation);
-    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += viscous.values[k];
-  }
-  return stress_of(e, response);
+  return stress_of(e, whole_response(e));
 }
 
 ElementStress stress_of(const ElementDeformation& e, const HyperelasticResponse& response) {

@@ -29,6 +29,11 @@ struct ElementStress {
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
                                       const HyperelasticResponse& response);
 
+/// Energy density and first Piola-Kirchhoff stress of the law, without viscosity.
+[[nodiscard]] HyperelasticResponse elastic_response(const ElementDeformation& element);
+/// The same with the stresses of Maxwell elements as they are.
+[[nodiscard]] HyperelasticResponse whole_response(const ElementDeformation& element);
+
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without
 /// viscosity and active fibres, Pa.
 [[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);

@@ -243,9 +243,9 @@ HWY_INLINE void set_principal(const LawV& law, const std::array<V, 3>& s, V volu
   const V half = set(0.5);
   const std::array<V, 3> c{hn::Mul(s[1], s[2]), hn::Mul(s[2], s[0]), hn::Mul(s[0], s[1])};
   const std::array<V, 3> q{hn::Mul(s[0], s[0]), hn::Mul(s[1], s[1]), hn::Mul(s[2], s[2])};
-  const V share = hn::Div(one, hn::Add(one, hn::Add(q[0], hn::Add(q[1], q[2]))));
-  const V first = hn::Mul(law.first, hn::Sub(one, share));
-  const V bend = hn::Mul(hn::Mul(two, law.first), hn::Mul(share, share));
+  const V weight = hn::Div(one, hn::Add(one, hn::Add(q[0], hn::Add(q[1], q[2]))));
+  const V first = hn::Mul(law.first, hn::Sub(one, weight));
+  const V bend = hn::Mul(hn::Mul(two, law.first), hn::Mul(weight, weight));
   const V rest = hn::MulAdd(set(0.75), law.first, hn::Mul(two, law.second));
   const V pressure = hn::MulSub(law.bulk, volume_change, rest);
   const V product = hn::MulAdd(two, law.second, bend);
@@ -317,14 +317,14 @@ HWY_INLINE std::array<V, 9> rotated_block(const TangentV& t, const Vec3V& a, con
 
 HWY_INLINE void add_fibre_block(const LawV& law, const FibreV& fibre, const Vec3V& g, const Vec3V& other,
                                 std::array<V, 9>& block) {
-  const V share = hn::Mul(dot(law.fibre, g), dot(law.fibre, other));
+  const V weight = hn::Mul(dot(law.fibre, g), dot(law.fibre, other));
   const Vec3V& w = fibre.stretched;
-  const Vec3V scaled = times(hn::Mul(share, fibre.along), w);
+  const Vec3V scaled = times(hn::Mul(weight, fibre.along), w);
   const std::array<V, 3> rows{scaled.x, scaled.y, scaled.z};
   const std::array<V, 3> columns{w.x, w.y, w.z};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) block[3 * i + j] = hn::MulAdd(rows[i], columns[j], block[3 * i + j]);
-    block[4 * i] = hn::MulAdd(share, fibre.stress, block[4 * i]);
+    block[4 * i] = hn::MulAdd(weight, fibre.stress, block[4 * i]);
   }
 }
 

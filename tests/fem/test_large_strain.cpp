@@ -66,8 +66,8 @@ TEST(LargeStrain, TheReferenceOfTheSphereHasTheClosedFormAsItsLimit) {
 }
 
 struct Errors {
-  double way = 0.0;    ///< of the outer radius, by how far it goes
-  double force = 0.0;  ///< of what holds the inner one
+  double displacement = 0.0;  ///< of the outer radius, by how far it goes
+  double force = 0.0;         ///< of what holds the inner one
 };
 
 /// Positions and holding forces at static equilibrium, with the held points where `place` has them.
@@ -100,15 +100,15 @@ Errors sphere_errors(const Material& m, int n, int layers) {
   const Equilibrium found =
       equilibrium(bodies, {m}, held, [&](const Vec3& p) { return (expected.at(length(p)) / length(p)) * p; });
   double force = 0.0;
-  double way = 0.0;
+  double displacement = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < rest.size(); ++i) {
     if (held[i] != 0) force -= dot(found.forces[i], normalized(rest[i]));
     if (length(rest[i]) < outer - 1e-9) continue;
-    way += length(found.positions[i]) - outer;
+    displacement += length(found.positions[i]) - outer;
     ++count;
   }
-  return {way / count / (expected.at(outer) - outer) - 1.0, force / expected.inner_force - 1.0};
+  return {displacement / count / (expected.at(outer) - outer) - 1.0, force / expected.inner_force - 1.0};
 }
 
 /// Linear tets lock towards nu = 1/2: errors are those of the element, and fall with its size.
@@ -119,9 +119,10 @@ TEST(LargeStrain, AThickSphereBlownUpBy30Percent) {
     const Errors coarse = sphere_errors(m, 4, 3);
     const Errors fine = sphere_errors(m, 8, 6);
     const double nu = m.poisson_ratio;
-    std::printf("sphere, nu %.2f: radius %.2f %%, %.2f %%; force %.2f %%, %.2f %%\n", nu, 100.0 * coarse.way,
-                100.0 * fine.way, 100.0 * coarse.force, 100.0 * fine.force);
-    EXPECT_LT(std::abs(fine.way), 0.02);
+    std::printf("sphere, nu %.2f: radius %.2f %%, %.2f %%; force %.2f %%, %.2f %%\n", nu,
+                100.0 * coarse.displacement, 100.0 * fine.displacement, 100.0 * coarse.force,
+                100.0 * fine.force);
+    EXPECT_LT(std::abs(fine.displacement), 0.02);
     EXPECT_LT(std::abs(fine.force), nu < 0.48 ? 0.05 : 0.2);
     EXPECT_GT(std::abs(coarse.force / fine.force), 2.5);
   }
@@ -134,9 +135,9 @@ TEST(LargeStrain, AThickSphereOfSmoothedTetsBlownUpBy30Percent) {
     Material m = tissue(MaterialModel::stable_neo_hookean, nu);
     m.elements = ElementKind::smoothed;
     const Errors coarse = sphere_errors(m, 4, 3);
-    std::printf("sphere of smoothed tets, nu %.3f: radius %.2f %%; force %.2f %%\n", nu, 100.0 * coarse.way,
-                100.0 * coarse.force);
-    EXPECT_LT(std::abs(coarse.way), 0.04);
+    std::printf("sphere of smoothed tets, nu %.3f: radius %.2f %%; force %.2f %%\n", nu,
+                100.0 * coarse.displacement, 100.0 * coarse.force);
+    EXPECT_LT(std::abs(coarse.displacement), 0.04);
     EXPECT_LT(std::abs(coarse.force), 0.1);
   }
 }

@@ -90,10 +90,10 @@ Eigen::MatrixXd stiffness_by_definition(const Bodies& bodies, const Material& m)
       for (int j = i; j < 4; ++j) {
         const auto [low, high] = std::minmax(at(tet, i), at(tet, j));
         Sum& sum = sums[i == j ? std::vector{low} : std::vector{low, high}];
-        const double share = volume / (i == j ? 4.0 : 6.0);
+        const double fraction = volume / (i == j ? 4.0 : 6.0);
         if (sum.strains.size() == 0) sum.strains = Eigen::MatrixXd::Zero(6, n);
-        sum.strains += share * b;
-        sum.volume += share;
+        sum.strains += fraction * b;
+        sum.volume += fraction;
       }
     }
   }
@@ -131,12 +131,12 @@ TEST(Smoothing, ForcesAreTheDerivativeOfTheEnergy) {
       const auto middle = noisy(box.bodies, amplitude, 5);
       box.update(middle);
       const auto forces = point_forces(box.elements);
-      const auto way = random_vectors(middle.size(), 1.0, 6);
+      const auto motion = random_vectors(middle.size(), 1.0, 6);
       double work = 0.0;
-      for (std::size_t i = 0; i < way.size(); ++i) work -= dot(forces[i], way[i]);
+      for (std::size_t i = 0; i < motion.size(); ++i) work -= dot(forces[i], motion[i]);
       const auto energy_at = [&](double s) {
         auto positions = middle;
-        for (std::size_t i = 0; i < way.size(); ++i) positions[i] += s * way[i];
+        for (std::size_t i = 0; i < motion.size(); ++i) positions[i] += s * motion[i];
         box.update(positions);
         return box.energy();
       };
@@ -150,12 +150,12 @@ TEST(Smoothing, ForcesAreTheDerivativeOfTheEnergy) {
 
 /// K' times random vectors against differences of the forces, relative, at these positions.
 double derivative_error(Box& box, const std::vector<Vec3>& middle) {
-  const auto way = random_vectors(middle.size(), 1.0, 8);
+  const auto motion = random_vectors(middle.size(), 1.0, 8);
   box.update(middle);
-  const auto product = unpadded(box.elements.multiply(parallel::Threads(1), padded(way)));
+  const auto product = unpadded(box.elements.multiply(parallel::Threads(1), padded(motion)));
   const auto forces_at = [&](double s) {
     auto positions = middle;
-    for (std::size_t i = 0; i < way.size(); ++i) positions[i] += s * way[i];
+    for (std::size_t i = 0; i < motion.size(); ++i) positions[i] += s * motion[i];
     box.update(positions);
     return to_eigen(point_forces(box.elements));
   };

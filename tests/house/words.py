@@ -51,9 +51,4 @@ ALLOWED = [
     ("tests/report/*", "share", "data that the report under test reads by this name"),
     ("apps/palpate/mesh*", "hangs together", "`palpate mesh`: not renamed yet"),
     ("apps/palpate*/*", "*share", "`palpate mesh`: not renamed yet"),
-    ("src/*hyperelastic*", "share", "not renamed yet"),
-    ("src/fem/smoothing_domains.*", "share", "not renamed yet"),
-    ("tests/fem/test_smoothing.cpp", "share", "not renamed yet"),
-    ("tests/fem/test_smoothing.cpp", "way", "not renamed yet"),
-    ("tests/fem/test_large_strain.cpp", "way", "not renamed yet"),
 ]
