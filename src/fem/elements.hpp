@@ -19,6 +19,7 @@
 #include "simd/element_pass.hpp"
 #include "simd/hyperelastic_pass.hpp"
 #include "simd/padded.hpp"
+#include "simd/stress_pass.hpp"
 
 namespace palpate::fem {
 
@@ -106,9 +107,9 @@ class Elements {
   [[nodiscard]] bool is_smoothed(Index element) const {
     return is_smoothed(static_cast<std::size_t>(element));
   }
-  /// Energy densities and stresses of smoothing().tets() at these positions; needs no update().
-  [[nodiscard]] std::vector<HyperelasticResponse> smoothed_responses(const parallel::Threads& threads,
-                                                                     std::span<const Vec3> positions) const;
+  /// Energy densities and stresses of smoothing().tets() at these displacements(); needs no update().
+  [[nodiscard]] std::vector<HyperelasticResponse> smoothed_responses(
+      const parallel::Threads& threads, std::span<const simd::Padded3> displacements) const;
   /// lambda / mu of each element (n_elements).
   [[nodiscard]] std::span<const double> ratios() const { return std::span(ratio_).first(tets_.size()); }
 
@@ -160,6 +161,13 @@ class Elements {
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// How an element is deformed at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
+  /// Displacements of points from rest (n_points), as kernels read them.
+  [[nodiscard]] std::vector<simd::Padded3> displacements(const parallel::Threads& threads,
+                                                         std::span<const Vec3> positions) const;
+  /// Strain and stress of the group of elements that begins at `first`, a multiple of simd::element_group;
+  /// those whose stress is not elastic and corotational alone are left to deformation(). Needs no update().
+  void find_group_stress(std::size_t first, std::span<const simd::Padded3> displacements,
+                         simd::GroupStress& found) const;
   /// Whether an element had no positive volume, or none that is a number, at the last update().
   [[nodiscard]] bool inverted(Index element) const { return at(inverted_, element) != 0; }
 

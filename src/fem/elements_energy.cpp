@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstddef>
 
 #include "fem/elements.hpp"
+#include "fem/padded_vectors.hpp"
 #include "fem/rotation.hpp"
 #include "fem/stress.hpp"
 
@@ -43,6 +45,32 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
   d.plastic_strain = plastic_strains_[e];
   d.twist = twist_of(d.gradient, d.rotation, d.plastic_strain);
   return d;
+}
+
+std::vector<simd::Padded3> Elements::displacements(const parallel::Threads& threads,
+                                                   std::span<const Vec3> positions) const {
+  std::vector<simd::Padded3> displacements(positions.size());
+  parallel::for_each(threads, positions.size(), element_grain,
+                     [&](std::size_t i) { displacements[i] = padded(positions[i] - points_rest_[i]); });
+  return displacements;
+}
+
+void Elements::find_group_stress(std::size_t first, std::span<const simd::Padded3> displacements,
+                                 simd::GroupStress& found) const {
+  if (group_models_[first / simd::element_group] != GroupModel::corotational) {
+    found.left.fill(1);
+    return;
+  }
+  simd::StressPass pass{.displacements = displacements.data(),
+                        .corners = corners_.front().data(),
+                        .inverse_rest = {},
+                        .mu = mu_.data(),
+                        .lambda = lambda_.data()};
+  for (std::size_t k = 0; k < 9; ++k) pass.inverse_rest[k] = inverse_rest_[k].data();
+  simd::stress_pass(pass, first, found);
+  for (std::size_t e = first; e < std::min(first + simd::element_group, tets_.size()); ++e) {
+    if (bulk_fraction_[e] != 1.0 || yields(e) || viscosity_.has(e)) found.left[e - first] = 1;
+  }
 }
 
 void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {

@@ -118,11 +118,8 @@ void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
     smoothing_ = SmoothingDomains(std::move(tets), bodies.points_rest().size(), materials.all);
 }
 
-std::vector<HyperelasticResponse> Elements::smoothed_responses(const parallel::Threads& threads,
-                                                               std::span<const Vec3> positions) const {
-  std::vector<simd::Padded3> displacements(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    displacements[i] = padded(positions[i] - points_rest_[i]);
+std::vector<HyperelasticResponse> Elements::smoothed_responses(
+    const parallel::Threads& threads, std::span<const simd::Padded3> displacements) const {
   return smoothing_.responses(threads, displacements, bulk_fraction_);
 }
 

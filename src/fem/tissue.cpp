@@ -7,6 +7,7 @@
 
 #include "fem/stress.hpp"
 #include "fem/symmetric_eigen.hpp"
+#include "simd/stress_pass.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -26,14 +27,36 @@ TissueState rows_at_rest(std::size_t count) {
   return state;
 }
 
-/// The stress of a row and what follows from it.
-void set_stress(TissueState& state, std::size_t row, const SymmetricMatrix3& stress) {
-  state.stress[row] = to_tensor(stress);
-  state.von_mises[row] = von_mises(stress);
-  state.pressure[row] = (stress.xx + stress.yy + stress.zz) / -3.0;
-  const SymmetricEigen eigen = symmetric_eigen(stress);
-  state.principal_stress[row] = eigen.values;
-  state.principal_directions[row] = eigen.vectors;
+/// What follows from the stress of rows.
+void find_invariants(const parallel::Threads& threads, TissueState& state) {
+  parallel::for_chunks(threads, state.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const SymmetricTensor& stress = state.stress[row];
+      state.von_mises[row] = von_mises(to_matrix(stress));
+      state.pressure[row] = (stress.xx + stress.yy + stress.zz) / -3.0;
+    }
+    const auto part = [&](auto& rows) { return std::span(rows).subspan(begin, end - begin); };
+    const std::size_t done = simd::symmetric_eigen(part(state.stress), part(state.principal_stress),
+                                                   part(state.principal_directions));
+    for (std::size_t row = begin + done; row < end; ++row) {
+      const SymmetricEigen eigen = symmetric_eigen(to_matrix(state.stress[row]));
+      state.principal_stress[row] = eigen.values;
+      state.principal_directions[row] = eigen.vectors;
+    }
+  });
+}
+
+/// The row of element `lane` of a group.
+void put_row(const simd::GroupStress& found, std::size_t lane, TissueState& state, std::size_t row) {
+  for (std::size_t k = 0; k < 9; ++k) state.deformation_gradient[row][k] = found.gradient[k][lane];
+  const auto tensor = [&](const auto& columns) {
+    return SymmetricTensor{columns[0][lane], columns[1][lane], columns[2][lane],
+                           columns[3][lane], columns[4][lane], columns[5][lane]};
+  };
+  state.strain[row] = tensor(found.strain);
+  state.stress[row] = tensor(found.stress);
+  state.energy_density[row] = found.energy_density[lane];
+  state.volume_ratio[row] = found.volume_ratio[lane];
 }
 
 /// Element of each tet, -1 where the body is rigid.
@@ -73,7 +96,7 @@ struct Mean {
     points.plastic_strain[row] = to_tensor(scale * plastic_strain);
     points.energy_density[row] = scale * energy_density;
     points.volume_ratio[row] = scale * volume_ratio;
-    set_stress(points, row, (stressed_volume > 0.0 ? 1.0 / stressed_volume : none) * stress);
+    points.stress[row] = to_tensor((stressed_volume > 0.0 ? 1.0 / stressed_volume : none) * stress);
   }
 };
 
@@ -123,21 +146,33 @@ TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodie
     state.plastic_strain[tet] = to_tensor(s.plastic_strain);
     state.energy_density[tet] = s.energy_density;
     state.volume_ratio[tet] = s.volume_ratio;
-    set_stress(state, tet, s.stress);
+    state.stress[tet] = to_tensor(s.stress);
   };
   const auto tet_of = [&](Index element) {
     return static_cast<std::size_t>(at(elements.tet_of_element(), element));
   };
-  parallel::for_each(threads, static_cast<std::size_t>(elements.size()), grain, [&](std::size_t e) {
-    const auto element = static_cast<Index>(e);
-    if (!elements.is_smoothed(element))
-      put(tet_of(element), stress_of(elements.deformation(element, positions)));
+  const std::vector<simd::Padded3> displacements = elements.displacements(threads, positions);
+  constexpr std::size_t group = simd::element_group;
+  static_assert(grain % group == 0);
+  const auto count = static_cast<std::size_t>(elements.size());
+  parallel::for_chunks(threads, count, grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::GroupStress found;
+    for (std::size_t e = begin; e < end; ++e) {
+      if (e % group == 0) elements.find_group_stress(e, displacements, found);
+      const auto element = static_cast<Index>(e);
+      if (found.left[e % group] == 0) {
+        put_row(found, e % group, state, tet_of(element));
+      } else if (!elements.is_smoothed(element)) {
+        put(tet_of(element), stress_of(elements.deformation(element, positions)));
+      }
+    }
   });
-  const std::vector<HyperelasticResponse> smoothed = elements.smoothed_responses(threads, positions);
+  const std::vector<HyperelasticResponse> smoothed = elements.smoothed_responses(threads, displacements);
   parallel::for_each(threads, smoothed.size(), grain, [&](std::size_t t) {
     const Index element = elements.smoothing().tets()[t].element;
     put(tet_of(element), stress_of(elements.deformation(element, positions), smoothed[t]));
   });
+  find_invariants(threads, state);
   return state;
 }
 
@@ -155,6 +190,7 @@ TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bod
     }
     mean.put(points, p);
   });
+  find_invariants(threads, points);
   return points;
 }
 

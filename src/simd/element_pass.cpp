@@ -25,26 +25,9 @@ struct Lot {
 };
 
 HWY_INLINE void load_deformations(const ElementPass& pass, std::size_t e, Lot& lot) {
-  const D d;
-  const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
-  const auto displacement = [&](std::size_t corner) {
-    return load_rows(pass.displacements, pass.corners + 4 * e + corner);
-  };
-  const Vec3V origin = displacement(0);
-  const Vec3V u1 = minus(displacement(1), origin);
-  const Vec3V u2 = minus(displacement(2), origin);
-  const Vec3V u3 = minus(displacement(3), origin);
-  const V one = hn::Set(d, 1.0);
-  const auto row = [&](V p, V q, V r) { return times_plus(p, g[0], times_plus(q, g[1], times(r, g[2]))); };
-  Matrix3V f{row(u1.x, u2.x, u3.x), row(u1.y, u2.y, u3.y), row(u1.z, u2.z, u3.z)};
-  f.a.x = hn::Add(f.a.x, one);
-  f.b.y = hn::Add(f.b.y, one);
-  f.c.z = hn::Add(f.c.z, one);
-  const Matrix3V c = cofactors(f);
-  lot.f = f;
-  lot.root.first = inner(f, f);
-  lot.root.second = inner(c, c);
-  lot.root.det = dot(f.a, c.a);
+  const Matrix3V h = load_displacement_gradient(pass.displacements, pass.corners, pass.inverse_rest, e);
+  lot.f = plus_identity(h);
+  lot.root = root_of(lot.f);
 }
 
 HWY_INLINE void store_elements(const ElementPass& pass, std::size_t e, const Lot& lot, double* forces) {

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 #include <numbers>
 
+#include "simd/eigen_lanes-inl.hpp"
 #include "simd/rotation_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -41,9 +42,8 @@ struct TangentV {
   std::array<V, 3> same, other;
 };
 
-HWY_INLINE V set(double x) {
-  return hn::Set(D(), x);
-}
+/// Of Jacobi rotations: the error falls with its square, so that four leave rounding.
+constexpr int tangent_sweeps = 4;
 
 /// ln(1 + x), x > -1, as geometry/exponential.cpp does it.
 HWY_INLINE V log_of_one_plus(V x) {
@@ -166,53 +166,6 @@ HWY_INLINE ResponseV respond(const LawV& law, const Matrix3V& h, const Matrix3V&
   return {energy, stress, j};
 }
 
-/// A symmetric matrix on its way to a diagonal one, and its eigenvectors to be: columns.
-struct EigenV {
-  std::array<V, 3> diagonal;
-  std::array<V, 3> off;  ///< opposite to axis 0, 1, 2: yz, xz, xy
-  std::array<Vec3V, 3> vectors;
-};
-
-/// Makes the entry of axes p and q zero; r is the third.
-template <std::size_t p, std::size_t q>
-HWY_INLINE void rotate(EigenV& m) {
-  constexpr std::size_t r = 3 - p - q;
-  const V one = set(1.0);
-  const V difference = hn::Sub(m.diagonal[q], m.diagonal[p]);
-  const V twice = hn::Add(m.off[r], m.off[r]);
-  const V size = hn::Sqrt(hn::MulAdd(difference, difference, hn::Mul(twice, twice)));
-  const V under = hn::Add(hn::Add(hn::Abs(difference), size), set(1e-300));
-  const V t = hn::Mul(hn::CopySign(one, difference), hn::Div(twice, under));
-  const V c = hn::Div(one, hn::Sqrt(hn::MulAdd(t, t, one)));
-  const V s = hn::Mul(t, c);
-  m.diagonal[p] = hn::NegMulAdd(t, m.off[r], m.diagonal[p]);
-  m.diagonal[q] = hn::MulAdd(t, m.off[r], m.diagonal[q]);
-  m.off[r] = hn::Zero(D());
-  const V rp = m.off[q];
-  const V rq = m.off[p];
-  m.off[q] = hn::NegMulAdd(s, rq, hn::Mul(c, rp));
-  m.off[p] = hn::MulAdd(s, rp, hn::Mul(c, rq));
-  const Vec3V vp = m.vectors[p];
-  const Vec3V vq = m.vectors[q];
-  m.vectors[p] = minus(times(c, vp), times(s, vq));
-  m.vectors[q] = times_plus(s, vp, times(c, vq));
-}
-
-HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
-  const V zero = hn::Zero(D());
-  const V one = set(1.0);
-  EigenV m{{a[0], a[1], a[2]},
-           {a[5], a[4], a[3]},
-           {Vec3V{one, zero, zero}, Vec3V{zero, one, zero}, Vec3V{zero, zero, one}}};
-  constexpr int sweeps = 4;  // the error falls with its square: four leave rounding
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    rotate<0, 1>(m);
-    rotate<0, 2>(m);
-    rotate<1, 2>(m);
-  }
-  return m;
-}
-
 /// The matrix with its negative eigenvalues set to zero, in the lanes that have some.
 HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a) {
   const D d;
@@ -223,7 +176,7 @@ HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a) {
                                       hn::Mul(a[3], hn::MulSub(a[3], a[2], hn::Mul(a[5], a[4])))));
   const M good = hn::And(hn::Gt(a[0], zero), hn::And(hn::Gt(minor, zero), hn::Gt(det, zero)));
   if (hn::AllTrue(d, good)) return a;
-  const EigenV eigen = eigen_of(a);
+  const EigenV eigen = eigen_of<tangent_sweeps>(a);
   std::array<V, 6> sum{zero, zero, zero, zero, zero, zero};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3V& v = eigen.vectors[k];
@@ -278,8 +231,9 @@ HWY_INLINE TangentV tangent(const LawV& law, const Matrix3V& rotation, const Mat
   const Vec3V f1{f.a.y, f.b.y, f.c.y};
   const Vec3V f2{f.a.z, f.b.z, f.c.z};
   const auto mean = [&](V a, V b) { return hn::Mul(half, hn::Add(a, b)); };
-  const EigenV eigen = eigen_of({dot(r0, f0), dot(r1, f1), dot(r2, f2), mean(dot(r0, f1), dot(r1, f0)),
-                                 mean(dot(r0, f2), dot(r2, f0)), mean(dot(r1, f2), dot(r2, f1))});
+  const EigenV eigen =
+      eigen_of<tangent_sweeps>({dot(r0, f0), dot(r1, f1), dot(r2, f2), mean(dot(r0, f1), dot(r1, f0)),
+                                mean(dot(r0, f2), dot(r2, f0)), mean(dot(r1, f2), dot(r2, f1))});
   TangentV t{};
   t.right = eigen.vectors;
   for (std::size_t k = 0; k < 3; ++k) t.left[k] = product(rotation, eigen.vectors[k]);

@@ -29,26 +29,9 @@ struct HyperelasticLot {
 };
 
 HWY_INLINE void load_deformations(const HyperelasticPass& pass, std::size_t e, HyperelasticLot& lot) {
-  const D d;
-  const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
-  const auto displacement = [&](std::size_t corner) {
-    return load_rows(pass.displacements, pass.corners + 4 * e + corner);
-  };
-  const Vec3V origin = displacement(0);
-  const Vec3V u1 = minus(displacement(1), origin);
-  const Vec3V u2 = minus(displacement(2), origin);
-  const Vec3V u3 = minus(displacement(3), origin);
-  const V one = hn::Set(d, 1.0);
-  const auto row = [&](V p, V q, V r) { return times_plus(p, g[0], times_plus(q, g[1], times(r, g[2]))); };
-  lot.h = {row(u1.x, u2.x, u3.x), row(u1.y, u2.y, u3.y), row(u1.z, u2.z, u3.z)};
-  lot.f = lot.h;
-  lot.f.a.x = hn::Add(lot.h.a.x, one);
-  lot.f.b.y = hn::Add(lot.h.b.y, one);
-  lot.f.c.z = hn::Add(lot.h.c.z, one);
-  const Matrix3V c = cofactors(lot.f);
-  lot.root.first = inner(lot.f, lot.f);
-  lot.root.second = inner(c, c);
-  lot.root.det = dot(lot.f.a, c.a);
+  lot.h = load_displacement_gradient(pass.displacements, pass.corners, pass.inverse_rest, e);
+  lot.f = plus_identity(lot.h);
+  lot.root = root_of(lot.f);
 }
 
 HWY_INLINE LawV load_law(const HyperelasticPass& pass, std::size_t e) {

@@ -106,6 +106,36 @@ HWY_INLINE std::array<Vec3V, 3> load_gradients(const std::array<const double*, 9
           Vec3V{column(6), column(7), column(8)}};
 }
 
+/// H = F - I of elements from their displacements, so that F is exactly I at rest.
+HWY_INLINE Matrix3V load_displacement_gradient(const Padded3* displacements, const std::int32_t* corners,
+                                               const std::array<const double*, 9>& inverse_rest,
+                                               std::size_t e) {
+  const std::array<Vec3V, 3> g = load_gradients(inverse_rest, e);
+  const auto displacement = [&](std::size_t corner) {
+    return load_rows(displacements, corners + 4 * e + corner);
+  };
+  const Vec3V origin = displacement(0);
+  const Vec3V u1 = minus(displacement(1), origin);
+  const Vec3V u2 = minus(displacement(2), origin);
+  const Vec3V u3 = minus(displacement(3), origin);
+  const auto row = [&](V p, V q, V r) { return times_plus(p, g[0], times_plus(q, g[1], times(r, g[2]))); };
+  return {row(u1.x, u2.x, u3.x), row(u1.y, u2.y, u3.y), row(u1.z, u2.z, u3.z)};
+}
+
+HWY_INLINE Matrix3V plus_identity(Matrix3V m) {
+  const V one = hn::Set(D(), 1.0);
+  m.a.x = hn::Add(m.a.x, one);
+  m.b.y = hn::Add(m.b.y, one);
+  m.c.z = hn::Add(m.c.z, one);
+  return m;
+}
+
+/// Invariants of F; the root is not found yet.
+HWY_INLINE Root root_of(const Matrix3V& f) {
+  const Matrix3V c = cofactors(f);
+  return {inner(f, f), inner(c, c), dot(f.a, c.a), hn::Zero(D())};
+}
+
 #endif
 
 }  // namespace

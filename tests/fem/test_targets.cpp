@@ -5,9 +5,13 @@
 
 #include "fem/block_matrix.hpp"
 #include "fem/meshes.hpp"
+#include "fem/stress.hpp"
+#include "fem/symmetric_eigen.hpp"
 #include "fem/system.hpp"
+#include "fem/tissue.hpp"
 #include "simd/element_pass.hpp"
 #include "simd/sliced_rows.hpp"
+#include "simd/stress_pass.hpp"
 #include "support/simd_targets.hpp"
 
 namespace palpate::fem::test {
@@ -84,6 +88,79 @@ TEST(SimdTargets, ElementPassEqualsOneByOne) {
     ASSERT_GT(inverted, 3);
   });
   EXPECT_GT(targets, 1);
+}
+
+/// Strain, stress and what follows from it; one tet is of those that the pass leaves.
+TEST(SimdTargets, FieldsOfTetsEqualThoseOfOneByOne) {
+  const ElementCase c;
+  Elements elements = c.elements();
+  elements.set_bulk_fraction(3, 0.5);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    const TissueState state = tissue_of_tets(one_thread, c.bodies, elements, c.positions);
+    int inverted = 0;
+    for (Index e = 0; e < elements.size(); ++e) {
+      const auto tet = static_cast<std::size_t>(at(elements.tet_of_element(), e));
+      const ElementStress expected = stress_of(elements.deformation(e, c.positions));
+      const Eigen::Matrix3d f = to_eigen(Matrix3{state.deformation_gradient[tet]});
+      const Eigen::Matrix3d expected_f = to_eigen(expected.deformation_gradient);
+      ASSERT_LT((f - expected_f).norm(), 1e-13 * expected_f.norm()) << target << ", " << e;
+      ASSERT_NEAR(state.volume_ratio[tet], expected.volume_ratio, 1e-12 * std::pow(expected_f.norm(), 3));
+      ASSERT_NEAR(state.energy_density[tet], expected.energy_density, 1e-11 * expected.energy_density);
+      const Eigen::Matrix3d strain = to_eigen(expected.strain);
+      ASSERT_LT((to_eigen(to_matrix(state.strain[tet])) - strain).norm(), 1e-13 * (1.0 + strain.norm()));
+      if (!(expected.volume_ratio > 0.0)) {
+        ++inverted;
+        ASSERT_TRUE(std::isnan(state.stress[tet].xx) && std::isnan(state.principal_stress[tet].y) &&
+                    std::isnan(state.principal_directions[tet][1].z));
+        continue;
+      }
+      const Eigen::Matrix3d stress = to_eigen(expected.stress);
+      ASSERT_LT((to_eigen(to_matrix(state.stress[tet])) - stress).norm(), 1e-11 * stress.norm()) << target;
+    }
+    ASSERT_GT(inverted, 3);
+  });
+}
+
+/// Equal eigenvalues, nearly equal ones, none, large and small numbers, numbers that are not finite.
+TEST(SimdTargets, EigenvectorsEqualThoseOfTheTwin) {
+  std::mt19937_64 random(33);
+  std::vector<SymmetricTensor> tensors(3);
+  tensors[1] = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+  tensors[2] = {2.0, NAN, 1.0, 0.0, 0.0, 0.0};
+  for (int i = 0; i < 400; ++i) {
+    const Eigen::Matrix3d q = to_eigen(random_rotation(random));
+    const Vec3 v = random_vector(random, 1.0);
+    const double spread = i % 3 == 0 ? 1e-9 : 1.0;
+    const double size = i % 5 == 0 ? 1e200 : i % 7 == 0 ? 1e-200 : 1e4;
+    const Eigen::Vector3d values(1.0 + spread * v.x, 1.0 + spread * v.y, i % 2 == 0 ? -1e6 : v.z);
+    const Eigen::Matrix3d m = size * q * values.asDiagonal() * q.transpose();
+    tensors.push_back({m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(1, 2), m(0, 2)});
+  }
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<Vec3> values(tensors.size());
+    std::vector<std::array<Vec3, 3>> vectors(tensors.size());
+    const std::size_t done = simd::symmetric_eigen(tensors, values, vectors);
+    ASSERT_TRUE(done == 0 || done == tensors.size() / 8 * 8) << target;
+    for (std::size_t i = 0; i < done; ++i) {
+      const SymmetricEigen twin = symmetric_eigen(to_matrix(tensors[i]));
+      if (std::isnan(twin.values.x)) {
+        ASSERT_TRUE(std::isnan(values[i].z) && std::isnan(vectors[i][2].x));
+        continue;
+      }
+      const double size = std::max(std::abs(twin.values.x), std::abs(twin.values.z));
+      const double unit = size > 0.0 ? 1.0 / size : 1.0;
+      ASSERT_LT(length(unit * values[i] - unit * twin.values), 1e-14) << target << ", " << i;
+      Eigen::Matrix3d v;
+      for (int k = 0; k < 3; ++k) {
+        const Vec3& a = vectors[i][static_cast<std::size_t>(k)];
+        v.col(k) = to_eigen(a);
+        ASSERT_GT(std::max({a.x, a.y, a.z}), 0.5);  // the largest component is positive
+      }
+      const Eigen::Matrix3d exact = unit * to_eigen(to_matrix(tensors[i]));
+      ASSERT_LT((v * to_eigen(unit * values[i]).asDiagonal() * v.transpose() - exact).norm(), 2e-14) << i;
+      ASSERT_LT((v.transpose() * v - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    }
+  });
 }
 
 TEST(SimdTargets, StiffnessPassEqualsTheBlocks) {

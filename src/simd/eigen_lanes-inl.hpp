@@ -1,0 +1,79 @@
+// Eigenvalues and eigenvectors of symmetric matrices in lanes. Included once for each target.
+#if defined(PALPATE_SIMD_EIGEN_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PALPATE_SIMD_EIGEN_LANES_INL
+#undef PALPATE_SIMD_EIGEN_LANES_INL
+#else
+#define PALPATE_SIMD_EIGEN_LANES_INL
+#endif
+
+#include <array>
+#include <cstddef>
+#include <hwy/highway.h>
+
+#include "simd/tet_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+
+#if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
+
+HWY_INLINE V set(double x) {
+  return hn::Set(D(), x);
+}
+
+/// A symmetric matrix on its way to a diagonal one, and its eigenvectors to be: columns.
+struct EigenV {
+  std::array<V, 3> diagonal;
+  std::array<V, 3> off;  ///< opposite to axis 0, 1, 2: yz, xz, xy
+  std::array<Vec3V, 3> vectors;
+};
+
+/// Makes the entry of axes p and q zero; r is the third.
+template <std::size_t p, std::size_t q>
+HWY_INLINE void rotate(EigenV& m) {
+  constexpr std::size_t r = 3 - p - q;
+  const V one = set(1.0);
+  const V difference = hn::Sub(m.diagonal[q], m.diagonal[p]);
+  const V twice = hn::Add(m.off[r], m.off[r]);
+  const V size = hn::Sqrt(hn::MulAdd(difference, difference, hn::Mul(twice, twice)));
+  const V under = hn::Add(hn::Add(hn::Abs(difference), size), set(1e-300));
+  const V t = hn::Mul(hn::CopySign(one, difference), hn::Div(twice, under));
+  const V c = hn::Div(one, hn::Sqrt(hn::MulAdd(t, t, one)));
+  const V s = hn::Mul(t, c);
+  m.diagonal[p] = hn::NegMulAdd(t, m.off[r], m.diagonal[p]);
+  m.diagonal[q] = hn::MulAdd(t, m.off[r], m.diagonal[q]);
+  m.off[r] = hn::Zero(D());
+  const V rp = m.off[q];
+  const V rq = m.off[p];
+  m.off[q] = hn::NegMulAdd(s, rq, hn::Mul(c, rp));
+  m.off[p] = hn::MulAdd(s, rp, hn::Mul(c, rq));
+  const Vec3V vp = m.vectors[p];
+  const Vec3V vq = m.vectors[q];
+  m.vectors[p] = minus(times(c, vp), times(s, vq));
+  m.vectors[q] = times_plus(s, vp, times(c, vq));
+}
+
+/// By cyclic Jacobi rotations. \param sweeps  of them
+template <int sweeps>
+HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
+  const V zero = hn::Zero(D());
+  const V one = set(1.0);
+  EigenV m{{a[0], a[1], a[2]},
+           {a[5], a[4], a[3]},
+           {Vec3V{one, zero, zero}, Vec3V{zero, one, zero}, Vec3V{zero, zero, one}}};
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    rotate<0, 1>(m);
+    rotate<0, 2>(m);
+    rotate<1, 2>(m);
+  }
+  return m;
+}
+
+#endif
+
+}  // namespace
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
