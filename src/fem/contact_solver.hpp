@@ -60,7 +60,7 @@ class ContactSolver {
   void load(Run& run);
   void weigh_guess(Run& run);
   void project_guess(const Run& run);
-  void find_rates(const Run& run, std::size_t direction);
+  double find_rates(const Run& run, std::size_t direction);
   void put_forces(const Run& run);
   void compute_residual(Run& run);
   void choose(Run& run);

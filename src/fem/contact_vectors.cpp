@@ -132,12 +132,12 @@ void ContactSolver::project_guess(const Run& run) {
   }
 }
 
-/// Relative velocities of the contacts in a direction.
-void ContactSolver::find_rates(const Run& run, std::size_t d) {
+/// Relative velocities of the contacts in a direction; returns the work of their forces in it.
+double ContactSolver::find_rates(const Run& run, std::size_t d) {
   const auto all = run.problem.stiffened->couplings().terms();
   const auto terms = all.subspan(all.size() - run.problem.laws.size());
   const float* z = direction(d);
-  parallel::for_each(run.threads, terms.size(), contact_grain, [&](std::size_t k) {
+  return parallel::sum(run.threads, terms.size(), partial_, [&](std::size_t k) {
     Vec3 u;
     for (std::size_t i = 0; i < 5; ++i) {
       const auto w = static_cast<double>(terms[k].coefficients[i]);
@@ -146,7 +146,7 @@ void ContactSolver::find_rates(const Run& run, std::size_t d) {
       u += w * Vec3{static_cast<double>(p[0]), static_cast<double>(p[simd::slice_rows]),
                     static_cast<double>(p[2 * simd::slice_rows])};
     }
-    reduced_.set_rate(k, d, u);
+    return reduced_.set_rate(k, d, u);
   });
 }
 
@@ -251,8 +251,7 @@ bool ContactSolver::add_direction(Run& run) {
   run.decrease = run.scale * totals_[2 * d + 4];
   const double of_residual = run.scale * totals_[2 * d + 2];
   for (std::size_t k = 0; k <= d; ++k) row[k] = totals_[2 * k];
-  reduced_.add(row, of_residual);
-  find_rates(run, d);
+  reduced_.add(row, of_residual, find_rates(run, d));
   return true;
 }
 

@@ -10,6 +10,8 @@ namespace {
 
 /// Contacts of a chunk: part of the result's definition.
 constexpr std::size_t grain = 64;
+/// The same where each chunk has a matrix of sums.
+constexpr std::size_t matrix_grain = 512;
 
 std::size_t padded(std::size_t n) {
   return (n + simd::direction_lanes - 1) / simd::direction_lanes * simd::direction_lanes;
@@ -21,11 +23,13 @@ void ReducedStep::set_most(std::size_t most) {
   most_ = most;
   stride_ = padded(most);
   for (auto* matrix : {&lower_, &matrix_, &stiffness_}) matrix->assign(stride_ * stride_, 0.0);
-  for (auto* vector : {&change_, &f_, &trial_f_, &trial_c_, &step_, &solved_}) vector->assign(stride_, 0.0);
+  for (auto* vector : {&change_, &trial_f_, &trial_c_, &step_, &solved_}) vector->assign(stride_, 0.0);
+  f_.resize(stride_, 0.0);
 }
 
 void ReducedStep::begin(std::size_t most) {
   size_ = 0;
+  at_base_ = true;
   set_most(most);
   gram_.assign(stride_ * stride_, 0.0);
   for (auto* vector : {&g_, &c_}) vector->assign(stride_, 0.0);
@@ -35,7 +39,7 @@ void ReducedStep::grow(std::size_t most) {
   const std::size_t before = stride_;
   set_most(most);
   // From the end, so that no row covers one that is still to be moved.
-  const auto spread = [&](std::vector<double>& rows, std::size_t count) {
+  const auto spread = [&](auto& rows, std::size_t count) {
     make_room(rows, stride_ * count);
     rows.resize(stride_ * count);
     for (std::size_t i = count; i-- > 0;) {
@@ -43,7 +47,7 @@ void ReducedStep::grow(std::size_t most) {
       const auto to = rows.begin() + static_cast<std::ptrdiff_t>(stride_ * i);
       std::copy_backward(from, from + static_cast<std::ptrdiff_t>(before),
                          to + static_cast<std::ptrdiff_t>(before));
-      std::fill(to + static_cast<std::ptrdiff_t>(before), to + static_cast<std::ptrdiff_t>(stride_), 0.0);
+      std::fill(to + static_cast<std::ptrdiff_t>(before), to + static_cast<std::ptrdiff_t>(stride_), 0);
     }
   };
   spread(gram_, before);
@@ -65,7 +69,9 @@ void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFrict
   assign_with_room(bounds_, whole_groups, 0.0);
   resize_with_room(weights_, whole_groups);
   resize_with_room(changes_, whole_groups);
-  make_room(partial_, parallel::chunk_count(laws.size(), grain) * stride_ * stride_);
+  make_room(partial_, std::max(2 * parallel::chunk_count(laws.size(), grain),
+                               parallel::chunk_count(laws.size(), matrix_grain) * stride_) *
+                          stride_);
   put_in_rows(laws, friction.time_step, law_rows_);
   clear_stiffness();
 }
@@ -82,6 +88,7 @@ simd::ContactRates ReducedStep::rates() const {
 
 void ReducedStep::update(const parallel::Threads& threads) {
   std::ranges::fill(c_, 0.0);
+  at_base_ = true;
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
     velocities_[k] = base_velocities_[k];
     base_forces_[k] = {};
@@ -96,21 +103,27 @@ void ReducedStep::rebase(const parallel::Threads& threads) {
   update(threads);
 }
 
-void ReducedStep::add(std::span<const double> row, double residual) {
+void ReducedStep::add(std::span<const double> row, double residual, double work) {
+  double f = residual + friction_.time_step * work;
   for (std::size_t i = 0; i <= size_; ++i) {
     gram_[stride_ * size_ + i] = row[i];
     gram_[stride_ * i + size_] = row[i];
+    if (i < size_) f -= row[i] * c_[i];
   }
+  f_[size_] = f;
   g_[size_] = residual;
   c_[size_] = 0.0;
   ++size_;
 }
 
-void ReducedStep::set_rate(std::size_t contact, std::size_t direction, const Vec3& rate) {
-  double* j = rates_.data() + 3 * stride_ * contact + direction;
-  j[0] = rate.x;
-  j[stride_] = rate.y;
-  j[2 * stride_] = rate.z;
+double ReducedStep::set_rate(std::size_t contact, std::size_t direction, const Vec3& rate) {
+  float* j = rates_.data() + 3 * stride_ * contact + direction;
+  j[0] = static_cast<float>(rate.x);
+  j[stride_] = static_cast<float>(rate.y);
+  j[2 * stride_] = static_cast<float>(rate.z);
+  const Vec3 rounded{static_cast<double>(j[0]), static_cast<double>(j[stride_]),
+                     static_cast<double>(j[2 * stride_])};
+  return dot(rounded, forces_[contact]);
 }
 
 void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
@@ -123,11 +136,11 @@ void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
   double square = 0.0;
   for (std::size_t j = 0; j < size_; ++j) square += a[j] * row[j];
   for (std::size_t k = 0; k < 3 * laws_.size(); ++k) {
-    double* j = rates_.data() + stride_ * k;
+    float* j = rates_.data() + stride_ * k;
     double sum = 0.0;
-    for (std::size_t i = 0; i < size_; ++i) sum += a[i] * j[i];
+    for (std::size_t i = 0; i < size_; ++i) sum += a[i] * static_cast<double>(j[i]);
     std::copy(j + first, j + size_, j + 1);
-    j[0] = sum;
+    j[0] = static_cast<float>(sum);
   }
   for (std::size_t i = 0; i < kept; ++i) {
     for (std::size_t j = 0; j < kept; ++j)
@@ -223,21 +236,31 @@ void ReducedStep::assemble_new(const parallel::Threads& threads) {
   }
 }
 
+/// From -df/du of a contact as it is, in changes_: what it has changed, and the weight that goes with it. A
+/// small change, as of the direction of what slides, is none: Newton's method does not need it.
+void ReducedStep::take_change(std::size_t contact) {
+  constexpr double small = 0.03;
+  Matrix3& change = changes_[contact];
+  const Matrix3 now = change;
+  change = now - weights_[contact];
+  if (inner(change, change) <= small * small * inner(now, now)) {
+    change = {};
+  } else {
+    weights_[contact] = now;
+  }
+}
+
 /// -dF/dc at the present c. Only contacts that hold otherwise than before cost O(directions^2).
 void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   assemble_new(threads);
-  const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
+  const std::size_t chunks = parallel::chunk_count(laws_.size(), matrix_grain);
   const std::size_t n = padded(size_);
   assign_with_room(partial_, chunks * stride_ * n, 0.0);
-  parallel::for_chunks(threads, laws_.size(), grain,
+  parallel::for_chunks(threads, laws_.size(), matrix_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          simd::contact_derivatives(law_rows(with_bounds), velocities_.data(),
                                                    changes_.front().values.data(), begin, end);
-                         for (std::size_t k = begin; k < end; ++k) {
-                           const Matrix3 now = changes_[k];
-                           changes_[k] = now - weights_[k];
-                           weights_[k] = now;
-                         }
+                         for (std::size_t k = begin; k < end; ++k) take_change(k);
                          simd::add_stiffness(rates(), changes_.front().values.data(),
                                              partial_.data() + stride_ * n * chunk, begin, end);
                        });

@@ -8,7 +8,7 @@
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/contact_laws.hpp"
-#include "simd/direction_rows.hpp"
+#include "simd/contact_rates.hpp"
 
 namespace palpate::fem {
 
@@ -47,9 +47,11 @@ class ReducedStep {
   [[nodiscard]] const Vec3& more_force(std::size_t contact) const { return forces_[contact]; }
   /// After set_base() of all contacts: their forces at c = 0, which c becomes.
   void update(const parallel::Threads& threads);
-  /// Adds a direction. \param row  z^T A z_i of it with each that is there and itself (directions() + 1)
-  void add(std::span<const double> row, double residual);
-  void set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
+  /// Sets what a direction changes of a contact; returns the work that more_force() does in it.
+  double set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
+  /// Adds a direction, after its rates. \param row  z^T A z_i of it with each that is there and itself
+  /// (directions() + 1) \param work  sum of those of set_rate()
+  void add(std::span<const double> row, double residual, double work);
   void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
   /// The present c becomes c = 0; then the residuals must be set again.
   void rebase(const parallel::Threads& threads);
@@ -72,6 +74,7 @@ class ReducedStep {
   void accept_trial();
   void project(const parallel::Threads& threads, std::span<const double> c, std::span<const Vec3> forces,
                std::vector<double>& f);
+  void take_change(std::size_t contact);
   void assemble(const parallel::Threads& threads, bool with_bounds);
   void assemble_new(const parallel::Threads& threads);
   void clear_stiffness();
@@ -101,7 +104,7 @@ class ReducedStep {
   std::vector<Vec3> trial_velocities_;
   std::vector<Vec3> trial_forces_;
   std::vector<Vec3> step_velocities_;  ///< what step_ changes of the velocities
-  std::vector<double> rates_;          ///< (contacts x 3 x stride): J
+  simd::AlignedVector<float> rates_;   ///< (contacts x 3 x stride): J
   std::vector<double> bounds_;         ///< of friction, N
   std::vector<Matrix3> weights_;       ///< -df/du of the contacts that stiffness_ is of, N s/m
   std::vector<Matrix3> changes_;       ///< of them, scratch
@@ -109,7 +112,9 @@ class ReducedStep {
   std::size_t assembled_ = 0;          ///< directions that it has
   std::vector<double> matrix_;         ///< (size x stride), scratch
   std::vector<double> partial_;
-  std::vector<double> f_, trial_f_, trial_c_, step_, solved_;
+  std::vector<double> f_;  ///< F at the present c; where that is 0, once solve() has begun
+  bool at_base_ = true;    ///< c = 0
+  std::vector<double> trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;
 };
 

@@ -180,7 +180,8 @@ bool ReducedStep::solve(const parallel::Threads& threads) {
     clear_stiffness();
   }
   if (independent) {
-    project(threads, c_, forces_, f_);
+    if (at_base_) std::copy_n(g_.begin(), size_, f_.begin());
+    at_base_ = false;
     size_of_f_ = norm(f_);
     const double enough = reduction * size_of_f_;
     for (int round = 0; round < most_rounds && size_of_f_ > enough; ++round) {

@@ -33,31 +33,12 @@ void subtract_combination(const FloatVectors& vectors, const float* s, float* a,
 void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n) {
   plain::combine_in_double(vectors, s, a, n);
 }
-void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end) {
-  plain::combine_rates(rates, c, u, begin, end);
-}
-void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
-                    std::size_t end) {
-  plain::project_forces(rates, f, sum, begin, end);
-}
-void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
-                   std::size_t end) {
-  plain::add_stiffness(rates, h, sum, begin, end);
-}
-void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
-                       std::size_t begin, std::size_t end) {
-  plain::add_stiffness_row(rates, h, i, row, column, begin, end);
-}
 }  // namespace scalar
 
 HWY_EXPORT(dot_floats);
 HWY_EXPORT(dot_two);
 HWY_EXPORT(subtract_combination);
 HWY_EXPORT(combine_in_double);
-HWY_EXPORT(combine_rates);
-HWY_EXPORT(project_forces);
-HWY_EXPORT(add_stiffness);
-HWY_EXPORT(add_stiffness_row);
 
 double dot_floats(const float* a, const float* b, std::size_t n) {
   return HWY_DYNAMIC_DISPATCH(dot_floats)(a, b, n);
@@ -70,21 +51,6 @@ void subtract_combination(const FloatVectors& vectors, const float* s, float* a,
 }
 void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n) {
   HWY_DYNAMIC_DISPATCH(combine_in_double)(vectors, s, a, n);
-}
-void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(combine_rates)(rates, c, u, begin, end);
-}
-void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
-                    std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(project_forces)(rates, f, sum, begin, end);
-}
-void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
-                   std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(add_stiffness)(rates, h, sum, begin, end);
-}
-void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
-                       std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(add_stiffness_row)(rates, h, i, row, column, begin, end);
 }
 
 }  // namespace palpate::simd
