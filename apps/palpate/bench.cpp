@@ -111,7 +111,7 @@ int paper(const PaperOptions& options) {
 
 int scaling(const ScalingOptions& options) {
   const measure::ScalingEffort effort = options.full ? measure::full_scaling() : measure::quick_scaling();
-  // The smallest size is the same for all items.
+  // The smallest size of the sweep is the same for all items.
   if (options.most_tets < effort.tets.front()) {
     throw BadInput("--most-tets", "", fmt::format("'{}'", options.most_tets),
                    fmt::format("at least {}, for one size", effort.tets.front()));

@@ -16,7 +16,8 @@
 namespace palpate::app {
 namespace {
 
-/// Takes an answer of the user into the request: a unit, or a length such as "0.3"; empty leaves the guess.
+/// Applies an answer of the user to the request: a unit, or a length such as "0.3"; an empty one keeps the
+/// guess.
 void apply_answer(const std::string& answer, NewSceneRequest& request) {
   if (answer.empty()) return;
   request.unit = mesh_unit(answer);
@@ -29,7 +30,7 @@ void apply_answer(const std::string& answer, NewSceneRequest& request) {
   }
 }
 
-/// A line of the user; none at the end of the input.
+/// Reads a line from stdin; none at the end of the input.
 std::optional<std::string> read_line() {
   std::string line;
   for (int c = std::getchar(); c != '\n'; c = std::getchar()) {
