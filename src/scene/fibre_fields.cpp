@@ -30,7 +30,7 @@ std::vector<Vec3> read_field(const Scene& scene, std::size_t body, const std::st
   }
 }
 
-/// Of the tets of one body that are of one material.
+/// Sets the directions of the tets of one body that have one material.
 void add_field(const Scene& scene, std::size_t body, const std::string& path, Index material,
                const VectorReader& read_vectors, Model& model) {
   const std::string name = at(model.materials, material).fibres.field;
@@ -51,7 +51,7 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
   }
 }
 
-/// The points of all selections of an end, in the body's own numbers.
+/// The points of all selections of an end, as indices in the body.
 std::vector<Index> points_of(const Selector& select, const std::vector<FibreEnd>& ends,
                              const std::string& path) {
   std::vector<Index> points;

@@ -41,7 +41,7 @@ Verdict Gate::check(const Knock& knock) const {
   if (!equal_in_constant_time(token, token_)) {
     return {401, "the address needs the token that the command printed"};
   }
-  // Files are named relative to the folder of the token, so the slash behind it must be there.
+  // Files are named relative to the folder of the token, so the path needs a slash after the token.
   if (path.size() == token.size()) return {404, "the address ends in a slash"};
   return {200, {}, path.substr(token.size() + 1)};
 }
