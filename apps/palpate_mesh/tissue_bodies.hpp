@@ -33,9 +33,9 @@ struct TissueBody {
 };
 
 /// Cuts a mesh into bodies: soft tissues that are grown together are one, each rigid tissue is one by itself.
-/// Both sides of a cut have the same triangles, each with points of its own. Index t
-/// - 1 of `rigid` and `names` is tissue t. Throws Error where tissues that slide or are open belong to one
-/// body by way of others. O(n log n).
+/// Both sides of a cut have the same triangles, each with points of its own. Index t - 1 of `rigid` and
+/// `names` is tissue t. Throws Error where tissues that slide or are open belong to one body by way of
+/// others. O(n log n).
 std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
                                   const Relations& relations, const std::vector<bool>& rigid,
                                   const std::vector<std::string>& names);

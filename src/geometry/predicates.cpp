@@ -57,11 +57,8 @@ Scaled scaled(double x) {
   return {static_cast<std::int64_t>(std::ldexp(fraction, 53)), exponent - 53};
 }
 
-/// det[b
-/// - a, c
-/// - a, d
-/// - a] times a positive power of two, exactly. Calls whose results are compared must use the same
-/// `exponent`.
+/// det[b - a, c - a, d - a] times a positive power of two, exactly. Calls whose results are compared must use
+/// the same `exponent`.
 Integer exact_determinant(const std::array<Vec3, 4>& corners, int exponent) {
   const auto integer = [exponent](double x) {
     const Scaled s = scaled(x);

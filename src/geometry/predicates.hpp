@@ -24,9 +24,9 @@ bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, co
 /// plane does not: where it leaves a closed surface, it also meets a triangle that is not in its plane.
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
-/// Where a segment that meets a triangle (see above) crosses its plane: a + t (b
-/// - a), t in [0, 1], with a relative error of t and of 1
-/// - t of about 1e-9, also for slender triangles and for segments almost parallel to the plane.
+/// Where a segment that meets a triangle (see above) crosses its plane: a + t (b - a), t in [0, 1], with a
+/// relative error of t and of 1 - t of about 1e-9, also for slender triangles and for segments almost
+/// parallel to the plane.
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
 /// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 to

@@ -138,8 +138,7 @@ bool CuckooGrid::fill_tables(const parallel::Threads& threads) {
 }
 
 /// All keys of a bucket are inserted into sub-table 0, the evicted ones into sub-table 1, and so on: round i
-/// puts those evicted in round i
-/// - 1 into sub-table i mod 3.
+/// puts those evicted in round i - 1 into sub-table i mod 3.
 CuckooGrid::BucketResult CuckooGrid::fill_bucket(std::size_t bucket) {
   const auto keys =
       std::span(keys_).subspan(bucket_begin_[bucket], bucket_begin_[bucket + 1] - bucket_begin_[bucket] + 1);

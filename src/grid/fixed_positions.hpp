@@ -18,9 +18,9 @@ namespace palpate {
 
 /// Positions as fixed-point numbers in fractions of a cell; also in the order of a grid's L (docs/query.md).
 ///
-/// A number is floor((x
-/// - lower) / cell size x 2^fraction_bits()), computed in double: below 2^31, monotone in x, and the error of
-/// a difference of two is below 1 + 2^-20. The cell of a point is its number without the fraction.
+/// A number is floor((x - lower) / cell size x 2^fraction_bits()), computed in double: below 2^31, monotone
+/// in x, and the error of a difference of two is below 1 + 2^-20. The cell of a point is its number without
+/// the fraction.
 class FixedPositions {
  public:
   /// \param included  per point; the others have no fixed position

@@ -44,8 +44,7 @@ constexpr std::array<GmshCellType, 33> cell_types{{{1, "line", 2},
                                                    {92, "hexahedron64", 64},
                                                    {93, "hexahedron125", 125}}};
 
-/// high
-/// - low; unsigned, because the difference of two int64 may overflow.
+/// high - low; unsigned, because the difference of two int64 may overflow.
 std::uint64_t distance(std::int64_t low, std::int64_t high) {
   return static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
 }

@@ -40,8 +40,7 @@ class Painter {
   };
   explicit Painter(Input input);
 
-  /// Light of sample 0 .. samples_per_side^2
-  /// - 1 of a pixel. Depends only on its arguments.
+  /// Light of sample 0 .. samples_per_side^2 - 1 of a pixel. Depends only on its arguments.
   [[nodiscard]] Light sample(int pixel_x, int pixel_y, int index) const;
 
  private:

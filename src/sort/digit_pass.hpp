@@ -39,8 +39,8 @@ inline std::size_t counts_to_positions(std::span<std::uint32_t> histograms, std:
   return largest;
 }
 
-/// Writes a word for each reference with a key, in stable order of the digit (key >> shift) & (digits
-/// - 1). Those without a key get the digit `digits` and come last. `words` has keys.size() places.
+/// Writes a word for each reference with a key, in stable order of the digit (key >> shift) & (digits - 1).
+/// Those without a key get the digit `digits` and come last. `words` has keys.size() places.
 /// \param digits       a power of two; higher bits of keys are ignored
 /// \param histograms   scratch; holds the end of each digit in each chunk afterwards (chunks x (digits + 1))
 /// \param digit_begin  where each digit begins, and where those without a key do (digits + 1)
