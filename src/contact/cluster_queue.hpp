@@ -131,7 +131,7 @@ class QueueRun {
  private:
   /// So small that a chunk is a few microseconds: the clock is read before each.
   static constexpr std::size_t grain = 16;
-  static constexpr std::size_t chunks_at_a_time = 16;  ///< in tests
+  static constexpr std::size_t chunks_at_a_time = 16;  ///< for a budget in tests
 
   /// Returns the first cluster that was not queried.
   template <class Ask>

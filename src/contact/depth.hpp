@@ -38,7 +38,7 @@ class DepthEstimate {
 
   /// Fills depth, direction and certainty of all contacts; returns how often it used a fallback (the
   /// DepthCounts). O(contacts x edges at a point x iterations + triangles + fallbacks x tets nearer than the
-  /// surface), parallel, without a deadline sum of normals over its planes, then the first guess bits for
+  /// surface), parallel, without a deadline the same bits for
   /// every thread count. Past the deadline, contacts use their cached plane if there is one, means are not
   /// balanced, depths are not compared with the distance to the surface, and a depth without any plane is
   /// zero. Only contacts whose plane is computed (by `cache`) have border edges. Others have depth and
@@ -72,7 +72,7 @@ class DepthEstimate {
   /// Intermediate data of a contact. Columns of the table are written once, at the end.
   struct Estimate {
     double depth = 0.0;             ///< sum over its planes, then the first guess
-    Vec3 normal;                    ///< the same
+    Vec3 normal;                    ///< sum of normals over its planes, then the first guess
     Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
     Index without_crossing = 0;     ///< border edges
     double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
@@ -96,7 +96,7 @@ class DepthEstimate {
     double distance;
     double weight;
   };
-  /// Memory of contacts of a chunk of contacts.
+  /// Memory of a chunk of contacts.
   struct Scratch {
     /// Reserves memory for contacts of usual meshes, so that later steps allocate none.
     Scratch() {
@@ -116,7 +116,7 @@ class DepthEstimate {
   /// The reason why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
-  static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
+  static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk
   /// Squared length of an edge for weights; never zero, also where points coincide.
   [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
     const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));

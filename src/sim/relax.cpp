@@ -31,7 +31,7 @@ constexpr double solver_tolerance = 1e-4;
 constexpr int solver_iterations = 1000;
 /// Fraction of the depth before that a step must leave for the contact stiffness to be doubled.
 constexpr double stalled = 0.9;
-/// Bounds factor of the contact stiffness, over the stiffness of the scene.
+/// Bounds of the contact stiffness, over the stiffness of the scene.
 constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
 /// Fraction of its volume that every tet keeps, and how often a step that would leave less is halved.
@@ -205,7 +205,7 @@ class Relaxation {
   std::vector<Vec3> last_;       ///< positions before the step at hand
   std::vector<Vec3> shortened_;  ///< scratch
   std::vector<fem::Coupling> couplings_;
-  double factor_ = 1.0;  ///< of the contact stiffness
+  double factor_ = 1.0;  ///< factor of the contact stiffness
 };
 
 void check(const RelaxSettings& settings) {

@@ -10,12 +10,14 @@ namespace palpate::view {
 
 /// The largest force with which a point of tissue may be pulled: more would invert tets or throw bodies away.
 /// It is the least of
-/// - what stretches the tissue around the point by about a fifth of its own size: largest_strain times a
-///   third of Young's modulus times area, of the surface triangles there or, at corners less, of the faces
-/// opposite the point in its tets, - the force that presses the whole body into the softest body near it
-/// (their boxes meet): largest_squeeze times Young's modulus of that times a quarter of the body's surface, a
-/// ball's cross-section, - for a free body (no point fixed, prescribed or tied), the force that moves all of
-/// it by largest_leap mean edges within a time step from rest.
+/// - the force that stretches the tissue around the point by about a fifth of its own size: largest_strain
+///   times a third of Young's modulus times area, of the surface triangles there or, at corners less, of the
+///   faces opposite the point in its tets,
+/// - the force that presses the whole body into the softest body near it (their boxes meet): largest_squeeze
+///   times Young's modulus of that times a quarter of the body's surface, a ball's cross-section,
+/// - for a free body (no point fixed, prescribed or tied), the force that moves all of it by largest_leap
+/// mean
+///   edges within a time step from rest.
 class PullLimits {
  public:
   static constexpr double largest_strain = 0.2;
