@@ -19,7 +19,7 @@ class LegacyNumbers {
 
   [[nodiscard]] bool binary() const { return binary_; }
   void set_binary(bool binary) { binary_ = binary; }
-  /// The least size in this file of a number that takes `bytes` bytes in binary files.
+  /// The least size in this file of a number with this size in binary files.
   [[nodiscard]] std::size_t least_bytes(std::size_t binary_bytes) const { return binary_ ? binary_bytes : 2; }
 
   /// Reads the name of a number type.

@@ -42,17 +42,18 @@ class KeptContacts {
  public:
   /// Begins a step: the contacts given to add() since the last begin() are the input of near(). O(n log n).
   void begin();
-  /// Adds `count` contacts of this step, to be filled by the caller at once.
+  /// Adds `more` contacts of this step, to be filled by the caller at once.
   [[nodiscard]] std::span<KeptContact> add(std::size_t more);
   /// Call after a failed step: restores the contacts of the step before.
   void undo() { kept_.swap(next_); }
 
   /// Contacts of the last step that are not in `contacts` (sorted by (point, body)) but may touch within
-  `time_step`, s;
-  sorted in the same way. \param fall distance by which gravity moves a body in it, m.O(contacts),
-      parallel.Valid until the next call.[[nodiscard]] std::span<const NearContact> near(
-          const parallel::Threads&threads, const Bodies&bodies, const Contacts&contacts,
-          std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step, double fall);
+  /// `time_step`, s; sorted in the same way. Valid until the next call. O(contacts), parallel.
+  /// \param fall  distance by which gravity moves a body in it, m
+  [[nodiscard]] std::span<const NearContact> near(const parallel::Threads& threads, const Bodies& bodies,
+                                                  const Contacts& contacts, std::span<const Vec3> positions,
+                                                  std::span<const Vec3> velocities, double time_step,
+                                                  double fall);
 
   /// The contacts that the next step depends on: part of the saved state.
   [[nodiscard]] const std::vector<KeptContact>& all() const { return next_; }

@@ -41,12 +41,11 @@ class SweptResponse {
   void begin_step() { stopped_.clear(); }
 
   /// Laws and couplings for what passes; empty: nothing ends on a wrong side. Valid until the next call.
-  \param contacts of the start of the step;
-  their laws are the first ones of the response.Time :
-      /// SweptQuery::find(), and O(found log found).
-      std::span<const StopOfPassing>
-      find(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter,
-           const ContactResponse& response, std::span<const fem::Coupling> contacts);
+  /// Time: SweptQuery::find(), and O(found log found). \param contacts  of the start of the step; their laws
+  /// are the first ones of the response
+  std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
+                                      const PairFilter& filter, const ContactResponse& response,
+                                      std::span<const fem::Coupling> contacts);
   /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
   /// Counts pairs of bodies that could pass, without a search; see counts().
