@@ -23,16 +23,16 @@ struct SolveGoal {
   /// relative to the right side.
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
-  /// Iterations of block Jacobi that an earlier solve has not been enough with (SolveReport); 0: none.
+  /// Iterations of block Jacobi that did not suffice in an earlier solve (SolveReport); 0: none.
   int jacobi_iterations = 0;
-  /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
+  /// Exact number of iterations, regardless of the error; 0: until the tolerance is reached.
   int fixed_iterations = 0;
-  /// Where what the tolerance is relative to is smaller, these are.
+  /// Lower bounds of what the tolerance is relative to.
   double least_scale = 0.0;     ///< of the solution
   double least_residual = 0.0;  ///< of the right side
 };
 
-/// How a linear system was solved.
+/// The result of solving a linear system.
 struct SolveReport {
   int iterations = 0;  ///< products with the matrix after the first
   double relative_residual =
@@ -41,11 +41,11 @@ struct SolveReport {
   /// which no error by mass exceeds.
   double relative_error = 0.0;
   bool multigrid = false;  ///< the preconditioner was multigrid, at least in the end
-  /// Of block Jacobi that automatic has not been enough with so far, for the next solve: it begins with
-  /// multigrid where that takes no more products than these.
+  /// Iterations of block Jacobi that did not suffice with Preconditioner::automatic so far. The next solve
+  /// begins with multigrid where that needs no more products.
   int jacobi_iterations = 0;
   bool converged = false;  ///< the goal is reached
-  int solves = 1;          ///< that all iterations are of
+  int solves = 1;          ///< number of solves with these iterations
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
@@ -67,12 +67,10 @@ class ConjugateGradients {
   ///
   /// \param b  (n_points), zero at points that are not free
   /// \param x  (n_points): a guess on entry, zero at points that are not free; the solution on return. A
-  /// guess
-  ///           that is worse than zero, by its residual, is dropped.
-  /// \param multigrid  nullptr: there is none, whatever the goal says
-  /// \param positions   (n_points), for its update()
-  /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
-  /// iterate.
+  /// guess that is worse than zero, by its residual, is dropped.
+  /// \param multigrid  nullptr: no multigrid, regardless of the goal
+  /// \param positions   (n_points), for its update() Iteration stops early, unconverged, where p^T A p is not
+  /// a positive number; x stays the last good iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});
@@ -82,7 +80,7 @@ class ConjugateGradients {
   static int patience(const LinearSystem& system);
 
  private:
-  /// A solve that has begun.
+  /// State of a solve.
   struct Run {
     const parallel::Threads& threads;
     LinearSystem& system;
