@@ -42,8 +42,8 @@ struct ElementDeformation {
   HyperelasticLaw law;
 };
 
-/// Tets of all bodies that deform, numbered body by body without obstacles, in the order in which the curve
-/// of row_order.hpp first meets them, so that neighbours in space are neighbours in memory.
+/// Tets of all bodies that deform, numbered body by body without obstacles, in the order in which the
+/// curve of row_order.hpp first meets them: what is near in space is near in memory.
 ///
 /// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
 /// stiffness is kept in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*: the
@@ -51,27 +51,30 @@ struct ElementDeformation {
 /// tets go by models. Only Elements uses this order. Of the full bodies those with a hyperelastic tet come
 /// last.
 ///
-/// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004). With F =
-/// D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy E = V (mu |F -
-/// R|^2 + lambda/2 tr^2(R^T F - I)). Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F -
-/// R) + lambda tr(R^T F - I) R and g_i the gradient of corner i's shape function at rest: their warped force
-/// -R K (R^T x - x_rest). R makes tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are
-/// theirs, K'_ij = R K_ij R^T with K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I), minus the
-/// derivative of the force at fixed R: symmetric and positive semi-definite.
+/// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
+/// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
+///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
+/// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
+/// the gradient of corner i's shape function at rest: their warped force -R K (R^T x - x_rest). R makes
+/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are theirs, K'_ij = R K_ij R^T with
+///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
+/// minus the derivative of the force at fixed R: symmetric and positive semi-definite.
 ///
 /// Where the material can yield, an element has a plastic strain p besides (plasticity.hpp), and its energy
-/// is that of the elastic strain e = R^T F - I - p: E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e -
-/// [w]_x) + lambda tr(e) I), the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is
-/// no longer stationary. K' stays as it is.
+/// is that of the elastic strain e = R^T F - I - p:
+///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
+/// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
+/// stays as it is.
 ///
 /// *Hyperelastic tets*: energy V Psi(F), forces -V P g_i, and stiffness blocks V g_i : dP/dF : g_j with the
 /// positive semi-definite dP/dF of HyperelasticTangent.
 ///
 /// *Smoothed tets* have no stiffness and no forces of their own: SmoothingDomains have them.
 ///
-/// *Viscosity* (viscosity.hpp): where the material has some, forces are those of the energy a E + V H : (R^T
-/// F - I),  P = a P_E + R (H + [w]_x), with the stiffness a and the history H of the step, w that of H
-/// (plastic_twist), and K' times a through set_factors(); H has no part in K'.
+/// *Viscosity* (viscosity.hpp): where the material has some, forces are those of the energy
+///   a E + V H : (R^T F - I),  P = a P_E + R (H + [w]_x),
+/// with the stiffness a and the history H of the step, w that of H (plastic_twist), and K' times a through
+/// set_factors(); H has no part in K'.
 ///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
