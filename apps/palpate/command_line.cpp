@@ -72,7 +72,7 @@ void add_words(CLI::App& command, MeshOptions& mesh_options) {
   std::string names;
   for (const CLI::App* sub : command.get_subcommands({}))
     names += (names.empty() ? "" : "|") + sub->get_name();
-  help->add_option("SUBCOMMAND")->description("which; default: the whole command")->type_name(names);
+  help->add_option("SUBCOMMAND")->description("subcommand; default: the whole command")->type_name(names);
   help->footer("Examples:\n  palpate help run\n  palpate help generate box");
 }
 

@@ -142,7 +142,7 @@ void say_missing_frames(const FrameWriter& frames) {
   const auto& missing = frames.missing();
   if (missing.empty()) return;
   print_note(fmt::format(
-      "{}: {} frame{} from before not there any more (the first is number {}), left out of it",
+      "{}: {} earlier frame{} missing (the first is number {}), left out of the collection",
       frames.collection().string(), missing.size(), missing.size() == 1 ? " is" : "s are", missing.front()));
 }
 
@@ -254,10 +254,10 @@ void add_flags(CLI::App& app, RunOptions& options) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--replace", options.replace,
-               "start anew where a run that did not get to its end left checkpoints, and lose them");
+               "start a new run where an incomplete one left checkpoints, which are lost");
   CLI::Option* const from_stage =
       add_value(app, "--from-stage", "NAME",
-                "begin at the end of this stage, that a run of it has kept (docs/stages.md)",
+                "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
                 [&options](const std::string&, const std::string& text) { options.from_stage = text; });
   add_value(app, "--from", "DIR",
             "the results that have the end of the stage; default: the folder of the results",

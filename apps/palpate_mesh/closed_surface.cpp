@@ -52,9 +52,10 @@ std::string holes_text(std::size_t holes, std::size_t edges, double largest) {
   double largest = 0.0;
   for (const Hole& hole : holes) largest = std::max(largest, millimeters * hole.size);
   if (edges.odd_edges > 0) {
-    std::string found = edges.triangles_at_first == 1
-                            ? fmt::format("the border of a sheet that hangs on an edge of other triangles")
-                            : fmt::format("{} triangles", edges.triangles_at_first);
+    std::string found =
+        edges.triangles_at_first == 1
+            ? fmt::format("the border of a sheet that is attached to an edge of other triangles")
+            : fmt::format("{} triangles", edges.triangles_at_first);
     found += fmt::format(" ({} that are not manifold in all", counted(edges.odd_edges, "edge"));
     if (!holes.empty()) found += ", and " + holes_text(holes.size(), holes.front().edges.size(), largest);
     throw Error(source, edge_text(surface, *edges.first_bad), found + ")",
@@ -115,12 +116,12 @@ void join_parts(const Surface& surface, const SurfaceEdges& edges, ClosedSurface
   for (const Index p : points) closed.joints.push_back({at(surface.points, p), at(surface.points, p)});
   if (!edges.shared_edges.empty()) {
     closed.remarks.push_back(
-        fmt::format("{} of four or more triangles, where parts touch: they grow together there",
+        fmt::format("{} of four or more triangles, where parts touch: they are joined there",
                     counted(edges.shared_edges.size(), "edge")));
   }
   if (!points.empty()) {
     closed.remarks.push_back(
-        fmt::format("{} where parts touch: they grow together there", counted(points.size(), "point")));
+        fmt::format("{} where parts touch: they are joined there", counted(points.size(), "point")));
   }
 }
 
@@ -141,7 +142,8 @@ ClosedSurface closed_surface(Surface surface, const Shaping& shaping, const std:
   closed.joints = std::move(cuts.segments);
   join_parts(surface, edges, closed);
   if (!edges.one_sided) {
-    closed.remarks.emplace_back("some triangles face in, others out: the volume inside is that of a lattice");
+    closed.remarks.emplace_back(
+        "some triangles face inwards, others outwards: the volume is estimated on a lattice");
   }
   remark_size(box, millimeters, closed.remarks);
   for (Vec3& point : surface.points) point = millimeters * point;

@@ -263,7 +263,7 @@ void Bodies::set_points_rest(std::span<const Vec3> points) {
       if (orient3d(at(points, c[0]), at(points, c[1]), at(points, c[2]), at(points, c[3])) > 0) continue;
       std::string where = "tet ";
       where.append(std::to_string(t - body.tets.begin));
-      throw Error(body.name, where, "no positive volume", "a tet that is not flat or inside out");
+      throw Error(body.name, where, "no positive volume", "a tet that is not flat or inverted");
     }
   }
   points_rest_.assign(points.begin(), points.end());

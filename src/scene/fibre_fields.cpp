@@ -20,7 +20,7 @@ std::vector<Vec3> read_field(const Scene& scene, std::size_t body, const std::st
   const auto* const file = std::get_if<MeshFile>(&scene.bodies[body].source);
   const std::string key = path + ".fibres.field";
   if (file == nullptr) throw Error(scene.source, key, "it in a body without a mesh file", "one with 'mesh'");
-  if (!read_vectors) throw Error(scene.source, key, "nobody who reads it", "a reader of vectors");
+  if (!read_vectors) throw Error(scene.source, key, "no reader of vectors", "one, to read the file");
   try {
     return read_vectors(scene.folder / file->path, name);
   } catch (const Error& error) {

@@ -31,7 +31,7 @@ Verdict Gate::check(const Knock& knock) const {
   if (!is_our_host(knock.host)) return {403, "this host is not served here"};
   const std::string origin = std::string("http://").append(knock.host);
   if (knock.origin ? !equal_ignoring_case(*knock.origin, origin) : knock.is_socket) {
-    return {403, "this origin may not ask"};
+    return {403, "requests from this origin are refused"};
   }
   if (knock.method != "GET") return {405, "only GET is answered"};
   std::string_view path = knock.target.substr(0, knock.target.find_first_of("?#"));

@@ -50,7 +50,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
                      [self = shared_from_this()](beast::error_code failed, std::size_t) {
                        if (!failed) return self->answer();
                        if (is_malformed(failed)) {
-                         self->send(400, "text/plain", "this is no request that is answered here\n");
+                         self->send(400, "text/plain", "malformed request\n");
                        }
                      });
   }
@@ -76,7 +76,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
     for (const PageFile& file : page_files()) {  // a table, not the file system: paths cannot leave a folder
       if (file.name == name) return send(200, file.type, std::string(file.content));
     }
-    send(404, "text/plain", "there is no such thing here\n");
+    send(404, "text/plain", "not found\n");
   }
 
   void send(int status, std::string_view type, std::string body) {
