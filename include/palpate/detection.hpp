@@ -184,7 +184,8 @@ class Detector {
  public:
   /// \param bodies     must outlive the detector
   /// \param immovable  per body; pairs of two immovable bodies are not tested. Empty: no body is.
-  /// \param threads    number of threads; 0 takes all Throws Error where a setting is out of range.
+  /// \param threads  number of threads; 0 takes all
+  /// Throws Error where a setting is out of range.
   Detector(const Bodies& bodies, const DetectionSettings& settings, std::vector<std::uint8_t> immovable = {},
            int threads = 0);
   ~Detector();

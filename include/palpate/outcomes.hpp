@@ -17,8 +17,8 @@ struct HalfSpace {
 
 /// Volume of the part of a body that is in all of these half-spaces, m^3: each tet is cut by the planes, so
 /// it is exact. An inverted tet counts as negative.
-/// \param positions  (n_points x 3) Throws Error on a body out of range and a normal that is zero or not
-/// finite. O(tets of the body x planes).
+/// \param positions  (n_points x 3)
+/// Throws Error on a body out of range and a normal that is zero or not finite. O(tets of the body x planes).
 [[nodiscard]] double volume_in(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const HalfSpace> spaces);
 /// The same for the part that is also in another body: tets are cut by those of the other. Where tets of a

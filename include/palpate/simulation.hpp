@@ -58,10 +58,11 @@ struct StepMetrics {
 /// structure, order, sort and thread count.
 class Simulation {
  public:
-  /// \param model    bodies, materials, constraints and loads; prescribed points start at the pose of their
-  /// motion at time 0
-  /// \param threads  number of threads; 0 takes all Throws Error on a setting, material, motion, force, grab
-  /// or tie out of range, and on arrays of another length than the bodies have.
+  /// \param model  bodies, materials, constraints and loads; prescribed points start at the pose of their
+  ///               motion at time 0
+  /// \param threads  number of threads; 0 takes all
+  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another
+  /// length than the bodies have.
   Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.

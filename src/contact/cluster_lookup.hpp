@@ -30,7 +30,7 @@ struct LookupContext {
 
 /// Lists the candidates of clusters, block by block: the points in their boxes.
 /// \tparam Finish  finish(block, first) processes a block; `first` is the index of its first cluster.
-/// Clusters with many candidates come in several blocks.
+///                 Clusters with many candidates come in several blocks.
 template <class Finish>
 class ClusterLookup {
  public:

@@ -18,7 +18,7 @@ namespace palpate {
 class CostLine {
  public:
   /// \param units  assumed ratio of the fixed cost to the cost of a unit, while all samples have about the
-  /// same work
+  ///               same work
   explicit CostLine(double units) : units_(units) {}
 
   void add(double work, double seconds) {

@@ -33,7 +33,8 @@ class AxisHolds {
  public:
   AxisHolds() = default;
   /// \param axes  (n_points) bits, or empty: none. Used where a point is free and not all axes are held
-  /// \param free  (n_points) 1: moves O(n_points + tets at held points).
+  /// \param free  (n_points) 1: moves
+  /// O(n_points + tets at held points).
   AxisHolds(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes,
             std::span<const std::uint8_t> free, std::span<const double> masses);
 

@@ -67,10 +67,11 @@ class ConjugateGradients {
   ///
   /// \param b  (n_points), zero at points that are not free
   /// \param x  (n_points): a guess on entry, zero at points that are not free; the solution on return. A
-  /// guess that is worse than zero, by its residual, is dropped.
+  ///           guess that is worse than zero, by its residual, is dropped.
   /// \param multigrid  nullptr: no multigrid, regardless of the goal
-  /// \param positions   (n_points), for its update() Iteration stops early, unconverged, where p^T A p is not
-  /// a positive number; x stays the last good iterate.
+  /// \param positions  (n_points), for its update()
+  /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
+  /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});

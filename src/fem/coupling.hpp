@@ -53,7 +53,7 @@ class CouplingSystem {
   [[nodiscard]] Vec3 product(Index point) const;
   /// Prepares products in float with vectors in this order. O(n_rows + n_couplings).
   /// \param row_of_point  (n_points), -1 where a point is left out
-  /// \param row_count     number of rows, including padding
+  /// \param row_count  number of rows, including padding
   void order(std::span<const Index> row_of_point, std::size_t row_count);
   /// Phase 1 in float, as order() has it, and what phase 2 reads.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);

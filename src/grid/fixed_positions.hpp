@@ -24,7 +24,7 @@ namespace palpate {
 class FixedPositions {
  public:
   /// \param included  per point; the others have no fixed position
-  /// \param marks       per point: whether its index gets the flag simd::marked
+  /// \param marks  per point: whether its index gets the flag simd::marked
   FixedPositions(std::span<const std::uint8_t> included, std::span<const std::uint8_t> marks);
 
   /// Whether the numbers of a lattice stay finite: all but cells smaller than 1e-290.

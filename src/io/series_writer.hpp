@@ -20,7 +20,7 @@ class SeriesWriter {
   /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
   ///
   /// \param times  times of the frames of a resumed run, which stay. A frame whose file is missing is left
-  /// out of the collection: missing_frames().
+  ///               out of the collection: missing_frames().
   SeriesWriter(std::filesystem::path folder, std::string name, std::vector<double> times = {});
 
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the

@@ -20,7 +20,7 @@ std::size_t volume_corners(std::string_view kind);
 /// in a hexahedron collapsed to a wedge, are allowed. Tets get positive volume.
 ///
 /// \param corners  the first volume_corners(kind) points of the cell in the order of VTK (also of Gmsh, Medit
-/// and Abaqus); indices of points of `file`, not checked
+///                 and Abaqus); indices of points of `file`, not checked
 void add_volume_cell(MeshFile& file, std::string_view kind, std::span<const Index> corners);
 
 }  // namespace palpate::io

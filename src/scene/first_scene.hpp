@@ -44,8 +44,8 @@ struct FirstScene {
 ///
 /// \param name  of the scene and the body
 /// \param file  path of the mesh file in the scene
-/// \param mesh  its points and tets, checked; in units of the file Throws Error where the length of a unit is
-/// not positive, or the mesh is refused. O(n log n).
+/// \param mesh  its points and tets, checked; in units of the file
+/// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n).
 FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,
                             const FirstSceneOptions& options);
 

@@ -87,7 +87,8 @@ class ContactResponse {
   /// call and to the next; states of contacts are columns of the table. Behind them come those of its edge
   /// contacts (EdgeResponse), and, as speculative ones, contacts of the last step that are near
   /// (KeptContacts).
-  /// \param fall  distance by which gravity moves a body in the step, m. O(contacts log contacts), parallel.
+  /// \param fall  distance by which gravity moves a body in the step, m
+  /// O(contacts log contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                double fall, std::vector<fem::Coupling>& couplings);

@@ -17,7 +17,8 @@ namespace palpate {
                                std::span<const Vec3> positions, Index body, const Vec3& about);
 
 /// The wrenches between each two bodies in contact, sorted by (body_a, body_b).
-/// \param centers  (n_bodies x 3) reference points of torques, m O(contacts log).
+/// \param centers  (n_bodies x 3) reference points of torques, m
+/// O(contacts log).
 [[nodiscard]] std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts,
                                                         const Bodies& bodies, std::span<const Vec3> positions,
                                                         std::span<const Vec3> centers);

@@ -29,10 +29,9 @@ class PointSort {
   explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}
 
   /// Sorts one frame.
-  /// \param keys        key of each reference, < key_count, or no_key for those without a word; fewer than
-  /// 2^31
-  /// \param words       in: what the last call gave (in the first call, or with another size, its content is
-  /// ignored); out: one word for each reference with a key, sorted
+  /// \param keys  key of each reference, < key_count, or no_key for those without a word; fewer than 2^31
+  /// \param words  in: what the last call gave (in the first call, or with another size, its content is
+  ///               ignored); out: one word for each reference with a key, sorted
   /// \param cell_begin  optional, (key_count + 1): in: what the last call gave, out: where each key's words
   /// begin Allocates nothing once frames of this size, and with at least half as many movers, were seen.
   /// O(references x digits of the keys) at most for radix.

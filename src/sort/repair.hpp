@@ -19,7 +19,8 @@ class RepairSort {
   /// Turns `words`, sorted for the keys that `changes` last accepted, into those of its last find(); does not
   /// accept them. In the first frame all words are new, and this is a full sort.
   /// \param cell_begin  if given: where the words of each key begin, in and out (key_count + 1), for the same
-  /// key_count as last frame O(words + movers x digits of the keys); keeps its scratch memory.
+  ///                    key_count as last frame
+  /// O(words + movers x digits of the keys); keeps its scratch memory.
   void operator()(const parallel::Threads& threads, KeyChanges& changes, std::uint32_t key_count,
                   std::vector<std::uint64_t>& words, std::vector<std::uint32_t>* cell_begin);
 

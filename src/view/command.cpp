@@ -90,7 +90,7 @@ void describe(Visitor& v, Shown& shown) {
   constexpr double largest_exact = 9007199254740992.0;  // 2^53
   v.required("frame", shown.frame, scene_format::within(0, largest_exact));
 }
-/// Throws Error for values that no simulation accepts, so that the page is told at once.
+/// Throws Error for values that no simulation accepts, so that the page gets an answer at once.
 void decode(const Context& /*context*/, const std::string& /*path*/, const nlohmann::json& json,
             Change& change, const Limits& /*limits*/) {
   static_cast<void>(changed({}, json));

@@ -18,8 +18,8 @@ namespace palpate::view {
 class LiveSource : public Source {
  public:
   /// \param scene    for name, units, colours and settings
-  /// \param model    the result of load_model(); overlaps may have been removed Throws Error where Simulation
-  /// does.
+  /// \param model  the result of load_model(); overlaps may have been removed
+  /// Throws Error where Simulation does.
   LiveSource(const Scene& scene, Model model, int threads);
 
   [[nodiscard]] const Stage& stage() const override { return stage_; }
