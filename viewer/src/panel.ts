@@ -1,4 +1,4 @@
-// The panel beside the view: what is shown and cut first, then what is touched and set, last what it costs.
+// The panel beside the view: first views and cuts, then touch and settings, last the costs.
 import * as three from "three";
 import type { BodySet, Colouring } from "./bodies";
 import { css, short } from "./colours";
