@@ -38,7 +38,7 @@ std::string folder_name(const std::string& name) {
 std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
   if (options.steps) return *options.steps;
   if (!scene.stages.empty()) return as_input([&] { return most_steps_of_stages(scene); });
-  // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
+  // A duration of 50 steps gives 50 steps, also if the quotient is rounded.
   constexpr double rounding = 1e-9;
   const double steps = std::ceil(scene.duration / scene.settings.time_step * (1.0 - rounding));
   constexpr double largest = 1e15;

@@ -30,8 +30,8 @@ PolygonFile read_surface_file(const std::filesystem::path& path);
 // \param bytes  of the file
 // \param source  its name, for messages
 
-/// Triangles, text or binary; no points are common. A text may have "end solid" for "endsolid". (3D Systems,
-/// "StereoLithography Interface Specification", 1988)
+/// Triangles, text or binary. Each triangle has its own points. A text may have "end solid" for "endsolid".
+/// (3D Systems, "StereoLithography Interface Specification", 1988)
 PolygonFile read_stl(const std::string& source, std::string_view bytes);
 
 /// The lines "v" and "f"; all others are passed over. (Wavefront, "Object Files (.obj)", appendix B1)

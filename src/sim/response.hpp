@@ -153,7 +153,8 @@ class ContactResponse {
     double damping;           ///< of chatter, N s/m
     bool comes_back = false;  ///< whether it has been open since
   };
-  /// Damping of chatter of the same contact one step later, N s/m. \param full  its stiffness without rims
+  /// Chatter damping of a contact in the next step, N s/m.
+  /// \param full  its stiffness without rim falloff
   [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                        double full) const;
   /// Distance from a side of a body within which stiffness fades, m.

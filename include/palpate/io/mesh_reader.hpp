@@ -11,26 +11,26 @@
 
 namespace palpate::io {
 
-/// Cells of a kind that read_mesh() made four-point tets of.
+/// Cells of one kind that read_mesh() converted to four-point tets.
 struct ConvertedCells {
   std::string kind;  ///< "hexahedron", "wedge", "tetrahedron10" …
-  Index cells = 0;   ///< how many of them the file has
-  Index tets = 0;    ///< how many tets they became
+  Index cells = 0;   ///< number of such cells in the file
+  Index tets = 0;    ///< number of tets made of them
 };
 
-/// What read_mesh() took from a file.
+/// The result of read_mesh().
 struct MeshFile {
-  TetMesh mesh;        ///< all points of the file in its order, and its tets; not yet through check_mesh()
+  TetMesh mesh;        ///< all points of the file in its order, and its tets; before check_mesh()
   std::string format;  ///< in words, as "Gmsh 4.1 binary"
-  /// Kinds of cells that no tets were made of ("triangle", "line", "polyhedron" …) and how many of each there
-  /// were, in the order in which the file first shows them.
+  /// Kinds of cells that were left out ("triangle", "line", "polyhedron" …) with their numbers, in the order
+  /// of their first occurrence in the file.
   std::vector<std::pair<std::string, Index>> dropped;
-  /// Hexahedra, wedges and pyramids, cut into tets, and cells of high order, taken as linear; in the order in
-  /// which the file first shows each kind.
+  /// Cells that were converted: hexahedra, wedges and pyramids, which are cut into tets, and higher-order
+  /// cells, which are used as linear ones; in the order of their first occurrence in the file.
   std::vector<ConvertedCells> converted;
 };
 
-/// The extensions that read_mesh() knows, lower case and with the dot.
+/// The extensions that read_mesh() knows, in lower case and with the dot.
 std::span<const std::string_view> mesh_extensions();
 
 /// Reads the tets of a mesh file; the format follows from the extension (upper case is as good as lower).
