@@ -34,7 +34,8 @@ struct Outline {
 /// The outline of a command with all its subcommands.
 Outline outline_of(const CLI::App& command);
 
-/// "palpate generate box"; other separators for names of files and functions.
+/// The name of a command with those above it: "palpate generate box". Other separators give names of files
+/// and functions.
 std::string title_of(const Outline& outline, const std::string& separator = " ");
 
 /// The outline and all below it; a command comes before its subcommands.

@@ -49,15 +49,15 @@ struct SolveReport {
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
-/// Saad, "Iterative Methods for Sparse Linear Systems", 2nd ed., algorithm 9.1), in three passes an
+/// Saad, "Iterative Methods for Sparse Linear Systems", 2nd ed., algorithm 9.1), in three passes per
 /// iteration: the product with p^T A p, the update of solution, residual and preconditioned residual with all
-/// sums, the next direction. Sums have a fixed order: the same bits for every thread count. Keeps its memory
-/// between solves.
+/// sums, the next direction. Sums have a fixed order, so the bits are the same for every thread count. Keeps
+/// its memory between solves.
 ///
-/// Iterations are in float, on a residual scaled to about 1, with a float matrix. What they add up to is
-/// checked in double: where the true residual is further from theirs than the goal allows, it takes its place
-/// (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations go on, until
-/// both agree. Where the stiffness is so large that a float matrix does not do, products are made in double.
+/// Iterations are in float, on a residual scaled to about 1, with a float matrix. Their sum is checked in
+/// double: if the true residual differs from that of the iterations by more than the goal allows, it replaces
+/// it (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations continue
+/// until both agree. If the stiffness is too large for a float matrix, products are in double.
 ///
 /// A - diag(m) is positive semi-definite, so that for an error e of residual r |e| <= |e|_A <= |r|: the
 /// residual is a bound, and the first two say what ErrorEstimate means for the speeds.
