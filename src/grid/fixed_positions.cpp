@@ -51,7 +51,7 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
         bounds_[chunk] =
             simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
       });
-  // Excluded points get no valid position.
+  // Excluded points may have any position: it is set to zero.
   for (const std::uint32_t p : absent_) points_[p] = {0, 0, 0, points_[p].name};
   if (!absent_.empty()) return std::nullopt;
   Box box;
