@@ -1,6 +1,6 @@
-// What a budget in milliseconds keeps, and what it costs (docs/budget.md):
+// Measures how well a budget in milliseconds is kept, and its cost (docs/budget.md):
 //
-//   palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...
+// palpate_bench_budget RESULT.json SCENE STEPS MANY_STEPS FRAMES MILLISECONDS...
 //
 // Runs the scene for so many steps without a budget, and with each; one thread. At the end: how far points
 // are from where they are without a budget (the paper's Table 2). Then MANY_STEPS with each budget and with
@@ -34,7 +34,7 @@ struct Series {
   std::vector<double> completeness;
   std::vector<std::int64_t> put_aside;
   std::vector<double> contacts;
-  std::vector<double> rough;  ///< share of the contacts whose depth was not found anew
+  std::vector<double> rough;  ///< fraction of the contacts whose depth was not computed
 
   void add(double time, std::int64_t aside, const DetectionCounts& counts) {
     milliseconds.push_back(time);
@@ -74,7 +74,7 @@ Run run(const std::string& scene, int steps, const std::optional<Budget>& budget
   return result;
 }
 
-/// Detection alone, over and over the frames of a run.
+/// Detection alone, repeatedly over the frames of a run.
 Series detect(const std::string& scene, const std::vector<std::vector<Vec3>>& frames, int count,
               const std::optional<Budget>& budget) {
   const Simulation simulation = bench::simulation_of(scene, std::nullopt, 1);
@@ -129,7 +129,7 @@ Json deviation(const Run& run, const Run& exact) {
           {"standard_deviation", std::sqrt(squares / static_cast<double>(distances.size()))}};
 }
 
-/// How often a budget was kept, within 10 %.
+/// Fraction of the detections that kept the budget, within 10 %.
 Json kept(const Series& series, double budget) {
   std::vector<double> undisturbed;
   std::int64_t within = 0;

@@ -51,14 +51,14 @@ void Disturbances::push(Simulation& simulation) {
   simulation.set_force(pushed_, random_.in_ball(0.1 * edge_ * inertia));
 }
 
-/// A grab as stiff as inertia.
+/// A grab with the stiffness of inertia over a step.
 void Disturbances::hold(Simulation& simulation) {
   const auto [point, inertia] = any_point();
   home_ = at(simulation.positions(), point);
   grab_ = simulation.grab({.point = point, .target = home_, .stiffness = inertia});
 }
 
-/// From where they are, in 80 steps, to a place near another one of their path.
+/// Moves prescribed bodies, in 80 steps, to a place near another point of their path.
 void Disturbances::redirect(Simulation& simulation, std::span<Simulation> others) {
   const double now = simulation.metrics().time;
   for (std::size_t m = 0; m < motions_.size(); ++m) {

@@ -22,7 +22,7 @@ class Random {
 
 /// Pushes, grabs and other paths for prescribed bodies, by the sizes of the scene and drawn from a seed:
 /// every few steps a point is pushed, or grabbed, moved about and released; prescribed bodies (jaws, plates)
-/// goes to and fro near its path.
+/// move back and forth near their path.
 class Disturbances {
  public:
   /// \param motions  those of the scene
@@ -30,8 +30,8 @@ class Disturbances {
   Disturbances(const Simulation& simulation, std::vector<Motion> motions, std::span<const std::uint8_t> rigid,
                std::uint64_t seed);
 
-  /// Before a step. Motions also change in `others`, which a state is to be restored in: it says nothing of
-  /// them.
+  /// Call before a step. Also changes the motions of `others`, into which a state will be restored, since
+  /// states do not contain them.
   void apply(Simulation& simulation, std::span<Simulation> others = {});
 
  private:
@@ -45,8 +45,8 @@ class Disturbances {
   std::pair<Index, double> any_point();
 
   Random random_;
-  std::vector<Motion> motions_;  ///< as the scene has them
-  std::vector<Keyframe> poses_;  ///< where each is going
+  std::vector<Motion> motions_;  ///< those of the scene
+  std::vector<Keyframe> poses_;  ///< target of each
   std::vector<Soft> soft_;
   double edge_ = 0.0;  ///< mean, m
   Index pushed_ = -1;

@@ -1,4 +1,4 @@
-// A step's linear system and its solution, beside what a careful user of Eigen writes. One thread.
+// A step's linear system and its solution, compared with careful code that uses Eigen. One thread.
 //
 // Frames are distinct deformations of a scene; in each both are measured in turn. Of Eigen's preconditioners
 // the better is taken, with the loosest tolerance that leads to the error asked for; ours gets that error as
@@ -89,7 +89,7 @@ EigenRun run_eigen(const EigenDynamics& eigen, const Eigen::VectorXd& exact, dou
   return run;
 }
 
-/// With the loosest tolerance that leads to the goal.
+/// Solves with the loosest tolerance that reaches the goal.
 template <class Solver>
 EigenRun calibrated(const EigenDynamics& eigen, const Eigen::VectorXd& exact) {
   EigenRun run;
@@ -100,8 +100,8 @@ EigenRun calibrated(const EigenDynamics& eigen, const Eigen::VectorXd& exact) {
   return run;
 }
 
-/// Bandwidth of reading as many bytes again and again, GB/s: a value of each cache line, as the lines are
-/// what takes the time.
+/// Bandwidth of reading this number of bytes repeatedly, GB/s: one value of each cache line, since lines take
+/// the time.
 double read_bandwidth(std::size_t bytes) {
   const std::vector<std::uint64_t> data(bytes / 8, 3);
   std::array<std::uint64_t, 4> sums{};
@@ -144,7 +144,7 @@ Json measure(const Body& c) {
   long iterations = 0;
   for (int frame = -1; frame < c.frames; ++frame) {  // the first is to warm up and to calibrate
     const auto positions = deformed(rest, frame);
-    // Each runs in caches as its own last frame has left them, not as the other has: as in a simulation.
+    // Each runs with the caches of its own last frame and not of the other's, as in a simulation.
     const auto before = deformed(rest, frame - 1);
     eigen.update(before, OurDynamics::gravity);
     const double eigen_time = milliseconds([&] { eigen.update(positions, OurDynamics::gravity); });

@@ -8,7 +8,7 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
-/// What a careful user of Eigen writes: the baseline that the dynamics are measured against.
+/// Careful code that uses Eigen: the baseline of the dynamics.
 namespace palpate::bench {
 
 /// The system of an implicit Euler step from rest, (M + (h b + h^2) K') dv = h f, in compressed rows that are

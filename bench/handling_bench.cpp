@@ -1,5 +1,5 @@
-// All that a detection does beside finding the contacts, frame after frame; and border edges against
-// triangles beside Embree.
+// The parts of a detection after the query of contacts, frame by frame; and border edges against triangles,
+// compared with Embree.
 #include <vector>
 
 #include <palpate/detection.hpp>

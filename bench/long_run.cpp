@@ -1,6 +1,6 @@
-// A long run with disturbances drawn from a seed, that looks for what only shows after hours:
+// A long run with random disturbances from a seed, to find errors that appear only after hours:
 //
-//   palpate_long_run RESULT.json SCENE STEPS [SEED] [SECONDS]
+// palpate_long_run RESULT.json SCENE STEPS [SEED] [SECONDS]
 //
 // Checks in each step that nothing is NaN and that contact forces add up to zero; every 500 steps that the
 // contacts are those of all pairs (the structure brute) and, through save() and restore() in a second

@@ -15,7 +15,7 @@
 
 namespace palpate::bench {
 
-/// What a scene is made of, for our own queries: as Detector has it.
+/// The input of our queries, like that of Detector.
 struct Setting {
   explicit Setting(const measure::QueryScene& s);
   [[nodiscard]] PairFilter may_touch() const { return {immovable, scene.self_collision}; }
@@ -52,7 +52,7 @@ class OurQuery {
   bool is_new_ = true;
 };
 
-/// While it lives, Highway's dispatch takes one target; 0 leaves it as it is. This processor must have it.
+/// While it lives, Highway's dispatch uses one target, which the processor must have; 0: no change.
 class ForcedTarget {
  public:
   explicit ForcedTarget(std::int64_t target);

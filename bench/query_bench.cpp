@@ -1,5 +1,5 @@
-// Points in tets, frame after frame: the clustered query beside the query of single tets and Embree. Each
-// frame's positions go to every competitor in turn, and the pairs that each finds are compared.
+// Points in tets, frame by frame: the clustered query compared with the query of single tets and with Embree.
+// Every competitor gets the positions of each frame in turn, and their pairs are compared.
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -36,7 +36,7 @@ constexpr std::uint32_t warm_up = 2;
 /// Frames in a row of one competitor, before it is the next one's turn.
 constexpr std::uint32_t batch = 6;
 
-/// One way to find the pairs of a frame.
+/// A method of finding the pairs of a frame.
 struct Competitor {
   std::string name;
   std::function<std::span<const PointInTet>(std::span<const Vec3>)> find;
@@ -99,7 +99,7 @@ std::vector<Competitor> competitors(const Setting& setting) {
       all.push_back(clustered("clustered, " + std::string(name), setting, 1, target));
   }
   all.push_back(clustered("clustered, 2 threads", setting, 2));
-  // In time that passed, as with 2 threads.
+  // In wall time, as with 2 threads.
   all.push_back(clustered("clustered, 1 thread", setting, 1));
   all.back().threads = 2;
   all.push_back(single_tets(setting));

@@ -20,7 +20,7 @@ std::vector<std::uint8_t> rigid_bodies_of(const std::filesystem::path& scene);
 /// The motions of a scene, as it has them.
 std::vector<Motion> motions_of(const std::filesystem::path& scene);
 
-/// How often the system has put this thread aside for another since it began.
+/// Number of times that the system has suspended this thread for another since it began.
 std::int64_t preemptions();
 
 }  // namespace palpate::bench

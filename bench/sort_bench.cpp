@@ -1,9 +1,9 @@
-// Sorts of words by key from frame to frame, beside std::sort and memcpy of the same bytes. All start from
-// the keys of a frame, and so pay for making their words. One thread.
+// Sorts of words by key from frame to frame, compared with std::sort and memcpy of the same bytes. All start
+// from the keys of a frame, and so pay for making their words. One thread.
 //
 // Every competitor first sorts one full turn of the frames, and each result is compared with the expected
-// one; so is the last result of the measured turns. A wrong result is an error of the benchmark, and
-// the program ends with 1.
+// one; so is the last result of the measured turns. A wrong result is an error of the benchmark, and the
+// program ends with 1.
 #include <algorithm>
 #include <atomic>
 #include <benchmark/benchmark.h>

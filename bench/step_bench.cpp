@@ -1,6 +1,6 @@
-// Whole steps of two scenes of which it is known what SOFA takes: with 25 fixed iterations in one solve, as
-// SOFA makes them, and converged. One thread. The stack is first brought to rest; the jaw of the head goes
-// its 2 mm meanwhile.
+// Whole steps of two scenes with known times of SOFA: with 25 fixed iterations in one solve, like SOFA, and
+// converged. One thread. The stack is first brought to rest; the jaw of the head makes its motion of 2 mm
+// meanwhile.
 #include <filesystem>
 #include <string>
 #include <utility>

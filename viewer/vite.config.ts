@@ -1,6 +1,6 @@
 import { defineConfig } from "vite";
 
-// Three files with fixed names, relative to the folder of the token: the command has them built in.
+// Three files with fixed names, relative to the folder of the token: they are built into the command.
 export default defineConfig({
   base: "./",
   build: {

@@ -35,13 +35,13 @@ constexpr std::array<std::string_view, 8> paper_items{"table-1", "figure-6",  "f
 constexpr std::array<std::string_view, 3> scaling_items{"growth", "threads", "step-growth"};
 
 constexpr const char* examples = R"(Examples:
-  palpate bench paper --quick                  the paper's results, measured anew; to results/bench-paper
+  palpate bench paper --quick                  the paper's results on this machine; to results/bench-paper
   palpate bench peers                          the same contacts by other libraries; to results/bench-peers
   palpate bench scaling --full                 up to ten million tets; to results/bench-scaling
-  palpate bench speed --only query             what we set out to reach, measured; to results/bench-speed
+  palpate bench speed --only query             our goals of speed, measured; to results/bench-speed
   palpate bench step --quick                   whole steps of many scenes; to results/bench-step
 
-All but 'speed' and 'step' write report.json. All ways measure the same positions in turns, and a way that finds other contacts is an
+All but 'speed' and 'step' write report.json. All methods measure the same positions in turns; a method that finds other contacts is an
 error. './dev bench --quick' does the first three and makes one report.html with pictures. Ctrl-C ends 'paper' and
 'scaling' after the item that is being measured and 'peers' after the scene; report.json has the items before.)";
 
@@ -111,7 +111,7 @@ int paper(const PaperOptions& options) {
 
 int scaling(const ScalingOptions& options) {
   const measure::ScalingEffort effort = options.full ? measure::full_scaling() : measure::quick_scaling();
-  // The smallest size is the same for all items.
+  // The smallest size of the sweep is the same for all items.
   if (options.most_tets < effort.tets.front()) {
     throw BadInput("--most-tets", "", fmt::format("'{}'", options.most_tets),
                    fmt::format("at least {}, for one size", effort.tets.front()));
@@ -142,9 +142,9 @@ std::vector<Subcommand> add_bench(CLI::App& command) {
   bench->footer(examples);
   bench->require_subcommand(1);
   bench->add_subcommand("peers", "the same contacts by Embree, CGAL, Bullet, VTK and others");
-  bench->add_subcommand("speed", "what we set out to reach: detection, dynamics, whole steps");
+  bench->add_subcommand("speed", "our goals of speed: detection, dynamics, whole steps");
   bench->add_subcommand("step", "whole steps of many scenes: solves, iterations, work, how they end");
-  CLI::App* of_paper = bench->add_subcommand("paper", "the paper's results, measured anew");
+  CLI::App* of_paper = bench->add_subcommand("paper", "the paper's results on this machine");
   auto paper_options = std::make_shared<PaperOptions>();
   add_report_options(*of_paper, *paper_options, paper_items);
   add_value(*of_paper, "--scenes", "DIR",

@@ -13,17 +13,18 @@ namespace palpate::app {
 
 /// What acted on a body in the last step, torques about its centre of mass.
 struct BodyForces {
-  Wrench contact{};              ///< by contacts
-  std::optional<Wrench> held{};  ///< by what holds its points; of a body with a motion: by its motor
+  Wrench contact{};  ///< by contacts
+  std::optional<Wrench>
+      held{};  ///< by its fixed points; for a body with a prescribed motion: by the motor that moves it
 };
 
 /// The forces of a step.
 struct ForcesOfStep {
   std::vector<BodyForces> bodies;  ///< (n_bodies)
-  /// Of the first on the second of each pair that the scene names, torque about the centre of mass of the
-  /// second.
+  /// For each pair that the scene names, the wrench of the first body on the second; torque about the centre
+  /// of mass of the second.
   std::vector<PairWrench> pairs;
-  double normal = 0.0;   ///< sum of the normal forces of all contacts: how hard they press
+  double normal = 0.0;   ///< sum of the normal forces of all contacts
   double largest = 0.0;  ///< force of contacts on a body
 };
 
@@ -35,7 +36,7 @@ class ForceProbe {
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool is_held(std::size_t body) const { return held_[body] != 0; }
-  /// Of the last step. O(contacts log + points).
+  /// The forces of the last step. O(contacts log contacts + points).
   [[nodiscard]] ForcesOfStep forces(const Simulation& simulation) const;
 
   /// Two bodies that the scene names, in its order.

@@ -17,8 +17,8 @@ nlohmann::ordered_json statistics_json(const MeshStatistics& statistics);
 /// "pieces", "nonmanifold_edges", "nonmanifold_points".
 nlohmann::ordered_json parts_json(const MeshParts& parts);
 
-/// What reading the file and checking the mesh met: "format", "dropped", "converted", "reoriented_tets",
-/// "unreferenced_points". `file` may be null (a generated body).
+/// What was found while reading the file and checking the mesh: "format", "dropped", "converted",
+/// "reoriented_tets", "unreferenced_points". `file` may be null (a generated body).
 nlohmann::ordered_json notes_json(const MeshRecord* file, const MeshNotes& notes);
 
 /// One line for each statistic, each ending in a line end.
@@ -27,7 +27,7 @@ std::string statistics_text(const MeshStatistics& statistics, std::string_view l
 /// "3, the largest with 97 % of the volume; 2 edges and 1 point where it is no manifold".
 std::string parts_text(const MeshParts& parts);
 
-/// What is worth telling about a body, "cells left out: 71 line; 2 points in no tet"; empty if nothing is.
+/// Remarks on a body, such as "cells left out: 71 line; 2 points in no tet"; empty if there are none.
 std::string notes_text(const MeshRecord* file, const MeshNotes& notes);
 
 }  // namespace palpate::app

@@ -26,7 +26,7 @@ void describe(Archive& archive, OutcomeValue& value) {
 
 namespace palpate::app {
 
-// What a checkpoint consists of, for archives; found by them in this namespace.
+// The members of a checkpoint, for archives. Archives find these functions by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, RunPlan& p) {
@@ -92,7 +92,8 @@ std::string file_name(std::int64_t step) {
   return fmt::format("step_{:09}{}", step, extension);
 }
 
-/// The files of a folder that may be checkpoints, the latest step first; none where there is no such folder.
+/// The files of a folder that have the name of a checkpoint, the latest step first; empty where the folder
+/// does not exist.
 std::vector<fs::path> checkpoints_in(const fs::path& folder) {
   std::error_code ignored;
   std::vector<fs::path> files;
@@ -100,7 +101,7 @@ std::vector<fs::path> checkpoints_in(const fs::path& folder) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("step_") && name.ends_with(extension)) files.push_back(entry.path());
   }
-  // By length first: steps beyond nine digits.
+  // Compares lengths first, since steps may have more than nine digits.
   std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
     const std::string x = a.filename().string();
     const std::string y = b.filename().string();
@@ -162,8 +163,8 @@ void CheckpointWriter::write(const fs::path& path, const Simulation& simulation,
   ArchiveWriter writer;
   writer(checkpoint);
   const std::vector<std::byte> bytes = sealed(checkpoint_seal, writer.take());
-  // Not the folder of results: where it has vanished, a new one with a checkpoint alone would look like a run
-  // that can be gone on with.
+  // Creates only the folder of checkpoints. If the folder of results is gone, a new one with nothing but a
+  // checkpoint would look like a run that can be resumed.
   std::error_code failed;
   fs::create_directory(path.parent_path(), failed);
   if (failed) {
@@ -188,7 +189,7 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   if (step == last_step_ || (!due && !always)) return;
   const fs::path path = folder_ / file_name(step);
   write(path, simulation, outcome, outputs);
-  // A run that goes on and has nothing left to do writes the one again that it came from.
+  // A resumed run with no steps left writes the checkpoint again that it started from.
   if (last_ != path) remove_but({path, last_.value_or(path)});
   last_ = path;
   last_step_ = step;

@@ -20,7 +20,7 @@ namespace palpate::app {
 
 inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 5};
 
-/// What a run was asked to do: enough to go on without its scene file and flags. Meshes are read again.
+/// The settings of a run: enough to resume it without its scene file and flags. Meshes are read again.
 struct RunPlan {
   std::string scene_file;
   std::string scene;         ///< write_scene(), with the settings that were used
@@ -33,7 +33,7 @@ struct RunPlan {
   std::int64_t checkpoint_every = 0;  ///< steps; 0: only where the run is interrupted
 };
 
-/// A run at the end of a step, with what it had written by then.
+/// The state of a run at the end of a step, and the sizes of the files that it had written by then.
 struct Checkpoint {
   RunPlan plan;
   RunOutcome outcome;  ///< without times
@@ -47,14 +47,14 @@ struct Checkpoint {
 /// The checkpoints of a run: RESULTS/checkpoints/step_NNNNNNNNN.palpate, the last two.
 class CheckpointWriter {
  public:
-  /// Removes those of an earlier run but the one that this run goes on from. Throws Error naming what cannot
-  /// be removed.
+  /// Removes the checkpoints of an earlier run, except the one from which this run is resumed. Throws Error
+  /// naming what cannot be removed.
   CheckpointWriter(const std::filesystem::path& results, RunPlan plan,
                    const std::optional<std::filesystem::path>& resumed_from);
 
   /// Writes a checkpoint if its step is due, or if `always`; never the same step twice. Rows and frames so
   /// far reach the disk before it. Then removes all but this one and the one before it. Throws Error naming
-  /// the file that cannot be written: those that are there stay.
+  /// the file that cannot be written; existing checkpoints then stay.
   void add(const Simulation& simulation, const RunOutcome& outcome, const RunOutputs& outputs,
            bool always = false);
   /// Writes RESULTS/stages/NAME.palpate: the end of a stage, from which other runs can begin.
@@ -62,7 +62,7 @@ class CheckpointWriter {
                   const RunOutputs& outputs) const;
 
   [[nodiscard]] bool regular() const { return plan_.checkpoint_every > 0; }
-  /// The step of the last one; none: there is none yet.
+  /// The step of the last checkpoint; empty if there is none yet.
   [[nodiscard]] std::optional<std::int64_t> last_step() const { return last_step_; }
 
  private:
@@ -77,21 +77,21 @@ class CheckpointWriter {
   std::optional<std::int64_t> last_step_;
 };
 
-/// A checkpoint that can be gone on from.
+/// A checkpoint from which a run can be resumed.
 struct FoundCheckpoint {
   std::filesystem::path path;
   Checkpoint checkpoint;
-  std::vector<std::string> damaged;  ///< later ones that are cut off or changed: what is wrong with each
+  std::vector<std::string> damaged;  ///< messages on later checkpoints that are truncated or damaged
 };
 
-/// The end of a stage that a run with these results has kept. Throws BadInput, in one line, where there is
-/// none: with the names of those that there are.
+/// The checkpoint at the end of a stage, in a folder of results. Throws BadInput, in one line with the names
+/// of existing ones, where there is none.
 FoundCheckpoint find_stage(const std::filesystem::path& results, const std::string& stage);
 
-/// Whether there are checkpoints in a folder of results, whole or not.
+/// Whether there are checkpoints in a folder of results, undamaged or not.
 bool has_checkpoints(const std::filesystem::path& results);
 
-/// The last whole checkpoint in a folder of results. Throws BadInput, in one line, where there is none.
+/// The last undamaged checkpoint in a folder of results. Throws BadInput, in one line, where there is none.
 FoundCheckpoint find_checkpoint(const std::filesystem::path& results);
 
 }  // namespace palpate::app

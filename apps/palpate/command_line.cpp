@@ -33,7 +33,7 @@ constexpr const char* examples = R"(Examples:
 
 'palpate help SUBCOMMAND' explains each. Exit codes: 0 done, 1 the work failed, 2 bad usage or input.)";
 
-/// "palpate help generate box" as "palpate generate box --help".
+/// Changes "palpate help generate box" to "palpate generate box --help".
 std::vector<const char*> without_help_word(std::span<const char* const> words) {
   std::vector<const char*> result(words.begin(), words.end());
   if (words.size() < 2 || std::string_view(words[1]) != "help") return result;
@@ -46,8 +46,8 @@ bool asks_for_help(std::span<const char* const> words) {
   return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
 }
 
-/// Refuses what follows "help" and a subcommand that has none below it. check_subcommands() reports wrong
-/// names.
+/// Throws BadInput where a word follows "help" and a subcommand that has no subcommands. check_subcommands()
+/// reports wrong names.
 void check_help_words(const CLI::App& command, std::span<const char* const> words) {
   const CLI::App* above = &command;
   for (const std::string_view word : words) {
@@ -63,7 +63,7 @@ void check_help_words(const CLI::App& command, std::span<const char* const> word
   }
 }
 
-/// The subcommands that other programs are, and the one that is a word for --help; for help and completion.
+/// Adds the subcommands that are programs of their own, and `help`; for help and completion.
 void add_words(CLI::App& command, MeshOptions& mesh_options) {
   CLI::App* const mesh = command.add_subcommand(std::string(mesh_companion.words),
                                                 "tet meshes and a scene from a label map or surfaces");
@@ -72,7 +72,7 @@ void add_words(CLI::App& command, MeshOptions& mesh_options) {
   std::string names;
   for (const CLI::App* sub : command.get_subcommands({}))
     names += (names.empty() ? "" : "|") + sub->get_name();
-  help->add_option("SUBCOMMAND")->description("which; default: the whole command")->type_name(names);
+  help->add_option("SUBCOMMAND")->description("subcommand; default: the whole command")->type_name(names);
   help->footer("Examples:\n  palpate help run\n  palpate help generate box");
 }
 
@@ -110,7 +110,7 @@ int work(std::span<const char* const> words, std::size_t help_words) {
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
-  // A file beyond a size limit is to be an error of the write, and not the end of the process.
+  // A write beyond the file size limit must be an error of the write, not the end of the process.
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
   const std::span<const char* const> given(argv, static_cast<std::size_t>(argc));
   const auto words = without_help_word(given);

@@ -5,12 +5,12 @@
 
 namespace palpate::app {
 
-/// A subcommand that is a program of its own, beside this one: it contains what this command is not to, as
-/// CGAL, which is GPL, or other libraries that only benchmarks need.
+/// A subcommand that is a program of its own, in the same folder. It links libraries that this command must
+/// not link, such as CGAL (GPL) or those that only benchmarks need.
 struct Companion {
   std::string_view words;    ///< what calls it: "mesh"
   std::string_view program;  ///< "palpate-mesh"
-  std::string_view needs;    ///< what a build has it with
+  std::string_view needs;    ///< what a build needs to include it
 };
 
 inline constexpr Companion mesh_companion{
@@ -23,8 +23,8 @@ inline constexpr Companion speed_companion{"bench speed", "palpate-bench-speed",
 inline constexpr Companion step_companion{"bench step", "palpate-bench-step",
                                           "a build with the benchmarks (PALPATE_BUILD_BENCH)"};
 
-/// Becomes the program, which lies beside this one, with these arguments; does not return. Throws BadInput
-/// where it is not there.
+/// Replaces this process by the program (exec), with these arguments; does not return. Throws BadInput where
+/// the program does not exist.
 int run_companion(const Companion& companion, std::span<const char* const> arguments);
 
 }  // namespace palpate::app

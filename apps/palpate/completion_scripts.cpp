@@ -9,7 +9,7 @@
 namespace palpate::app {
 namespace {
 
-/// In single quotes of a shell.
+/// The text in single quotes, for a shell.
 std::string in_quotes(std::string_view text) {
   std::string result(1, '\'');
   for (const char c : text) {
@@ -22,7 +22,7 @@ std::string in_quotes(std::string_view text) {
   return result.append(1, '\'');
 }
 
-/// The first clause: what fits beside a flag.
+/// The first clause of a description, which is short enough to stand beside a flag.
 std::string brief(const std::string& text) {
   return text.substr(0, text.find(';'));
 }
@@ -44,7 +44,7 @@ std::vector<std::string> flag_names(const Outline& outline) {
 
 // bash
 
-/// The call that completes a value, an empty one for "nothing to offer".
+/// The bash call that completes a value; one with an empty list where there is nothing to offer.
 std::string bash_offer(const OutlineOption& option) {
   switch (option.kind) {
     case ValueKind::word:
@@ -133,7 +133,7 @@ std::string bash_completion(const Outline& command) {
 
 namespace {
 
-/// Of _arguments: ':' ends a part, brackets end a description.
+/// Escapes text for zsh's _arguments, where ':' and brackets have a meaning.
 std::string zsh_text(std::string_view text) {
   std::string result;
   for (const char c : text) {

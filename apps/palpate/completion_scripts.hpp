@@ -4,7 +4,7 @@
 
 #include "outline.hpp"
 
-/// Scripts by which shells complete the command: subcommands, flags, words that a flag takes, and files.
+/// Completion scripts of shells: subcommands, flags, words that are values of a flag, and files.
 namespace palpate::app {
 
 std::string bash_completion(const Outline& command);

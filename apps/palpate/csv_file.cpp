@@ -33,7 +33,7 @@ CsvFile::CsvFile(std::filesystem::path path, std::uint64_t bytes) : path_(std::m
   open(O_WRONLY | O_APPEND | O_CLOEXEC);
   const off_t size = ::lseek(descriptor_, 0, SEEK_END);
   if (size < 0 || static_cast<std::uint64_t>(size) < bytes) {
-    ::close(std::exchange(descriptor_, -1));  // no destructor does it
+    ::close(std::exchange(descriptor_, -1));  // a destructor does not run after an exception here
     throw Error(path_.string(), "", std::to_string(size) + " bytes",
                 std::to_string(bytes) + " or more, as when the checkpoint was written");
   }
@@ -72,7 +72,7 @@ void CsvFile::flush() {
     left.remove_prefix(static_cast<std::size_t>(written));
     bytes_ += static_cast<std::uint64_t>(written);
   }
-  // The system goes on writing to a file that has no name any more, and nobody would ever see it.
+  // A removed file can still be written to, but its content would be lost.
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0)
     throw Error(path_.string(), "writing", "no such file: it was removed", "the file that the run began");

@@ -7,26 +7,26 @@
 
 namespace palpate::app {
 
-/// A field of a CSV line (RFC 4180): in quotes where its text could be taken for more than one field.
+/// A field of a CSV line (RFC 4180): in quotes where its text contains a separator, a quote or a line end.
 std::string csv_field(const std::string& text);
 
-/// A CSV file that grows line by line as a run goes.
+/// A CSV file that grows line by line during a run.
 ///
 /// Lines reach the file at least each second of running and only as whole lines, so that a run that is killed
 /// keeps what it did; a file that is removed meanwhile is an error.
 class CsvFile {
  public:
-  /// Starts the file anew, with this line, which has its line end. Throws Error naming the path if it cannot
-  /// be written; so do the others.
+  /// Creates or replaces the file, with this first line, which includes its line end. All functions throw
+  /// Error naming the path if it cannot be written.
   CsvFile(std::filesystem::path path, std::string header);
-  /// Goes on with a file after its first so many bytes; what follows them is cut off. Throws Error where it
-  /// has fewer.
+  /// Appends to a file after its first `bytes` bytes; the rest is cut off. Throws Error where the file is
+  /// shorter.
   CsvFile(std::filesystem::path path, std::uint64_t bytes);
   ~CsvFile();
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
 
-  /// Adds a line, which has its line end.
+  /// Adds a line, which includes its line end.
   void add(const std::string& line);
   void flush();
   /// flush(), and waits until all lines are on the disk.
@@ -38,7 +38,7 @@ class CsvFile {
   [[noreturn]] void fail(const char* doing, const char* expected) const;
 
   std::filesystem::path path_;
-  std::string lines_;        ///< not yet in the file
+  std::string lines_;        ///< not yet written
   std::uint64_t bytes_ = 0;  ///< in the file
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
   int descriptor_ = -1;

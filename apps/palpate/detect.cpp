@@ -83,7 +83,7 @@ Json edge_contact_json(const Bodies& bodies, const EdgeContacts& contacts, std::
           {"direction", to_json(contacts.direction[c])}};
 }
 
-/// One contact a line, so that tools that go by lines are of use too.
+/// One contact per line, so that tools that work on lines can be used.
 std::string json(const Scene& scene, const Bodies& bodies, const Detector& detector) {
   const Contacts& contacts = detector.contacts();
   Json list = Json::array();
@@ -111,7 +111,7 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
 int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
   options.detection.apply(input.scene.settings.detection);
-  // As a run starts: prescribed bodies are where their motion is at time 0.
+  // Positions at the start of a run: prescribed bodies are where their motion is at time 0.
   const Model& model = input.model;
   const Bodies& bodies = model.bodies;
   const Detector detector = as_input([&] {

@@ -35,7 +35,7 @@ void DetectionOptions::apply(DetectionSettings& settings) const {
   settings.sort = sort.value_or(settings.sort);
   settings.cell_size = cell_size.value_or(settings.cell_size);
   settings.cells_per_primitive = cells_per_primitive.value_or(settings.cells_per_primitive);
-  if (!settings.budget) return;  // what the scene had fits
+  if (!settings.budget) return;  // without a budget every combination is allowed
   if (settings.structure != Structure::compact) {
     throw BadInput("--structure", "",
                    fmt::format("'{}'", structure_names[static_cast<std::size_t>(settings.structure)]),

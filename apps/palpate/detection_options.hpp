@@ -7,16 +7,17 @@
 
 namespace palpate::app {
 
-/// The flags that replace the contact settings of a scene; what is not given stays as the scene says.
+/// The flags that replace contact settings of a scene; settings without a flag stay as in the scene.
 struct DetectionOptions {
   std::optional<Structure> structure;
   std::optional<Order> order;
   std::optional<Sort> sort;
   std::optional<CellSize> cell_size;
-  /// Outer: given at all; inner: none for exact.
+  /// Outer optional: whether the flag was given. Inner optional: empty for "exact".
   std::optional<std::optional<int>> cells_per_primitive;
 
-  void apply(DetectionSettings& settings) const;  ///< throws BadInput where a flag rules out its budget
+  void apply(
+      DetectionSettings& settings) const;  ///< throws BadInput where a flag and the budget exclude each other
 };
 
 /// Adds `--structure`, `--order`, `--sort`, `--cell-size` and `--cells-per-primitive`.

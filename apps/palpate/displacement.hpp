@@ -6,7 +6,7 @@
 
 namespace palpate::app {
 
-/// How far the points of a body are from their rest positions, as the frames have it for each.
+/// Displacement of the points of a body from their rest positions, like the field `displacement` of frames.
 struct Displacement {
   Vec3 mean;                 ///< over the points
   double mean_length = 0.0;  ///< over the points
@@ -14,7 +14,7 @@ struct Displacement {
 };
 Displacement displacement_of(const Simulation& simulation, Index body);
 
-/// Tets of a body that are flat or inside out.
+/// Number of flat or inverted tets of a body.
 Index inverted_tets(const Simulation& simulation, Index body);
 
 nlohmann::ordered_json displacement_json(const Displacement& displacement);

@@ -8,12 +8,12 @@
 
 namespace palpate::app {
 
-/// What the command returns to the shell.
+/// Exit codes of the command.
 inline constexpr int exit_done = 0;
 inline constexpr int exit_failed = 1;     ///< the work failed or was interrupted
 inline constexpr int exit_bad_input = 2;  ///< wrong usage, or a scene or mesh that was refused
 
-/// Something that the user gave and has to change: a flag, a scene, a mesh. Ends in exit_bad_input.
+/// An error in what the user gave: a flag, a scene, a mesh. The command then returns exit_bad_input.
 class BadInput : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -22,7 +22,7 @@ class BadInput : public std::runtime_error {
             Error(std::move(source), std::move(where), std::move(found), std::move(expected)).what()) {}
 };
 
-/// Calls `function`; an Error of the library then blames the input. All else passes through.
+/// Calls `function` and converts an Error of the library to BadInput. Other exceptions pass through.
 template <class Function>
 auto as_input(Function&& function) {
   try {

@@ -7,7 +7,7 @@
 namespace palpate::app {
 namespace {
 
-/// A frame's largest value, into a maximum.
+/// Updates a maximum by the largest value of a frame.
 class Raise {
  public:
   Raise(const Simulation& simulation, bool of_tets) : simulation_(simulation), of_tets_(of_tets) {}

@@ -10,19 +10,18 @@
 
 namespace palpate::app {
 
-/// The largest value of a field, or length of its vectors, over the frames of a run, and where it was.
+/// The largest value of a field (of vectors: their length) over the frames of a run, and its place.
 struct FieldMaximum {
   std::string name;
   double value = 0.0;
-  std::int64_t step = -1;  ///< none yet
+  std::int64_t step = -1;  ///< -1: no frame yet
   Index body = -1;
-  Index item = -1;       ///< of the body's own tets, or points where the field has none for tets
-  bool of_tets = false;  ///< what `item` is
-  Vec3 place{};          ///< of the point, or the centre of the tet
+  Index item = -1;       ///< index among the body's own tets, or its own points for fields at points
+  bool of_tets = false;  ///< whether `item` is a tet
+  Vec3 place{};          ///< position of the point, or of the centre of the tet
 };
 
-/// Raises the maxima by a frame: of numbers and vectors (one to three components).
-/// Values that are not numbers do not count. O(values).
+/// Updates the maxima by a frame, for fields of one to three components. NaN does not count. O(values).
 void raise_maxima(const Simulation& simulation, const FieldArrays& fields, std::vector<FieldMaximum>& maxima);
 
 }  // namespace palpate::app

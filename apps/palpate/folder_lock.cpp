@@ -15,7 +15,7 @@
 namespace palpate::app {
 namespace {
 
-/// Whether the path still leads to the open file: the run that held it before may have removed it meanwhile.
+/// Whether the path still names the open file: the run that held the lock before may have removed the file.
 bool leads_to(const std::filesystem::path& path, int descriptor) {
   struct stat there {};
   struct stat open {};
@@ -35,7 +35,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".l
     }
     const bool held_elsewhere = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     if (held_elsewhere) {
-      ::close(std::exchange(descriptor_, -1));  // no destructor does it
+      ::close(std::exchange(descriptor_, -1));  // a destructor does not run after an exception here
       throw Error(folder.string(), "", "another run that writes into this folder",
                   "a folder of its own (--out DIR), or the end of that run");
     }
@@ -45,7 +45,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".l
 }
 
 FolderLock::~FolderLock() {
-  // First the name, then the lock: who opens the file in between sees that no path leads to it any more.
+  // Removes the name before the lock is released: a run that opens the file in between sees that the path no
+  // longer names it.
   if (leads_to(path_, descriptor_)) ::unlink(path_.c_str());
   ::close(descriptor_);
 }

@@ -4,14 +4,14 @@
 
 namespace palpate::app {
 
-/// Holds a folder of results for one run: a lock (flock) on FOLDER/.lock, which ends with the process however
-/// that ends.
+/// Reserves a folder of results for one run: a lock (flock) on FOLDER/.lock. The system releases it when the
+/// process ends, also by a crash.
 class FolderLock {
  public:
-  /// Creates the folder where it is not there. Throws Error where another run holds it, or where it cannot be
-  /// written. On file systems without locks there is none.
+  /// Creates the folder if it does not exist. Throws Error where another run holds the lock, or the folder
+  /// cannot be written. On file systems without locks nothing is locked.
   explicit FolderLock(const std::filesystem::path& folder);
-  /// Removes the file.
+  /// Removes the lock file.
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;

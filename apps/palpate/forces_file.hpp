@@ -9,16 +9,17 @@
 
 namespace palpate::app {
 
-/// forces.csv: a header with units, then a row for each step: of each body the force and torque of its
-/// contacts and, where it is held, of what holds it; of each pair that the scene names those of the first on
-/// the second. Torques are about centres of mass.
+/// forces.csv: a header with units, then a row for each step: for each body the force and torque of its
+/// contacts and, where points are held, of what holds them; for each pair that the scene names, those of the
+/// first body on the second. Torques are about centres of mass.
 class ForcesFile {
  public:
-  /// As CsvFile has them.
+  /// Creates or continues the file, as the constructors of CsvFile do.
   ForcesFile(std::filesystem::path path, const ForceProbe& probe, const Units& units);
   ForcesFile(std::filesystem::path path, std::uint64_t bytes);
 
-  /// A row of the last step. \param forces  what the probe found
+  /// Adds a row for the last step.
+  /// \param forces  what the probe found
   void add(const Simulation& simulation, const ForcesOfStep& forces);
   void flush() { file_.flush(); }
   void sync() { file_.sync(); }

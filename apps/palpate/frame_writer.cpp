@@ -9,7 +9,7 @@ namespace palpate::app {
 
 namespace {
 
-/// Borrowed by VTK's writer.
+/// Views of the arrays, for VTK's writer.
 std::vector<io::NamedArray> named(const std::vector<FieldArray>& arrays, const Units& units) {
   std::vector<io::NamedArray> list;
   list.reserve(arrays.size());

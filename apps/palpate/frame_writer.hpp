@@ -16,15 +16,15 @@ namespace palpate::app {
 /// The frames that a run has written.
 struct FramesSoFar {
   std::vector<double> times;
-  std::int64_t last_step = -1;  ///< of the last one
+  std::int64_t last_step = -1;  ///< step of the last frame; -1: none
   std::vector<FieldMaximum> maxima{};
 };
 
-/// Writes the states of a run as a series of .vtu frames: every so many steps, and those that are asked for.
+/// Writes states of a run as a series of .vtu frames: every so many steps, and where `always` is set.
 class FrameWriter {
  public:
-  /// \param output  how often, and with which fields
-  /// \param so_far  of the run that goes on; others that are there are removed
+  /// \param output  interval and fields
+  /// \param so_far  frames of the run that is resumed; other frames in the folder are removed
   /// Throws Error where the folder cannot be written; so does add().
   FrameWriter(const std::filesystem::path& folder, const OutputSettings& output, const Units& units,
               const FramesSoFar& so_far = {});
@@ -33,10 +33,10 @@ class FrameWriter {
   void add(const Simulation& simulation, bool always = false);
 
   [[nodiscard]] std::size_t count() const { return series_.frame_count(); }
-  /// Numbers of frames so far that are gone.
+  /// Numbers of the run's frames whose files are missing.
   [[nodiscard]] const std::vector<std::size_t>& missing() const { return series_.missing_frames(); }
   [[nodiscard]] FramesSoFar so_far() const { return {series_.times(), last_step_, maxima_}; }
-  /// Of the fields that frames have, over all frames.
+  /// The maxima of the fields of frames, over all frames.
   [[nodiscard]] const std::vector<FieldMaximum>& maxima() const { return maxima_; }
   [[nodiscard]] const std::filesystem::path& collection() const { return series_.collection_path(); }
 

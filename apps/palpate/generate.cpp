@@ -42,7 +42,7 @@ constexpr const char* ball_examples = R"(Examples:
   palpate generate ball                                    radius 1, 8 layers
   palpate generate ball --radius 0.05 --resolution 16 --out ball.vtu)";
 
-/// Where a generator writes: a file that was named is replaced if it is there, the default name is not.
+/// The output file of a generator. A file that the user names is replaced, the default name is not.
 struct Output {
   fs::path default_name;
   std::optional<fs::path> named;

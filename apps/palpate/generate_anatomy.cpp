@@ -26,7 +26,7 @@ constexpr const char* examples = R"(Examples:
   palpate generate skull --out scenes/meshes/skull         the meshes of scenes/skull.json
   palpate generate eye-labels --out eye.seg.nrrd && palpate mesh eye.seg.nrrd --conforming --rigid bone)";
 
-/// The folder to write to: one that was named may be there already, the default may not.
+/// The folder to write to. A folder that the user names may exist, the default folder may not.
 fs::path folder_for(const std::string& name, const std::optional<fs::path>& named) {
   std::error_code ignored;
   fs::path folder = named.value_or(name);
@@ -67,7 +67,7 @@ Subcommand add_organs(CLI::App& generate, const std::string& name, const std::st
           }};
 }
 
-/// NRRD with the segments' names as 3D Slicer writes them; LPS.
+/// An NRRD file with the names of segments as 3D Slicer writes them; LPS.
 std::string nrrd_of(const anatomy::OrganLabels& map) {
   std::string text = fmt::format(
       "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: {0} {1} {2}\n"

@@ -6,7 +6,7 @@
 
 namespace palpate::app {
 
-/// Adds `eye` and `skull` to `generate`: the organs of the medical scenes, a mesh file each.
+/// Adds `eye` and `skull` to `generate`: the organs of the medical scenes, one mesh file each.
 std::vector<Subcommand> add_generate_anatomy(CLI::App& generate);
 
 }  // namespace palpate::app

@@ -35,11 +35,11 @@ Meshes: .vtu .vtk .msh .node .ele .mesh; scenes: .json.)";
 
 struct InfoOptions {
   SceneChoice what;              ///< a scene, or a mesh, which has no changes
-  std::optional<MeshUnit> unit;  ///< of the numbers of a mesh, where it was given
+  std::optional<MeshUnit> unit;  ///< unit of a mesh's coordinates, if given
   bool json = false;
 };
 
-/// The longest side of what tets use.
+/// The longest side of the box around the points that tets use.
 double longest_side(const MeshStatistics& statistics) {
   const Vec3 sides = statistics.upper - statistics.lower;
   return std::max({sides.x, sides.y, sides.z});
@@ -80,7 +80,7 @@ int mesh_info(const InfoOptions& options) {
   return exit_done;
 }
 
-/// The output of info for a scene.
+/// What `info` prints about a scene.
 struct SceneFacts {
   SceneInput input;
   Simulation simulation;  ///< at the start
@@ -89,10 +89,10 @@ struct SceneFacts {
   std::vector<std::uint8_t> fixed_axes;  ///< (n_points), or empty
 
   [[nodiscard]] Index fixed_points(Index body) const { return flags_of(body, fixed); }
-  /// Of those that only some axes are fixed of.
+  /// Number of points of a body that are fixed along some axes only.
   [[nodiscard]] Index sliding_points(Index body) const { return flags_of(body, fixed_axes); }
-  /// Of all pairs: rigid bodies that overlap do nothing to each other in a run, but what lies between them
-  /// has no room.
+  /// Overlaps of all pairs of bodies. Overlapping rigid bodies exert no forces on each other in a run, but
+  /// what lies between them has no room.
   [[nodiscard]] std::vector<Overlap> overlaps() const {
     const Bodies& bodies = simulation.bodies();
     Detector detector(bodies, simulation.settings().detection,
@@ -106,7 +106,7 @@ struct SceneFacts {
   }
 
  private:
-  /// Points of a body that have a flag.
+  /// Number of points of a body that have a flag.
   [[nodiscard]] Index flags_of(Index body, std::span<const std::uint8_t> flags) const {
     Index count = 0;
     const Range points = at(simulation.bodies().bodies(), body).points;

@@ -10,7 +10,7 @@ constexpr std::array<int, 3> signals{SIGINT, SIGTERM, SIGHUP};
 
 volatile std::sig_atomic_t interrupt_requested = 0;
 
-/// Only what is safe in a signal handler.
+/// Does only what is allowed in a signal handler.
 extern "C" void request_interrupt(int) {
   interrupt_requested = 1;
   for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);

@@ -11,7 +11,7 @@
 namespace palpate::app {
 namespace {
 
-/// Text as man(7) takes it: backslashes and minus signs escaped, no line that begins as a request does.
+/// Escapes text for man(7): backslashes, minus signs, and lines that would begin like a request.
 std::string escaped(std::string_view text) {
   std::string result;
   bool at_start = true;
@@ -60,7 +60,7 @@ std::string synopsis(const Outline& outline) {
   return text + "\n";
 }
 
-/// Arguments or flags, each with its text.
+/// Arguments or flags, each with its description.
 std::string described(const Outline& outline, bool arguments) {
   std::string text;
   for (const OutlineOption& option : outline.options) {
@@ -75,7 +75,7 @@ std::string described(const Outline& outline, bool arguments) {
   return (arguments ? ".SH ARGUMENTS\n" : ".SH OPTIONS\n") + text;
 }
 
-/// The footer of --help: what is indented stays as it is, all else is running text.
+/// The footer of --help: indented lines stay as they are, all others are paragraphs.
 std::string footer(const std::string& text) {
   std::string page;
   bool shows_code = false;
@@ -109,7 +109,7 @@ std::string subcommands(const Outline& outline) {
   return text.empty() ? text : ".SH SUBCOMMANDS\n" + text;
 }
 
-/// All other pages of the command.
+/// The names of all other pages of the command.
 std::string see_also(const Outline& outline, const Outline& whole) {
   std::string text;
   for (const Outline* other : all_of(whole)) {

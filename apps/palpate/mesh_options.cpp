@@ -40,10 +40,12 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.size, fineness.sizes);
                });
-  add_value(app, "--cell-share", "X", "size of the tets over that of the triangles; default: 0.9",
-            [&](const std::string& flag, const std::string& text) {
-              fineness.cell_share = parse_number(flag, text, above(0.0));
-            });
+  const auto read_cell_ratio = [&](const std::string& flag, const std::string& text) {
+    fineness.cell_ratio = parse_number(flag, text, above(0.0));
+  };
+  add_value(app, "--cell-ratio", "X", "size of the tets over that of the triangles; default: 0.9",
+            read_cell_ratio);
+  add_value(app, "--cell-share", "X", "the name of --cell-ratio in 0.2", read_cell_ratio)->group("");
   add_value(app, "--max-points", "N", "stop where a mesh has more points; default: 2000000",
             [&](const std::string& flag, const std::string& text) {
               constexpr std::int64_t most = 100'000'000;

@@ -13,7 +13,7 @@
 
 namespace palpate::app {
 
-/// How fine the organs are to be: a size, or a number of tets for which the size is searched.
+/// The fineness of the meshes: a size, or a number of tets for which the size is searched.
 struct Fineness {
   struct Named {
     std::string organ;
@@ -21,15 +21,15 @@ struct Fineness {
   };
   double size = 0.0;                   ///< mm, of surface triangles; 0: by the number of tets
   std::vector<Named> sizes;            ///< for organs with a size of their own
-  double tets = 0.0;                   ///< of all organs that are not named, together
-  double tets_each = 0.0;              ///< of each organ that is not named, in place of `tets`
+  double tets = 0.0;                   ///< together, of all organs without a number of their own
+  double tets_each = 0.0;              ///< of each such organ, in place of `tets`
   std::vector<Named> named_tets;       ///< for organs with a number of their own
-  double cell_share = 0.9;             ///< size of tets over that of triangles
-  double distance_share = 0.14;        ///< distance of triangles from the surface over their size
+  double cell_ratio = 0.9;             ///< size of tets over that of triangles
+  double distance_ratio = 0.14;        ///< distance of triangles from the surface over their size
   std::size_t max_points = 2'000'000;  ///< of a mesh
 };
 
-/// How the shape of an organ is taken from voxels or a surface.
+/// How the shape of an organ is computed from voxels or a surface.
 struct Shaping {
   double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
   bool smoothing_given = false;
@@ -39,9 +39,9 @@ struct Shaping {
   bool unit_given = false;
 };
 
-/// What holds between two tissues that touch.
+/// The relation between two tissues that touch.
 enum class Relation {
-  grown,   ///< they share points: one body, or soft tissue that is glued to a rigid one
+  grown,   ///< common points: one body, or soft tissue that is glued to a rigid one
   slides,  ///< two bodies in contact, with the same triangles on both sides
   open     ///< two bodies with a gap between them
 };
@@ -53,24 +53,23 @@ struct Conformity {
     std::string organs;  ///< "A:B"
     Relation relation;
   };
-  /// A ball, in the axes of the meshes, in which tets are small.
+  /// A ball in which tets are small, in the axes of the meshes.
   struct Focus {
     Vec3 center;
     double radius = 0.0;  ///< mm
     double size = 0.0;    ///< mm
   };
   bool wanted = false;
-  std::optional<Relation> general;  ///< of pairs that are not named; none: they are grown together
+  std::optional<Relation> general;  ///< of all other pairs; none: they are grown together
   std::vector<Pair> pairs{};
   std::vector<Focus> focuses{};
   std::vector<Fineness::Named> interface_sizes{};  ///< of "A:B", mm
 };
 
-/// What `palpate mesh` was asked for.
+/// The options of `palpate mesh`.
 struct MeshOptions {
-  std::vector<std::filesystem::path> inputs;  ///< one label map, or surfaces
-  std::optional<std::filesystem::path>
-      out;  ///< folder; none: named after the input, and must not be there yet
+  std::vector<std::filesystem::path> inputs;    ///< one label map, or surfaces
+  std::optional<std::filesystem::path> out;     ///< folder; none: a new one, named after the input
   std::optional<std::filesystem::path> labels;  ///< table of names
   std::vector<std::string> only;                ///< organs to mesh, by name or number; empty: all
   std::vector<std::string> rigid;               ///< organs that become obstacles

@@ -55,9 +55,9 @@ Index shared_edges(const Bodies& bodies, const Range& triangles) {
   return shared;
 }
 
-/// How many rings of edges lie round a point: one where its surface is a manifold.
+/// Number of rings of edges around a point: one where the surface is a manifold.
 std::size_t rings(const std::vector<Edge>& across) {
-  std::map<Index, Index> lower;  // for each point of the rings a lower one of the same, or itself
+  std::map<Index, Index> lower;  // for each point of the rings: a lower point of the same ring, or itself
   const auto lowest = [&](Index p) {
     for (lower.try_emplace(p, p); lower.at(p) != p;) p = lower.at(p) = lower.at(lower.at(p));
     return p;

@@ -6,14 +6,15 @@
 
 namespace palpate::app {
 
-/// How a mesh hangs together.
+/// Connected pieces of a mesh, and where its surface is no manifold.
 struct MeshParts {
-  std::vector<double> volumes;   ///< of the pieces that no path through faces joins, largest first
-  Index nonmanifold_edges = 0;   ///< of the surface, with four or more triangles
-  Index nonmanifold_points = 0;  ///< of the surface, where triangles meet that no path over edges there joins
+  std::vector<double> volumes;  ///< of the pieces that are connected through faces, largest first
+  Index nonmanifold_edges = 0;  ///< of the surface, with four or more triangles
+  Index nonmanifold_points =
+      0;  ///< of the surface, where triangles meet that are not connected by edges at the point
 };
 
-/// Of one body. O(n log n).
+/// Computes them for one body. O(n log n).
 MeshParts mesh_parts(const Bodies& bodies, Index body);
 
 }  // namespace palpate::app

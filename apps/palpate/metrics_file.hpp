@@ -13,11 +13,11 @@
 
 namespace palpate::app {
 
-/// metrics.csv: a header with units, then a row for each step as the run goes. Times that start with "wall"
-/// are of this machine; all else is the same on every run.
+/// metrics.csv: a header with units, then a row for each step during the run. Columns that start with "wall"
+/// are times of this machine; all others are the same in every run.
 class MetricsFile {
  public:
-  /// As CsvFile has them.
+  /// Creates or continues the file, as the constructors of CsvFile do.
   MetricsFile(std::filesystem::path path, const Units& units, const OutcomeProbe& outcomes);
   MetricsFile(std::filesystem::path path, std::uint64_t bytes);
 

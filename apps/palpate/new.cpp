@@ -53,7 +53,7 @@ int write_new(const NewOptions& options) {
   Scene written = made.first.scene;
   written.name = path.stem().string();  // results go to a folder of this name
   written.source = path.string();
-  load_scene_input(written);  // as 'run' will, so that its errors and warnings appear now
+  load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
   print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
   print_note(

@@ -29,8 +29,7 @@ double longest_side(const TetMesh& mesh) {
   return std::max({sides.x, sides.y, sides.z});
 }
 
-/// The mesh as a scene in `folder` names it: relative, so that both can move together, where that is
-/// possible.
+/// The path of the mesh as seen from `folder`: relative where possible, so that both can be moved together.
 std::string mesh_from(const fs::path& folder, const fs::path& mesh) {
   std::error_code failed;
   const fs::path relative = fs::relative(mesh, folder.empty() ? "." : folder, failed);

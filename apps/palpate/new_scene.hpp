@@ -8,19 +8,19 @@
 
 namespace palpate::app {
 
-/// What a first scene of a mesh is made of.
+/// The settings of the first scene of a mesh.
 struct NewSceneRequest {
   std::filesystem::path mesh;
-  std::filesystem::path folder{};   ///< of the scene: the mesh is named from there
+  std::filesystem::path folder{};   ///< of the scene; the path of the mesh is relative to it
   std::optional<MeshUnit> unit{};   ///< none: guessed
-  std::optional<double> longest{};  ///< m, that the longest side is to have, in place of a unit
+  std::optional<double> longest{};  ///< wanted length of the longest side, m, in place of a unit
   bool drop = false;
 };
 
 struct NewScene {
   NewSceneRequest request;
   double longest_side = 0.0;  ///< in units of the file
-  MeshUnit unit;              ///< that was taken
+  MeshUnit unit;              ///< the unit that was given or guessed
   FirstScene first;
 };
 

@@ -16,7 +16,8 @@
 namespace palpate::app {
 namespace {
 
-/// Takes an answer of the user into the request: a unit, or a length such as "0.3"; empty leaves the guess.
+/// Applies an answer of the user to the request: a unit, or a length such as "0.3"; an empty one keeps the
+/// guess.
 void apply_answer(const std::string& answer, NewSceneRequest& request) {
   if (answer.empty()) return;
   request.unit = mesh_unit(answer);
@@ -29,7 +30,7 @@ void apply_answer(const std::string& answer, NewSceneRequest& request) {
   }
 }
 
-/// A line of the user; none at the end of the input.
+/// Reads a line from stdin; none at the end of the input.
 std::optional<std::string> read_line() {
   std::string line;
   for (int c = std::getchar(); c != '\n'; c = std::getchar()) {
@@ -74,10 +75,10 @@ NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
                     ::isatty(STDERR_FILENO) == 1;
   if (!asks) return made;
   const Vec3& size = made.first.size;
-  const std::string guess =
-      made.unit.name.empty() ? "no unit fits; scaled it is" : fmt::format("in {} that is", made.unit.name);
+  const std::string guess = made.unit.name.empty() ? "no unit fits, so it is scaled to"
+                                                   : fmt::format("in {} that is", made.unit.name);
   print_note(
-      fmt::format("{} is {} long: {} {} and {}. Enter: so be it; or m, cm, mm, um, or a length in metres:",
+      fmt::format("{} is {} long: {} {} and {}. Enter: use this; or m, cm, mm, um, or a length in metres:",
                   request.mesh.string(), short_text(made.longest_side), guess,
                   length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass)));
   const auto answer = read_line();

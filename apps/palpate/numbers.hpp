@@ -21,16 +21,16 @@ std::string short_text(double value);
 /// A count with its noun: "1 tet", "5 tets".
 std::string counted(std::size_t count, std::string_view noun);
 
-/// A name that takes at most so many columns (>= 4): one that is longer loses its middle, "mandible ...left".
-/// A character of UTF-8 counts as a column and stays whole.
+/// A name in at most `columns` columns (>= 4): a longer one loses its middle, "mandible ...left". A character
+/// of UTF-8 counts as a column and stays whole.
 std::string shortened(const std::string& name, std::size_t columns);
 
-/// A name in what people read: at most 40 columns. Files and JSON have all of it.
+/// A name for messages and tables, at most 40 columns. Files and JSON contain the whole name.
 std::string shown_name(const std::string& name);
 
 nlohmann::ordered_json to_json(const Vec3& v);
 
-/// Text that JSON can hold: bytes that are not UTF-8 are replaced (file names may have any).
+/// Valid UTF-8 for JSON: other bytes are replaced (file names may contain any).
 std::string utf8_text(const std::string& text);
 
 }  // namespace palpate::app

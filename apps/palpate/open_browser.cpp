@@ -19,9 +19,9 @@ void open_browser(const std::string& address) {
   for (const int output : {STDOUT_FILENO, STDERR_FILENO}) {
     posix_spawn_file_actions_addopen(&files, output, "/dev/null", O_WRONLY, 0);
   }
-  ::signal(SIGCHLD, SIG_IGN);  // nobody waits for it
+  ::signal(SIGCHLD, SIG_IGN);  // the child is not waited for
   pid_t child = 0;
-  // A machine without xdg-open has the printed address.
+  // Without xdg-open the user still has the printed address.
   static_cast<void>(posix_spawnp(&child, command.c_str(), &files, nullptr, arguments.data(), environ));
   posix_spawn_file_actions_destroy(&files);
 }

@@ -17,7 +17,7 @@ std::string quoted(const std::string& text) {
   return "'" + text + "'";
 }
 
-/// The number that is all of `text`.
+/// Parses a number; all of `text` must belong to it.
 template <class Number>
 std::optional<Number> whole_number(std::string_view text) {
   Number value{};

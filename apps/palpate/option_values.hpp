@@ -16,28 +16,29 @@
 #include "scene/first_scene.hpp"
 #include "scene/limits.hpp"
 
-/// Values of flags. Each throws BadInput "FLAG: found 'TEXT', expected …"; the whole text must be the value.
+/// Parsers of flag values. Each throws BadInput "FLAG: found 'TEXT', expected …"; the whole text must be the
+/// value.
 namespace palpate::app {
 
 std::int64_t parse_integer(const std::string& flag, const std::string& text, std::int64_t low,
                            std::int64_t high);
 double parse_number(const std::string& flag, const std::string& text, const scene_format::Limits& limits);
-/// One of `names`, as its index.
+/// The index of `text` in `names`.
 std::size_t parse_choice(const std::string& flag, const std::string& text,
                          std::span<const std::string_view> names);
 /// One of "m", "cm", "mm" and "um".
 MeshUnit parse_mesh_unit(const std::string& flag, const std::string& text);
 
-/// Adds `flag` with one value, given to `parse(flag, text)` when the flag is there.
+/// Adds `flag` with one value, for which `parse(flag, text)` is called.
 CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,
                        const std::string& help,
                        std::function<void(const std::string&, const std::string&)> parse);
 
-/// Adds the positional `name`, which must be there.
+/// Adds the required positional argument `name`.
 CLI::Option* add_path(CLI::App& app, const std::string& name, std::filesystem::path& path,
                       const std::string& help);
 
-/// Adds a flag that may come several times, each with one value.
+/// Adds a flag that may be given several times, each with one value.
 CLI::Option* add_repeated(CLI::App& app, const std::string& flag, const std::string& type,
                           const std::string& help,
                           std::function<void(const std::string&, const std::string&)> given);

@@ -6,11 +6,11 @@
 
 namespace palpate::app {
 
-/// The content of outcomes.json: of each outcome its value at the end, its unit, its definition, and its
-/// values at the ends of stages.
+/// The content of outcomes.json: for each outcome its value at the end, unit, definition, and values at the
+/// ends of stages.
 nlohmann::ordered_json outcomes_json(const RunReport& report);
 
-/// The stages of a run that are over, for run.json and outcomes.json.
+/// The completed stages of a run, for run.json and outcomes.json.
 nlohmann::ordered_json stages_json(const RunReport& report);
 
 }  // namespace palpate::app

@@ -7,7 +7,7 @@
 namespace palpate::app {
 namespace {
 
-/// "a|b|N" in its parts.
+/// Splits "a|b|N".
 std::vector<std::string> alternatives(const std::string& value) {
   std::vector<std::string> parts(1);
   for (const char c : value) {
@@ -20,7 +20,7 @@ std::vector<std::string> alternatives(const std::string& value) {
   return parts;
 }
 
-/// Those that are meant as they are written: placeholders are in capitals.
+/// The alternatives that are literal words: placeholders are in capitals.
 std::vector<std::string> literal_words(const std::string& value) {
   std::vector<std::string> words = alternatives(value);
   std::erase_if(words, [](const std::string& word) {
@@ -67,7 +67,10 @@ Outline outline_at(const CLI::App& app, std::vector<std::string> path) {
                   .footer = app.get_footer(),
                   .options = {},
                   .subcommands = {}};
-  for (const CLI::Option* option : app.get_options()) outline.options.push_back(option_of(*option));
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_group().empty())
+      outline.options.push_back(option_of(*option));  // hidden flags have no group
+  }
   for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
     outline.subcommands.push_back(outline_at(*sub, path));
   return outline;

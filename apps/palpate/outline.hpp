@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-/// The command as data, for what is made of the same text as --help: completion of shells and manual pages.
+/// The command as data. Shell completion and manual pages are made of the same text as --help.
 namespace palpate::app {
 
-/// What the value of a flag or argument is.
+/// The kind of value of a flag or argument.
 enum class ValueKind { none, word, file, scene, folder, other };
 
 /// A flag, or an argument.
@@ -15,10 +15,10 @@ struct OutlineOption {
   std::vector<std::string> names;  ///< "-h", "--help"; of an argument its one name, "SCENE"
   bool argument = false;
   bool required = false;
-  bool repeated = false;  ///< an argument that may come several times
+  bool repeated = false;  ///< an argument that may be given several times
   std::string value;      ///< what --help shows for it, "N"; empty for a switch
   ValueKind kind = ValueKind::none;
-  std::vector<std::string> words;  ///< that the value may be
+  std::vector<std::string> words;  ///< allowed words
   std::string text;
 };
 
@@ -31,13 +31,14 @@ struct Outline {
   std::vector<Outline> subcommands;
 };
 
-/// Of a command with all that is below it.
+/// The outline of a command with all its subcommands.
 Outline outline_of(const CLI::App& command);
 
-/// "palpate generate box"; other separators for names of files and functions.
+/// The name of a command with those above it: "palpate generate box". Other separators give names of files
+/// and functions.
 std::string title_of(const Outline& outline, const std::string& separator = " ");
 
-/// The outline and all below it, the whole before its parts.
+/// The outline and all below it; a command comes before its subcommands.
 std::vector<const Outline*> all_of(const Outline& outline);
 
 }  // namespace palpate::app

@@ -14,12 +14,12 @@ namespace palpate::app {
 /// every few seconds and one at the end.
 class Progress {
  public:
-  /// \param first_step  at which it begins
+  /// \param first_step  the step at which the run begins
   /// \param most_steps  the step at which the run ends at the latest
   Progress(std::int64_t first_step, std::int64_t most_steps, bool quiet);
-  /// After each step.
+  /// Call after each step.
   void update(const StepMetrics& metrics);
-  /// After the last.
+  /// Call after the last step.
   void finish(const StepMetrics& metrics);
 
  private:

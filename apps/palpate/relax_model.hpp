@@ -9,8 +9,8 @@
 
 namespace palpate::app {
 
-/// Removes the overlaps at the start where the scene asks for it, and prints on stderr what is left. Ctrl-C
-/// ends it with an exception; what the scene is to blame for is a BadInput.
+/// Removes the overlaps at the start where the scene asks for it, and prints on stderr which overlaps are
+/// left. Ctrl-C ends it with an exception. Throws BadInput for errors in the scene.
 std::optional<RelaxReport> relax_model(const Scene& scene, Model& model, int threads, bool quiet);
 
 }  // namespace palpate::app

@@ -45,7 +45,7 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
       "No warnings: all steps converged, no tet was inverted, nothing went through a body unseen.");
 }
 
-/// A row for each outcome: at the end, and at the end of each stage.
+/// A row for each outcome: its values at the end, and at the end of each stage.
 void add_outcomes(const RunReport& report, HtmlPage& page) {
   const RunOutcome& outcome = report.outcome;
   if (outcome.outcomes.empty()) return;

@@ -51,7 +51,7 @@ outcomes.json where the scene has outcomes or stages, and with --report a page r
 an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
 the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
 
-/// What an earlier run left must not be taken for a result of this one.
+/// Removes files of an earlier run, which could be mistaken for results of this one.
 void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
   std::vector<fs::path> paths = picture_paths(folder, scene);
   for (const char* name : {"run.json", "outcomes.json", "report.html"}) paths.push_back(folder / name);
@@ -69,13 +69,13 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
   }
 }
 
-/// Puts the simulation where the checkpoint has it, if there is one.
+/// Restores the stages from the checkpoint, if there is one.
 void resume_stages(const Begin& begin, Simulation& simulation, StageRun& stages) {
   if (!begin.checkpoint) return;
   try {
     simulation.restore(begin.checkpoint->checkpoint.simulation);
     stages.resume(simulation, begin.checkpoint->checkpoint.stages);
-  } catch (const Error& error) {  // name the file, and not only what is in it
+  } catch (const Error& error) {  // the message must name the file
     throw BadInput(begin.checkpoint->path.string(), error.where(), error.found(), error.expected());
   }
 }
@@ -93,8 +93,8 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   return {path, probe, begin.input.scene.units};
 }
 
-/// Where the results of a run are written. Rows come first: a run that cannot go on with them changes
-/// nothing.
+/// Where the results of a run are written. Rows are opened first: if they cannot be continued, nothing has
+/// been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
@@ -115,8 +115,8 @@ struct Outputs {
 };
 
 RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
-  // Only while it steps: Ctrl-C during the picture ends the command at once, when all but the picture is
-  // there.
+  // Lives only during the steps: Ctrl-C during the picture ends the command at once, and only the picture is
+  // missing.
   const InterruptFlag interrupt;
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
@@ -142,11 +142,11 @@ void say_missing_frames(const FrameWriter& frames) {
   const auto& missing = frames.missing();
   if (missing.empty()) return;
   print_note(fmt::format(
-      "{}: {} frame{} from before not there any more (the first is number {}), left out of it",
+      "{}: {} earlier frame{} missing (the first is number {}), left out of the collection",
       frames.collection().string(), missing.size(), missing.size() == 1 ? " is" : "s are", missing.front()));
 }
 
-/// What nobody is to overlook.
+/// Prints warnings that users must not overlook.
 void say_warnings(const RunReport& report) {
   if (const std::string warning = not_converged_text(report.outcome); !warning.empty())
     print_note(fmt::format("{}: {}", report.folder.string(), warning));
@@ -223,7 +223,7 @@ int run(const RunOptions& options) {
     try {
       render_pictures({folder, scene, simulation, start, outcome, options.threads}, options.quiet);
       pictures = picture_paths(folder, scene);
-    } catch (const Error& error) {  // the run itself is done
+    } catch (const Error& error) {  // the run itself is complete
       outcome.failure = error.what();
     }
   }
@@ -254,10 +254,10 @@ void add_flags(CLI::App& app, RunOptions& options) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--replace", options.replace,
-               "start anew where a run that did not get to its end left checkpoints, and lose them");
+               "start a new run where an incomplete one left checkpoints, which are lost");
   CLI::Option* const from_stage =
       add_value(app, "--from-stage", "NAME",
-                "begin at the end of this stage, that a run of it has kept (docs/stages.md)",
+                "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
                 [&options](const std::string&, const std::string& text) { options.from_stage = text; });
   add_value(app, "--from", "DIR",
             "the results that have the end of the stage; default: the folder of the results",
@@ -279,7 +279,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
   CLI::Option* const resume = add_value(
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
-  // What a run has begun with it keeps.
+  // A resumed run keeps the settings that it began with.
   for (const char* other :
        {"SCENE", "--set", "--out", "--replace", "--every", "--from-stage", "--from", "--report",
         "--structure", "--order", "--sort", "--cell-size", "--cells-per-primitive"})

@@ -38,7 +38,7 @@ std::string folder_name(const std::string& name) {
 std::int64_t most_steps(const RunOptions& options, const Scene& scene) {
   if (options.steps) return *options.steps;
   if (!scene.stages.empty()) return as_input([&] { return most_steps_of_stages(scene); });
-  // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
+  // A duration of 50 steps gives 50 steps, also if the quotient is rounded.
   constexpr double rounding = 1e-9;
   const double steps = std::ceil(scene.duration / scene.settings.time_step * (1.0 - rounding));
   constexpr double largest = 1e15;
@@ -74,7 +74,7 @@ Begin begin_anew(const RunOptions& options) {
   return begin;
 }
 
-/// Whether run.json is there and says that its run got to its end.
+/// Whether run.json exists and its run was completed.
 bool has_ended(const fs::path& folder) {
   std::ifstream file(folder / "run.json");
   const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
@@ -101,7 +101,7 @@ bool has_same_columns(const Begin& begin) {
 
 namespace {
 
-/// Up to the end of a stage a variant must be the run that it begins in: the same stages, in the same order.
+/// A variant that begins at the end of a stage must have the same stages until there, in the same order.
 void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const std::string& stage) {
   std::vector<std::string_view> names(scene.stages.size());
   std::ranges::transform(scene.stages, names.begin(),
@@ -119,7 +119,7 @@ void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const s
   }
 }
 
-/// Rows of another run up to where this one begins.
+/// Copies the rows of another run up to where this one begins.
 void copy_rows(const Begin& begin, const fs::path& from) {
   if (fs::weakly_canonical(from) == fs::weakly_canonical(begin.folder)) return;
   fs::create_directories(begin.folder);
@@ -131,7 +131,7 @@ void copy_rows(const Begin& begin, const fs::path& from) {
   }
 }
 
-/// A run of a scene from the end of a stage of another run.
+/// Begins a run at the end of a stage of another run.
 Begin begin_from_stage(const RunOptions& options) {
   Begin begin = begin_anew(options);
   const fs::path from = options.from.value_or(begin.folder);

@@ -32,25 +32,25 @@ struct RunOptions {
   DetectionOptions detection;
 };
 
-/// A run before its first step, or before the next: what to do, from a scene and flags, or from a checkpoint.
+/// A run that is about to begin or to be resumed: its settings, from a scene and flags or from a checkpoint.
 struct Begin {
   RunPlan plan;
   SceneInput input;
   std::filesystem::path folder;
   std::optional<FoundCheckpoint> checkpoint;
-  bool replace = false;                     ///< also what a killed run left
+  bool replace = false;                     ///< replace results, also those of a killed run
   std::optional<std::string> from_stage{};  ///< the checkpoint is the end of this stage of another run
 };
 
-/// What the flags ask for: a run that is new, that goes on, or that begins at the end of a stage. Throws
-/// BadInput in one line where that cannot be.
+/// The run that the flags ask for: a new one, a resumed one, or one that begins at the end of a stage. Throws
+/// BadInput in one line where that is impossible.
 Begin begin_run(const RunOptions& options);
 
 /// Throws BadInput where the folder has checkpoints of a run that was killed, interrupted or failed, and the
-/// run is not to replace them: nobody may have meant to lose them.
+/// run was not asked to replace them: the user may not know that they would be lost.
 void check_replaceable(const Begin& begin);
 
-/// Whether the rows of the run that this one goes on from have the columns that this one has.
+/// Whether the files of the resumed run have the same columns as this run.
 bool has_same_columns(const Begin& begin);
 
 }  // namespace palpate::app

@@ -40,7 +40,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
   }
 }
 
-/// A row of metrics and one of forces, and the largest forces so far.
+/// Writes a row of metrics and a row of forces, and updates the largest forces.
 void add_rows(const Simulation& simulation, double seconds, RunOutcome& outcome, const RunOutputs& outputs) {
   const ForcesOfStep forces = outputs.probe.forces(simulation);
   outcome.outcomes = outputs.outcomes.values(simulation);
@@ -54,7 +54,7 @@ void add_rows(const Simulation& simulation, double seconds, RunOutcome& outcome,
   }
 }
 
-/// One step; false where the simulation failed.
+/// Makes one step; false where the simulation failed.
 bool step(Simulation& simulation, RunOutcome& outcome, const RunOutputs& outputs) {
   Stopwatch watch;
   try {
@@ -90,7 +90,7 @@ void end_stage(const Simulation& simulation, RunOutcome& outcome, const RunOutpu
   outputs.at_stage_end(outcome.stages.back(), outcome);
 }
 
-/// Begins the stage that is due; false where the simulation refuses it.
+/// Begins the next stage if it is due; false where the simulation refuses it.
 bool begin_stage(Simulation& simulation, RunOutcome& outcome, StageRun& stages) {
   try {
     stages.begin(simulation);
@@ -143,7 +143,8 @@ RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_
     progress.update(simulation.metrics());
   }
   outcome.interrupted = interrupt.requested();
-  // Before the last frame, which a run that goes on does not have. At the end it lets the run be made longer.
+  // Written before the last frame, since a resumed run continues without that frame. A checkpoint at the end
+  // allows the run to be extended.
   const bool ends_well = outcome.failure.empty() && checkpoints.regular();
   checkpoints.add(simulation, outcome, outputs, outcome.interrupted || ends_well);
   metrics.flush();

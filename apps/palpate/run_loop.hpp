@@ -21,7 +21,7 @@
 
 namespace palpate::app {
 
-/// A count at the last step, at the step where it was largest, and added up over all steps.
+/// A count: at the last step, its largest value with the step, and its sum over all steps.
 struct Tally {
   std::size_t last = 0;
   std::size_t largest = 0;
@@ -29,7 +29,7 @@ struct Tally {
   void add(std::size_t count);
 };
 
-/// A cuckoo table over a run.
+/// Counts of a cuckoo table over a run.
 struct CuckooRun {
   CuckooCounts last;  ///< of the last step
   double lowest_occupancy = 1.0;
@@ -40,7 +40,7 @@ struct CuckooRun {
   void add(const CuckooCounts& counts);
 };
 
-/// A stage that is over.
+/// A completed stage.
 struct StageRecord {
   std::string name;
   std::int64_t first_step = 0;
@@ -53,13 +53,12 @@ struct StageRecord {
   std::string state_hash;
 };
 
-/// What a run did.
+/// What happened in a run.
 struct RunOutcome {
   std::int64_t steps = 0;
   bool at_rest = false;
   bool interrupted = false;
-  std::string
-      failure;  ///< why the simulation could not go on, or no picture was taken; empty if all went well
+  std::string failure;  ///< why the simulation stopped, or no picture was drawn; empty if all went well
   PhaseTimes times;
   Tally contacts;
   Tally border_edges;
@@ -76,23 +75,23 @@ struct RunOutcome {
   Tally border_edges_without_crossing;
   Tally folded_pairs;
   Tally inverted_tets;
-  std::int64_t late_steps = 0;  ///< in which a budget did not suffice for all clusters
+  std::int64_t late_steps = 0;  ///< steps in which the budget was too small for all clusters
   double least_completeness = 1.0;
   std::int64_t steps_without_prediction = 0;
   std::int64_t solver_iterations = 0;
-  std::int64_t steps_not_converged = 0;  ///< in which a solve ended above the tolerance
-  /// Steps in which something may have passed through a body unseen: left on the wrong side, or without
-  /// continuous detection so far moved that it could.
+  std::int64_t steps_not_converged = 0;  ///< steps with a solve that ended above the tolerance
+  /// Steps in which something may have passed through a body unseen: points that ended on the wrong side or,
+  /// without continuous detection, moved so far that they could have.
   std::int64_t steps_too_far = 0;
   double thinnest = 0.0;                       ///< least local thickness of bodies in these steps; 0: none
   std::vector<LargestForce> largest_forces{};  ///< (n_bodies) of contacts
-  std::vector<StageRecord> stages{};           ///< those that are over
+  std::vector<StageRecord> stages{};           ///< completed stages
   std::vector<OutcomeValue> outcomes{};        ///< at the last step
 };
 
 class CheckpointWriter;
 
-/// Where a run leaves what it does.
+/// The outputs of a run: files, and what is called at certain steps.
 struct RunOutputs {
   FrameWriter& frames;
   MetricsFile& metrics;
@@ -102,14 +101,14 @@ struct RunOutputs {
   Progress& progress;
   StageRun& stages;
   const OutcomeProbe& outcomes;
-  /// Called where a stage has ended, before the next one begins.
+  /// Called when a stage has ended, before the next one begins.
   std::function<void(const StageRecord&, const RunOutcome&)> at_stage_end;
 };
 
-/// Steps until all stages are over, `most_steps`, until rest (if asked), an interrupt or a failure of the
-/// simulation. Writes a row for each step, the frames and checkpoints that are due, the first and the last
-/// state always, and a checkpoint where it is interrupted. Throws Error where they cannot be written. \param
-/// before  what a run that goes on had done; of a new one, nothing
+/// Makes steps until all stages are complete, or until `most_steps`, rest (if asked for), an interrupt, or a
+/// failure of the simulation. Writes a row for each step, the frames and checkpoints that are due, always the
+/// first and the last state, and a checkpoint at an interrupt. Throws Error where they cannot be written.
+/// \param before  outcome of the run that is resumed; empty for a new run
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
                     const InterruptFlag& interrupt, const RunOutputs& outputs,
                     const std::optional<RunOutcome>& before);

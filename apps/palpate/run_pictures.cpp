@@ -37,7 +37,7 @@ std::vector<io::Colour> colours(const Scene& scene) {
   return list;
 }
 
-/// 1 for each body that is named; without names for each that `otherwise(body)` holds for.
+/// 1 for each named body; without names, for each body with otherwise(body).
 template <class Otherwise>
 std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Otherwise&& otherwise) {
   std::vector<std::uint8_t> list;
@@ -49,7 +49,7 @@ std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Oth
   return list;
 }
 
-/// (n_bodies) 1 where a body is there at the start of the run, or now.
+/// (n_bodies) 1 where a body is present at the start of the run, or now.
 std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
   std::vector<std::uint8_t> list;
   for (std::size_t b = 0; b < run.scene.bodies.size(); ++b) {
@@ -60,7 +60,7 @@ std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
   return list;
 }
 
-/// Values at points and the scale that shows them, in the unit that people read them in.
+/// Values at points, and their colour scale in the unit of display.
 struct Coloured {
   std::vector<double> values;  ///< (n_points), NaN where the view does not show it
   std::optional<io::ColourScale> scale{};
@@ -75,7 +75,7 @@ void keep_coloured(const RunImages& run, const BodyNames& bodies, std::vector<do
   }
 }
 
-/// How far points are from rest.
+/// Lengths of displacements from rest.
 Coloured displacements(const RunImages& run, const DisplacementMap& map, std::span<const Vec3> positions) {
   Coloured shown{.values = std::vector<double>(positions.size())};
   for (std::size_t p = 0; p < positions.size(); ++p)
@@ -93,7 +93,7 @@ Coloured field(const RunImages& run, const FieldMap& map) {
   for (const double value : shown.values) {
     if (!map.most && value > most) most = value;
   }
-  if (!(most > map.least)) most = map.least + 1.0;  // nothing to see: any scale does
+  if (!(most > map.least)) most = map.least + 1.0;  // all values are equal: any scale is right
   const UnitForPeople unit = unit_for_people(most, run.scene.units, find_field(map.name)->dimension);
   for (double& value : shown.values) value *= unit.factor;
   std::string label(find_field(map.name)->title);
@@ -169,7 +169,7 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
 
 namespace {
 
-/// The whole scene. Where a body is not there, the bodies that are.
+/// Draws the whole scene with the bodies that are present.
 void render_main_picture(const RunImages& run, const fs::path& path) {
   const Picture& picture = run.scene.output.picture;
   const std::vector<std::uint8_t> there = present(run, false);

@@ -11,7 +11,7 @@
 
 namespace palpate::app {
 
-/// What pictures of a run need.
+/// The input of the pictures of a run.
 struct RunImages {
   std::filesystem::path folder;
   const Scene& scene;
@@ -24,13 +24,15 @@ struct RunImages {
 /// Files of the pictures of a scene: picture.png and the views, in the scene's order.
 std::vector<std::filesystem::path> picture_paths(const std::filesystem::path& folder, const Scene& scene);
 
-/// Takes all of them, and says so meanwhile if not quiet. Throws Error where one cannot be taken or written.
+/// Draws all pictures, with a message meanwhile unless `quiet`. Throws Error where one cannot be drawn or
+/// written.
 void render_pictures(const RunImages& run, bool quiet);
 
 /// Pictures of the ends of stages: RESULTS/stages/NAME.png and NAME.VIEW.png for each view of an end.
 class StagePictures {
  public:
-  /// Borrows all but the folder. \param start  (n_points) positions before the first step
+  /// All arguments but the folder must outlive this.
+  /// \param start  (n_points) positions before the first step
   StagePictures(std::filesystem::path folder, const Scene& scene, const Simulation& simulation,
                 std::span<const Vec3> start, int threads)
       : folder_(std::move(folder)),
@@ -38,7 +40,7 @@ class StagePictures {
         simulation_(simulation),
         start_(start),
         threads_(threads) {}
-  /// Throws Error where one cannot be taken or written.
+  /// Draws the pictures of a stage. Throws Error where one cannot be drawn or written.
   void take(const std::string& stage, const RunOutcome& outcome) const;
 
  private:

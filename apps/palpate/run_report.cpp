@@ -60,7 +60,7 @@ Json wrench_json(const Wrench& wrench) {
       {"force", to_json(wrench.force)}, {"torque", to_json(wrench.torque)}, {"about", to_json(wrench.about)}};
 }
 
-/// What acted on a body in the last step, and how much at most in any.
+/// Forces on a body in the last step, and the largest in any step.
 Json forces_json(const BodyForces& forces, const LargestForce& largest) {
   return {{"contact", wrench_json(forces.contact)},
           {"held", forces.held ? wrench_json(*forces.held) : Json()},
@@ -72,7 +72,7 @@ Json stress_json(const LargestStress& largest) {
   return {{"largest_von_mises", largest.von_mises}, {"tet", largest.tet}, {"place", to_json(largest.place)}};
 }
 
-/// The largest values of the fields that frames have; null without one.
+/// The largest values of the fields of frames; null without frames.
 Json fields_json(const RunReport& report) {
   if (report.maxima.empty()) return {};
   Json json = Json::object();
@@ -89,7 +89,7 @@ Json fields_json(const RunReport& report) {
   return json;
 }
 
-/// What numbers of each kind are in.
+/// The unit of each kind of quantity.
 Json units_json(const Units& units) {
   Json json = Json::object();
   for (const auto& [name, kind] :
@@ -163,7 +163,7 @@ void add_build_and_machine(Json& json, const RunReport& report) {
   json["threads"] = report.threads;
 }
 
-/// What a budget left undone; null without one.
+/// Work that the budget left undone; null without a budget.
 Json budget_json(const RunReport& report) {
   if (!report.simulation.settings().detection.budget) return {};
   return {{"late_steps", report.outcome.late_steps},
@@ -229,7 +229,7 @@ void add_outcome(Json& json, const RunReport& report) {
   json["deepest"] = metrics.deepest;
 }
 
-/// Why the cells are of that size: the rule, and for auto the work of each size tried.
+/// The reason for the cell size: the rule and, for "auto", the work with each size that was tried.
 Json cell_size_json(const CellSizeChoice& choice) {
   Json json;
   const bool given = std::holds_alternative<double>(choice.wanted);

@@ -22,7 +22,7 @@ std::string tally_line(const char* name, const Tally& tally) {
   return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
 }
 
-/// Of a run whose budget left work: how much, and where. Empty where all was found.
+/// For a run whose budget left work undone: how much, and in which bodies. Empty where nothing was left.
 std::string budget_lines(const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   std::string text;
@@ -52,7 +52,7 @@ std::string phases_text(const PhaseTimes& times) {
   return text;
 }
 
-/// A line for each body whose file held more, or other, than a clean mesh.
+/// A line for each body whose mesh file needed repairs or had other content.
 std::string notes_lines(const RunReport& report) {
   std::string text;
   const Bodies& bodies = report.simulation.bodies();
@@ -65,7 +65,7 @@ std::string notes_lines(const RunReport& report) {
   return text;
 }
 
-/// Forces on what holds others, at the end and at most: for people, in N.
+/// Forces on held bodies at the end, and the largest of the run, in N.
 std::string forces_lines(const RunReport& report) {
   constexpr std::size_t most_lines = 8;
   const Units& units = report.scene.units;
@@ -98,7 +98,7 @@ std::string stress_line(const RunReport& report) {
                      shown_name(report.probe.names()[static_cast<std::size_t>(most - stresses.begin())]));
 }
 
-/// A line for each stage that is over, and for each outcome.
+/// A line for each completed stage, and for each outcome.
 std::string outcome_lines(const RunReport& report) {
   std::string text;
   for (const StageRecord& stage : report.outcome.stages) {

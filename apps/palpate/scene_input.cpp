@@ -40,14 +40,14 @@ bool is_label_map(const std::filesystem::path& path) {
   return has_extension(path, {".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"});
 }
 
-/// Whether the text begins with an object or a comment, as scenes do.
+/// Whether the text begins with an object or a comment, like a scene.
 bool begins_as_a_scene(const std::filesystem::path& path) {
   std::ifstream file(path);
   char first = 0;
   return (file >> first) && (first == '{' || first == '/');
 }
 
-/// A file of another kind that bodies are made of, and how.
+/// Throws BadInput for files of other kinds (surfaces, label maps), with the command that converts them.
 void refuse_other_kinds(const std::filesystem::path& path) {
   if (is_mesh(path)) {
     throw BadInput(path.string(), "", "a mesh file",
@@ -60,7 +60,7 @@ void refuse_other_kinds(const std::filesystem::path& path) {
   }
 }
 
-/// All of standard input. Relative paths in it count from the current folder.
+/// All of standard input. Relative paths in it are relative to the current folder.
 std::string standard_input() {
   if (::isatty(STDIN_FILENO) == 1) print_note("reading the scene from the terminal; Ctrl-D ends it");
   std::string text;
@@ -79,7 +79,7 @@ Scene read_chosen(const SceneChoice& choice) {
   return read_scene(choice.file, choice.changes);
 }
 
-/// Tets whose corners are in another order than before.
+/// Indices of tets whose corners have another order than before.
 std::vector<Index> changed_tets(const std::vector<Tet>& before, const std::vector<Tet>& after) {
   std::vector<Index> changed;
   for (std::size_t t = 0; t < after.size(); ++t) {
@@ -94,7 +94,7 @@ MeshInput read_checked(const std::filesystem::path& path) {
       std::move(file.mesh),
       {path.string(), std::move(file.format), std::move(file.dropped), std::move(file.converted), {}}};
   const std::vector<Tet> tets = input.mesh.tets;
-  check_mesh(input.mesh, path.string());  // here and not only in Bodies::add(), so that errors name the file
+  check_mesh(input.mesh, path.string());  // checked here, before Bodies::add(), so that errors name the file
   input.record.reoriented = changed_tets(tets, input.mesh.tets);
   return input;
 }

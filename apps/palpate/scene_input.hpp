@@ -14,12 +14,13 @@
 
 namespace palpate::app {
 
-/// What reading a mesh file met.
+/// What was found while reading a mesh file.
 struct MeshRecord {
   std::string file;
   std::string format;
-  std::vector<std::pair<std::string, Index>> dropped;  ///< kinds of cells that are no tets, and how many
-  std::vector<io::ConvertedCells> converted;           ///< other cells that tets were made of
+  std::vector<std::pair<std::string, Index>>
+      dropped;                                ///< kinds of cells that were left out, with their numbers
+  std::vector<io::ConvertedCells> converted;  ///< other cells that were split into tets
   std::vector<Index> reoriented;  ///< tets that had negative volume, 0-based in the file's order of tets
 };
 
@@ -31,35 +32,35 @@ struct MeshInput {
 
 /// A scene with its bodies.
 struct SceneInput {
-  Scene scene;  ///< named: after its file where it has no name
+  Scene scene;  ///< always with a name: that of its file if it has none
   Model model;
-  std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), of those from a mesh file
+  std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), for bodies from a mesh file
 };
 
-/// Which scene a subcommand is about.
+/// The scene that a subcommand works on.
 struct SceneChoice {
   std::filesystem::path file;        ///< .json, or "-": standard input
   std::vector<std::string> changes;  ///< "KEY=VALUE" each, of --set
 };
 
-/// Whether `path` means a scene (.json or "-"), not a mesh. Throws BadInput where it is neither by its
-/// extension.
+/// Whether `path` is a scene (.json or "-") and not a mesh, by its extension. Throws BadInput where it is
+/// neither.
 bool is_scene(const std::filesystem::path& path);
-/// Whether its extension is that of a mesh of tets.
+/// Whether the path has the extension of a tet mesh.
 bool is_mesh(const std::filesystem::path& path);
 
-/// Throws BadInput with what is `expected` where there is no such file, or its name does not end in .json and
-/// it does not begin as a scene does. Says nothing of standard input, pipes and files that other messages are
-/// for: meshes, surfaces, label maps.
+/// Throws BadInput, with `expected` in its message, where the file does not exist, or neither has the
+/// extension .json nor begins like a scene. Accepts standard input, pipes, and files that other messages
+/// refuse: meshes, surfaces, label maps.
 void refuse_what_is_no_scene(const std::filesystem::path& path, const std::string& expected);
 
 /// Each throws BadInput: one line that names the file that is wrong.
 MeshInput read_mesh_input(const std::filesystem::path& path);
 SceneInput read_scene_input(const SceneChoice& choice);
-/// The meshes of a scene that is there already.
+/// Loads the meshes of a scene that was already read.
 SceneInput load_scene_input(Scene scene);
 
-/// The simulation of a scene; takes the model. Throws BadInput where a setting is refused.
+/// Makes the simulation of a scene; the model is moved into it. Throws BadInput where a setting is refused.
 Simulation make_simulation(const Scene& scene, Model model, int threads);
 
 }  // namespace palpate::app

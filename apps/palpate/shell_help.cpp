@@ -83,7 +83,7 @@ Subcommand add_manual(CLI::App& command) {
   CLI::App* app = command.add_subcommand("manual", "the manual pages, for man(1)");
   app->footer(manual_examples);
   auto options = std::make_shared<ManualOptions>();
-  app->add_option("SUBCOMMAND", options->subcommand, "whose page to print; default: the whole");
+  app->add_option("SUBCOMMAND", options->subcommand, "subcommand of the page; default: the whole command");
   add_value(*app, "--out", "DIR", "folder to write all pages to, in place of printing one",
             [options](const std::string&, const std::string& text) { options->out = text; });
   return {app, [&command, options] { return write_manual(command, *options); }};

@@ -17,13 +17,13 @@ constexpr double longest = 5.0;      // m
 constexpr double shortest = 0.2e-3;  // m
 constexpr double heaviest = 2000.0;  // kg
 
-/// What one body is, in SI.
+/// Size and mass of a body, in SI units.
 struct BodySize {
   std::string name;
   double length = 0.0;  ///< longest side of its box
   double mass = 0.0;
 
-  /// How far it is from what is likely; up to 1 nothing is said.
+  /// Ratio to the limits of what is likely; up to 1 there is no warning.
   [[nodiscard]] double strangeness() const {
     return std::max({length / longest, shortest / std::max(length, 1e-300), mass / heaviest});
   }

@@ -9,11 +9,12 @@
 
 namespace palpate::app {
 
-/// Warns of the soft body that is furthest from what tissue is: longer than 5 m, shorter than 0.2 mm, or over
-/// 2 tonnes. Mostly the mesh is in other units than the scene.
+/// Warns of the soft body whose size or mass is furthest from that of tissue: longer than 5 m, shorter than
+/// 0.2 mm, or over 2 tonnes. Usually its mesh has other units than the scene.
 void warn_of_sizes(const Scene& scene, const Model& model);
 
-/// Warns of a mesh of that longest side, in its unit, that is longer than 5 m or shorter than 0.2 mm.
+/// Warns of a mesh that is longer than 5 m or shorter than 0.2 mm.
+/// \param side  its longest side, in `unit`
 void warn_of_size(const std::string& file, double side, const MeshUnit& unit);
 
 /// "0.21 m", "3.5 mm": a length in metres, for people.

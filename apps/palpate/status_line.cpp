@@ -14,7 +14,7 @@ constexpr auto terminal_interval = std::chrono::milliseconds(100);
 constexpr auto log_interval = std::chrono::seconds(5);
 constexpr std::size_t any_width = 1000;
 
-/// Columns of the terminal behind stderr; 80 where it does not say.
+/// Columns of the terminal of stderr; 80 if unknown.
 std::size_t terminal_width() {
   winsize size{};
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
@@ -36,8 +36,8 @@ void StatusLine::show(const Text& text) {
     say_progress(text(any_width));
     return;
   }
-  // Blanks over what the last line leaves, not an escape sequence: right on every terminal. The last column
-  // stays free, because some terminals wrap when it is written.
+  // Overwrites the rest of the last line with blanks, which works on every terminal; escape sequences do not.
+  // The last column stays free, because some terminals wrap when it is written.
   const std::size_t width = terminal_width() - 1;
   const std::string padded = fmt::format("\r{:<{}}\r", text(width), width);
   std::fputs(padded.c_str(), stderr);

@@ -11,20 +11,20 @@ namespace palpate::app {
 /// seconds.
 class StatusLine {
  public:
-  /// Makes the line, no longer than so many columns.
+  /// Makes the line, of at most `width` columns.
   using Text = std::function<std::string(std::size_t width)>;
 
   explicit StatusLine(bool quiet);
-  /// Leaves the cursor at the start of a fresh line.
+  /// Moves the cursor to the start of a new line.
   ~StatusLine();
   StatusLine(const StatusLine&) = delete;
   StatusLine& operator=(const StatusLine&) = delete;
 
   /// Shows the line if the last one is old enough.
   void update(const Text& text);
-  /// Shows it now.
+  /// Shows the line now.
   void show(const Text& text);
-  /// Takes the line off the terminal again.
+  /// Removes the line from the terminal.
   void clear();
 
  private:

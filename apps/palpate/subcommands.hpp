@@ -6,20 +6,20 @@
 
 namespace palpate::app {
 
-/// A subcommand: its flags, and what it does once they are parsed. `work` returns the exit code; it throws
-/// BadInput where the input is to blame and any other exception where the work failed.
+/// A subcommand: its flags, and its work after they are parsed. `work` returns the exit code; it throws
+/// BadInput for errors in the input, and any other exception where the work failed.
 struct Subcommand {
   CLI::App* app;
   std::function<int()> work;
 };
 
-/// Each adds its subcommand to the command.
+/// Each of these adds its subcommand to the command.
 Subcommand add_run(CLI::App& command);
 Subcommand add_info(CLI::App& command);
 Subcommand add_detect(CLI::App& command);
 Subcommand add_view(CLI::App& command);
 Subcommand add_new(CLI::App& command);
-/// Of the flags of the whole command, which must outlive it.
+/// Completes the flags of the whole command, which must outlive this.
 Subcommand add_completion(CLI::App& command);
 Subcommand add_manual(CLI::App& command);
 /// `generate` has one subcommand of its own for each kind of thing.

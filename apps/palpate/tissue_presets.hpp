@@ -9,7 +9,7 @@ namespace palpate::app {
 /// Warns, in one line, where materials of the scene are presets (material.tissue).
 void warn_of_presets(const Scene& scene);
 
-/// What help pages say of presets: their names with Young's moduli.
+/// Text on presets for help pages: their names with Young's moduli.
 std::string tissue_lines();
 
 }  // namespace palpate::app

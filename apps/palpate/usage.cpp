@@ -17,7 +17,7 @@
 namespace palpate::app {
 namespace {
 
-/// "run", "generate box": how messages name a subcommand.
+/// The name of a subcommand in messages: "run", "generate box".
 std::string title(const CLI::App& app) {
   const CLI::App* parent = app.get_parent();
   if (parent == nullptr) return "command line";
@@ -34,17 +34,17 @@ std::string nearest_of(const std::string& word, const std::vector<std::string>& 
   return expected_name(word, std::vector<std::string_view>(known.begin(), known.end()));
 }
 
-/// A standard stream that the caller closed (">&-") goes nowhere: the first file that is opened would get its
-/// number, and what is printed.
+/// Opens /dev/null for standard streams that the caller closed (">&-"). Otherwise the first file that is
+/// opened would get their number, and printed text would go into it.
 void open_closed_streams() {
   int opened = 0;
   do {
-    opened = ::open("/dev/null", O_RDWR);  // takes the lowest number that is free
+    opened = ::open("/dev/null", O_RDWR);  // uses the lowest free number
   } while (opened >= 0 && opened <= STDERR_FILENO);
   if (opened >= 0) ::close(opened);
 }
 
-/// The parsed subcommand that is deepest, or the command itself.
+/// The innermost parsed subcommand, or the command itself.
 CLI::App& innermost(CLI::App& app) {
   const std::vector<CLI::App*> parsed = app.get_subcommands();
   return parsed.empty() ? app : innermost(*parsed.back());
@@ -58,7 +58,8 @@ std::vector<std::string> flag_names(const CLI::App& app) {
   return names;
 }
 
-/// What is wrong with the arguments, in one line: an unknown flag first, since it is what others follow from.
+/// The message on wrong arguments, in one line. An unknown flag comes first, since it often causes the
+/// others.
 BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
   CLI::App& app = innermost(command);
   for (CLI::App* level : {&app, &command}) {

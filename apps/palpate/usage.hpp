@@ -4,14 +4,14 @@
 #include <functional>
 #include <span>
 
-/// What the command and its helpers do about their arguments and about what goes wrong.
+/// Parsing of arguments and handling of errors, for the command and its helpers.
 namespace palpate::app {
 
-/// Throws BadInput where a word that must be a subcommand is missing or is none.
+/// Throws BadInput where a required subcommand is missing or unknown.
 void check_subcommands(CLI::App& app, std::span<const char* const> words);
 
-/// Parses the arguments. True where help or the version was asked for, and written to stdout. Throws BadInput
-/// in one line for wrong usage.
+/// Parses the arguments. Returns true where help or the version was asked for; it is then on stdout. Throws
+/// BadInput in one line for wrong usage.
 bool parse_or_explain(CLI::App& command, int argc, const char* const* argv);
 
 /// Calls `work` and turns every exception into one line on stderr. Returns the exit code. Standard streams

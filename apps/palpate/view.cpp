@@ -60,7 +60,7 @@ std::string token() {
                  "16 to 128 letters, digits, '-' and '_'");
 }
 
-/// The scene that is to be shown; one of a mesh is made for it.
+/// The scene to show; for a mesh, one is made.
 SceneInput scene_to_view(const ViewOptions& options) {
   if (!is_mesh(options.what.file)) {
     refuse_what_is_no_scene(options.what.file,

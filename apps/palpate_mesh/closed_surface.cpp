@@ -17,7 +17,8 @@
 namespace palpate::app {
 namespace {
 
-constexpr double hole_share = 0.05;  // of the diagonal, closed unasked
+constexpr double default_hole_fraction =
+    0.05;  // of the diagonal: larger holes are closed only where the user asks
 
 Box box_of(const Surface& surface) {
   Box box;
@@ -27,7 +28,7 @@ Box box_of(const Surface& surface) {
   return box;
 }
 
-/// The diagonal, mm. Refuses what has none, or one whose square would not be a number.
+/// The diagonal of the box, mm. Throws Error where it is 0 or its square overflows.
 double diagonal_of(const Box& box, double millimeters, const std::string& source) {
   constexpr double least = 1e-100;
   constexpr double most = 1e100;
@@ -51,9 +52,10 @@ std::string holes_text(std::size_t holes, std::size_t edges, double largest) {
   double largest = 0.0;
   for (const Hole& hole : holes) largest = std::max(largest, millimeters * hole.size);
   if (edges.odd_edges > 0) {
-    std::string found = edges.triangles_at_first == 1
-                            ? fmt::format("the border of a sheet that hangs on an edge of other triangles")
-                            : fmt::format("{} triangles", edges.triangles_at_first);
+    std::string found =
+        edges.triangles_at_first == 1
+            ? fmt::format("the border of a sheet that is attached to an edge of other triangles")
+            : fmt::format("{} triangles", edges.triangles_at_first);
     found += fmt::format(" ({} that are not manifold in all", counted(edges.odd_edges, "edge"));
     if (!holes.empty()) found += ", and " + holes_text(holes.size(), holes.front().edges.size(), largest);
     throw Error(source, edge_text(surface, *edges.first_bad), found + ")",
@@ -66,7 +68,7 @@ std::string holes_text(std::size_t holes, std::size_t edges, double largest) {
                           holes.size() == 1 ? "it" : "them"));
 }
 
-/// Closes the holes that are small enough and tells so; throws where others are left.
+/// Closes the holes that are small enough, with a remark on each; throws Error where larger ones are left.
 void close_holes(Surface& surface, const SurfaceEdges& edges, double most, double millimeters,
                  const std::string& source, std::vector<std::string>& remarks) {
   std::vector<Hole> open;
@@ -86,7 +88,7 @@ void close_holes(Surface& surface, const SurfaceEdges& edges, double most, doubl
   remarks.push_back("closed " + holes_text(edges.holes.size(), border, largest));
 }
 
-/// Where it is no size of an organ: what unit would make it one.
+/// Adds a remark where the surface is too small or too large for an organ, with the unit that would fit.
 void remark_size(const Box& box, double millimeters, std::vector<std::string>& remarks) {
   constexpr double shortest = 1.0;    // mm
   constexpr double longest = 3000.0;  // mm
@@ -106,7 +108,7 @@ void remark_self_intersections(const SelfIntersections& found, std::vector<std::
                   counted(found.pairs, "pair"), place_text(found.segments.front()[0])));
 }
 
-/// Notes where parts touch in edges or points, and tells so.
+/// Records where parts touch in edges or points, with a remark.
 void join_parts(const Surface& surface, const SurfaceEdges& edges, ClosedSurface& closed) {
   for (const Edge& edge : edges.shared_edges)
     closed.joints.push_back({at(surface.points, edge[0]), at(surface.points, edge[1])});
@@ -114,12 +116,12 @@ void join_parts(const Surface& surface, const SurfaceEdges& edges, ClosedSurface
   for (const Index p : points) closed.joints.push_back({at(surface.points, p), at(surface.points, p)});
   if (!edges.shared_edges.empty()) {
     closed.remarks.push_back(
-        fmt::format("{} of four or more triangles, where parts touch: they grow together there",
+        fmt::format("{} of four or more triangles, where parts touch: they are joined there",
                     counted(edges.shared_edges.size(), "edge")));
   }
   if (!points.empty()) {
     closed.remarks.push_back(
-        fmt::format("{} where parts touch: they grow together there", counted(points.size(), "point")));
+        fmt::format("{} where parts touch: they are joined there", counted(points.size(), "point")));
   }
 }
 
@@ -132,15 +134,16 @@ ClosedSurface closed_surface(Surface surface, const Shaping& shaping, const std:
   const double diagonal = diagonal_of(box, millimeters, source);
   ClosedSurface closed;
   const SurfaceEdges edges = edges_of(surface);
-  close_holes(surface, edges, shaping.close_holes.value_or(hole_share * diagonal), millimeters, source,
-              closed.remarks);
+  close_holes(surface, edges, shaping.close_holes.value_or(default_hole_fraction * diagonal), millimeters,
+              source, closed.remarks);
   closed.one_sided = edges.one_sided;
   SelfIntersections cuts = self_intersections(surface);
   remark_self_intersections(cuts, closed.remarks);
   closed.joints = std::move(cuts.segments);
   join_parts(surface, edges, closed);
   if (!edges.one_sided) {
-    closed.remarks.emplace_back("some triangles face in, others out: the volume inside is that of a lattice");
+    closed.remarks.emplace_back(
+        "some triangles face inwards, others outwards: the volume is estimated on a lattice");
   }
   remark_size(box, millimeters, closed.remarks);
   for (Vec3& point : surface.points) point = millimeters * point;

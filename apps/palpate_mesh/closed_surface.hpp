@@ -9,18 +9,18 @@
 
 namespace palpate::app {
 
-/// A surface that parts inside from outside.
+/// A surface that separates inside from outside.
 struct ClosedSurface {
   Surface surface;  ///< mm
-  /// Where parts of it touch or cut each other: lines, of no length for points; mm.
+  /// Segments along which parts of it touch or intersect, mm; of length 0 for points.
   std::vector<std::array<Vec3, 2>> joints;
-  bool one_sided = true;  ///< its triangles face the same side
+  bool one_sided = true;  ///< whether all triangles face the same side
   std::vector<std::string>
       remarks;  ///< holes that were closed, edges of four triangles, self-intersections …
 };
 
 /// Closes the holes that are no larger than `shaping.close_holes` (none given: 5 % of the diagonal of the
-/// surface's box) and turns the unit of the file into mm. Edges may have four triangles, where parts touch.
+/// surface's box) and converts the unit of the file to mm. Edges may have four triangles, where parts touch.
 ///
 /// Throws Error naming the first edge that is left with an odd number of triangles, by its points (numbers
 /// from 0) and coordinates as in the file, and what it belongs to: a hole, or three triangles at an edge.

@@ -16,12 +16,13 @@
 namespace palpate::app {
 namespace {
 
-/// Size of triangles over the thickness of the tissue there, at most: with larger ones, both sides of a layer
-/// meet. Less in layers of few voxels, which stay whole with these (tests, Conforming.LayersOfOneVoxel...).
+/// Largest size of triangles over the thickness of the tissue there. With larger triangles the two sides of a
+/// layer would touch. Layers of few voxels have smaller ratios, with which they stay whole (tests,
+/// Conforming.LayersOfOneVoxel...).
 constexpr double of_thickness = 4.0;
 constexpr double of_one_voxel = 1.2;
 constexpr double of_each_more = 1.6;
-/// Of triangles from the interface: of their size, and of a voxel.
+/// Largest distance of triangles from the interface: over their size, and over a voxel.
 constexpr double size_fraction = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
 constexpr double default_tets = 55000.0;
@@ -47,8 +48,9 @@ Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& s
   return tissues;
 }
 
-/// The thickness of layers, where they are thin less, so that `of_thickness` of it is the size there. A voxel
-/// that sticks out of a thick tissue is no layer: it is as thick as its neighbours.
+/// The thickness of layers, scaled down where they have few voxels, so that `of_thickness` times it is the
+/// wanted size. A voxel that sticks out of a thick tissue is no layer: it gets the thickness of its
+/// neighbours.
 std::vector<float> layers_of(const Tissues& tissues, double most) {
   const std::vector<float> thickness = thickness_of(tissues, most);
   const Vec3& s = tissues.spacing();
@@ -112,14 +114,14 @@ class ConformingMesher {
   }
 
  private:
-  /// Beyond which no thickness matters: that of some dozen voxels.
+  /// Thicknesses above this are not measured: some dozen voxels.
   static double most_thickness(const NamedMap& map) {
     constexpr double voxels = 12.0;
     return voxels * std::max({map.map.spacing.x, map.map.spacing.y, map.map.spacing.z});
   }
 
-  /// Meshes at a general size; layers have their own, and stay whole unless a number of tets was given.
-  /// Slivers are improved where `wanted` takes the tets.
+  /// Meshes at a general size; layers have sizes of their own, and stay whole unless a number of tets was
+  /// given. Slivers are improved only where `wanted` accepts the number of tets.
   void mesh(double size, const std::function<bool(std::size_t)>& wanted) {
     progress_->starts(size);
     made_.size = size;
@@ -133,7 +135,7 @@ class ConformingMesher {
     const MeshingCriteria criteria{
         .facet_size = [&](const Vec3& p) { return sizes_(p); },
         .facet_distance = [&](const Vec3& p) { return distance(p); },
-        .cell_size = [&](const Vec3& p) { return fineness.cell_share * sizes_(p); },
+        .cell_size = [&](const Vec3& p) { return fineness.cell_ratio * sizes_(p); },
         .max_points = fineness.max_points,
         .manifold = false,
         .wanted = wanted};
@@ -152,7 +154,7 @@ class ConformingMesher {
     return std::min(size_fraction * sizes_(p), most);
   }
 
-  /// Where a number of tets is asked for, sizes in layers go with the general one.
+  /// Where a number of tets is asked for, sizes in layers are proportional to the general one.
   [[nodiscard]] double scale_of(double size) const { return first_size_ > 0.0 ? size / first_size_ : 1.0; }
 
   void search(double tets) {

@@ -8,7 +8,7 @@
 
 namespace palpate::app {
 
-/// One mesh of all tissues of a map, and what is worth knowing of it.
+/// One mesh of all tissues of a map, its bodies and its quality.
 struct ConformingMesh {
   LabelledMesh mesh;                 ///< in the axes of the map; labels are tissues, from 1
   std::vector<InterfaceFace> faces;  ///< between tissues, and between them and the outside
@@ -19,7 +19,7 @@ struct ConformingMesh {
   int meshings = 0;
 };
 
-/// What a mesher tells while it works. Either may throw to stop.
+/// Callbacks of a mesher. Either may throw to stop it.
 struct MeshingProgress {
   std::function<void(double size)> starts;  ///< before each meshing
   std::function<void()> check;              ///< often

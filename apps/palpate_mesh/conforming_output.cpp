@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Brings a mesh to the world; the tets of a left-handed image are turned.
+/// Transforms a mesh to world coordinates. Tets of a left-handed image get positive volume again.
 void to_world(TetMesh& mesh, const Frame& frame) {
   const bool left_handed = dot(cross(frame.axes[0], frame.axes[1]), frame.axes[2]) < 0.0;
   for (Vec3& point : mesh.points) point = frame.to_world(point);
@@ -58,7 +58,7 @@ std::vector<Region> regions_of(const TissueBody& body) {
   return regions;
 }
 
-/// The points of a soft body that a rigid tissue is grown to, in the body's own mesh.
+/// The points of a soft body at which it is grown to a rigid tissue, as indices in the body's own mesh.
 std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& body, int rigid,
                                 const Relations& relations) {
   std::set<Index> found;
@@ -76,8 +76,8 @@ std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& bo
   return own;
 }
 
-/// Glues a soft body to the rigid ones that it is grown to: their points are at the same places. A point is
-/// held by one of them.
+/// Glues a soft body to the rigid ones that it is grown to: their points coincide. A point is attached to one
+/// body only.
 std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueBody& body,
                                        const TissuePlan& plan) {
   std::vector<Attachment> attached;

@@ -9,7 +9,7 @@
 
 namespace palpate::app {
 
-/// What is worth telling of a conforming mesh.
+/// The report on a conforming mesh.
 struct ConformingReport {  // NOLINT(bugprone-exception-escape)
   nlohmann::ordered_json json;
   std::string text;  ///< a table with a line for each tissue

@@ -13,10 +13,10 @@ struct BodyFile {
   std::string file;
 };
 
-/// The tissue that has the most tets of a body.
+/// The tissue with most tets of a body.
 int main_tissue(const TissueBody& body);
 
-/// What is worth telling of a mesh whose bodies went to these files.
+/// The report on a mesh whose bodies were written to these files.
 ConformingReport conforming_report(const ConformingMesh& made, const std::vector<BodyFile>& files,
                                    const NamedMap& map, const TissuePlan& plan);
 

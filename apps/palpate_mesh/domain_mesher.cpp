@@ -21,8 +21,8 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using CgalDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
 
-/// The domain of CGAL, but interfaces are followed from our seeds: CGAL's own are where random rays meet
-/// them, and miss small components.
+/// CGAL's domain, but refinement of interfaces starts from our seeds. CGAL's own seeds are where random rays
+/// hit interfaces, and miss small components.
 class SeededDomain : public CgalDomain {
  public:
   SeededDomain(const CgalDomain& domain, const std::vector<InterfaceSeed>& seeds)
@@ -45,7 +45,7 @@ class SeededDomain : public CgalDomain {
   const std::vector<InterfaceSeed>* seeds_;
 };
 
-/// A size at each place, as CGAL asks for it.
+/// A size field with the interface that CGAL expects.
 struct CgalSize {
   using FT = Kernel::FT;            // NOLINT(readability-identifier-naming): CGAL looks for these names
   using Point_3 = Kernel::Point_3;  // NOLINT(readability-identifier-naming)
@@ -82,7 +82,7 @@ SeededDomain make_domain(const LabelledDomain& domain) {
 
 using Place = std::tuple<double, double, double>;
 
-/// Points and their numbers in an order that does not depend on where CGAL has them in memory.
+/// Points and their indices, in an order that does not depend on their addresses in CGAL.
 std::map<Place, Index> sorted_points(const Complex& complex) {
   std::map<Place, Index> points;
   for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
@@ -96,7 +96,7 @@ std::map<Place, Index> sorted_points(const Complex& complex) {
   return points;
 }
 
-/// Even permutations bring the lowest corner to the front and keep the volume positive.
+/// Puts the lowest corner first, by an even permutation, which keeps the volume positive.
 Tet lowest_first(Tet tet) {
   const auto lowest = std::ranges::min_element(tet) - tet.begin();
   if (lowest == 1) tet = {tet[1], tet[0], tet[3], tet[2]};
@@ -130,7 +130,7 @@ LabelledMesh sorted_mesh(const Complex& complex, bool manifold) {
   return sorted;
 }
 
-/// Refined to the criteria; none where that takes more points, or CGAL meets a case it has no answer for.
+/// The refined mesh; none where it would need more than `max_points`, or CGAL fails an assertion.
 std::optional<Complex> refined(const SeededDomain& domain, const Criteria& criteria, std::size_t max_points,
                                bool manifold) {
   CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
@@ -142,7 +142,7 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
                                    parameters::pointer_to_error_code = &failed));
     if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
   } catch (const CGAL::Failure_exception&) {
-    // Mostly a point that is asked for twice, where the surface is no manifold.
+    // Usually CGAL asks for the same point twice where the surface is no manifold.
   }
   return std::nullopt;
 }
@@ -151,7 +151,8 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
 
 std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const MeshingCriteria& criteria) {
   if (domain.seeds.empty()) return LabelledMesh{};
-  CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {});  // it prints
+  CGAL::set_warning_handler(
+      [](const char*, const char*, const char*, int, const char*) {});  // by default it prints
   CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
   const SeededDomain seeded = make_domain(domain);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},

@@ -22,7 +22,8 @@ struct LabelledDomain {
   std::function<int(const Vec3&)> label;  ///< 0 outside; may throw, and the mesher passes that on
   Vec3 lower;                             ///< box around all that is inside
   Vec3 upper;
-  /// Points from which the interfaces are followed: some for each component, and behind each thin neck.
+  /// Points from which the refinement of interfaces starts: some for each component, and behind each thin
+  /// neck.
   std::vector<InterfaceSeed> seeds;
 };
 
@@ -35,13 +36,13 @@ struct MeshingCriteria {
   SizeField facet_distance;    ///< bound from the middle of such a triangle to the interface
   SizeField cell_size;         ///< bound of the radius of the circumsphere of a tet
   std::size_t max_points = 0;  ///< of the mesh, > 0
-  bool manifold = true;        ///< whether the surface is to be a manifold, if that can be; of one label only
-  /// Asked with the number of tets before tets are improved, which takes longest; a mesh that is not wanted
-  /// is left as it is. Absent: all are wanted.
+  bool manifold = true;  ///< whether to make the surface a manifold, where possible; with one label only
+  /// Called with the number of tets before tets are improved, which takes longest. If it returns false, the
+  /// mesh is returned without that. Absent: all are improved.
   std::function<bool(std::size_t)> wanted;
 };
 
-/// Tets with labels: interfaces between labels are faces that two tets share.
+/// Tets with labels: interfaces between labels are common faces of two tets.
 struct LabelledMesh {
   TetMesh mesh;             ///< points and tets sorted
   std::vector<int> labels;  ///< (n_tets), > 0

@@ -20,7 +20,7 @@ struct Crop {
 };
 
 Crop crop_of(const LabelExtent& extent, const LabelMap& map, const Shaping& shaping) {
-  constexpr double widths = 4.0;  // of the blur, beyond which it is nothing
+  constexpr double widths = 4.0;  // standard deviations of the blur, beyond which it is zero
   const double least = std::min({map.spacing.x, map.spacing.y, map.spacing.z});
   const int margin = 2 + static_cast<int>(std::ceil(widths * shaping.smoothing + shaping.gap / least));
   Crop crop;
@@ -55,7 +55,8 @@ Image::Pointer blurred(const Image::Pointer& image, double smoothing) {
   if (smoothing <= 0.0) return image;
   const auto filter = itk::DiscreteGaussianImageFilter<Image, Image>::New();
   filter->SetInput(image);
-  filter->SetUseImageSpacing(false);  // the voxels' staircase is to go, and it has their proportions
+  filter->SetUseImageSpacing(
+      false);  // in voxels: it removes the staircase of voxels, which has their proportions
   filter->SetVariance(smoothing * smoothing);
   filter->SetMaximumError(1e-3);
   filter->SetMaximumKernelWidth(64);
@@ -105,7 +106,7 @@ std::optional<Lattice> distance_to_labels(const LabelMap& map, const LabelExtent
   filter->SetNumberOfWorkUnits(1);
   filter->Update();
   Lattice distance = lattice_of(*blurred(filter->GetOutput(), shaping.smoothing), map, crop);
-  // ITK measures to the middle of the border voxels: half a voxel beyond the face.
+  // ITK measures to the centre of the border voxels: half a voxel beyond the face.
   const auto half = static_cast<float>(0.5 * std::max({map.spacing.x, map.spacing.y, map.spacing.z}));
   for (float& value : distance.values) value -= half;
   return distance;

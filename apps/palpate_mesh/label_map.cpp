@@ -14,7 +14,7 @@ Vec3 Frame::to_world(const Vec3& p) const {
 
 std::vector<LabelExtent> labels_in(const LabelMap& map) {
   std::map<std::int32_t, LabelExtent> found;
-  LabelExtent* last = nullptr;  // runs of one label are the rule
+  LabelExtent* last = nullptr;  // usually the next voxel has the same label
   for (int k = 0; k < map.size[2]; ++k) {
     for (int j = 0; j < map.size[1]; ++j) {
       for (int i = 0; i < map.size[0]; ++i) {

@@ -12,22 +12,21 @@
 
 namespace palpate::app {
 
-/// What a table or header says of a label.
+/// Name and colour of a label, from a table or header.
 struct LabelName {
   std::int32_t label = 0;
   std::string name;
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]
 };
 
-/// Where something with axes of its own lies in the world: world = origin + axes[0] x + axes[1] y + axes[2]
-/// z.
+/// A transform from own axes to world coordinates: world = origin + axes[0] x + axes[1] y + axes[2] z.
 struct Frame {
   Vec3 origin{};
   std::array<Vec3, 3> axes{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
   [[nodiscard]] Vec3 to_world(const Vec3& p) const;
 };
 
-/// Voxels with a number each: 0 is outside, any other the number of an organ.
+/// A volume of voxels with a number each: 0 is outside, any other number is an organ.
 struct LabelMap {
   std::array<int, 3> size{};  ///< voxels along i, j, k
   Vec3 spacing{};             ///< mm from one voxel to the next along i, j, k
@@ -64,10 +63,10 @@ struct LabelExtent {
 /// whole numbers >= 0 (a CT itself).
 LabelMap read_label_map(const std::filesystem::path& path);
 
-/// Whether read_label_map() is for this path: by extension, or a folder.
+/// Whether read_label_map() reads this path: by its extension, or because it is a folder.
 bool is_label_map(const std::filesystem::path& path);
 
-/// The labels of a map but 0, ascending. O(voxels).
+/// The labels of a map without 0, ascending. O(voxels).
 std::vector<LabelExtent> labels_in(const LabelMap& map);
 
 }  // namespace palpate::app

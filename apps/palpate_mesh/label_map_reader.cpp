@@ -46,12 +46,12 @@ std::string lower_name(const fs::path& path) {
   return name;
 }
 
-/// Lets readers below ITK write what they like: what is wrong is told by an Error alone.
+/// Discards what the libraries below ITK print: failures are reported by an Error only.
 class Silence {
  public:
   Silence() : out_(std::cout.rdbuf(nullptr)), error_(std::cerr.rdbuf(nullptr)) {}
   ~Silence() {
-    std::cout.rdbuf(out_);  // which also clears the failures of writing to nothing
+    std::cout.rdbuf(out_);  // also clears the error state of the discarded output
     std::cerr.rdbuf(error_);
   }
   Silence(const Silence&) = delete;
@@ -72,11 +72,11 @@ itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
   return nullptr;
 }
 
-/// The first line of what ITK says, without the place in its sources.
+/// The first line of ITK's message, without the place in its sources.
 std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
-  // "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): ": an address tells nobody anything.
+  // "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): ": an address is of no use in a message.
   if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);
   return text;
@@ -132,7 +132,7 @@ void check_file_of_voxels(const fs::path& path) {
     io::require_regular_file(file, "the voxels of " + path.string());
 }
 
-/// Space is not set aside for voxels that the file cannot hold.
+/// Refuses a file that is too small for its voxels, before memory is allocated for them.
 void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
   const std::string name = lower_name(path);
   if (name.ends_with(".nhdr") || name.ends_with(".mhd") || file_of_voxels(path)) return;
@@ -211,7 +211,7 @@ void check_position(const Image& image, const itk::MetaDataDictionary& first, co
   for (unsigned a = 0; a < 3; ++a) {
     double value = 0.0;
     if (position >> value && std::abs(value - image.GetOrigin()[a]) > near) {
-      throw Error(source, "", "a position in the slices that their kind of DICOM object does not count",
+      throw Error(source, "", "positions of slices, which are ignored in DICOM objects of this kind",
                   "CT or MR slices; or the map as NRRD or NIfTI");
     }
   }
@@ -259,7 +259,7 @@ std::int32_t label_of(double value, const std::string& source, std::size_t voxel
               "a whole number >= 0: a label map, not the image that was segmented");
 }
 
-/// Voxels are boxes: sizes, distances and volumes count on it.
+/// Refuses axes that are not at right angles: sizes, distances and volumes assume that voxels are boxes.
 void check_axes(const Frame& frame, const std::string& source) {
   constexpr double near = 1e-3;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -311,7 +311,7 @@ LabelMap read_label_map(const fs::path& path) {
     throw Error(source, "", short_message(error), "a label map that can be read");
   } catch (const Error&) {
     throw;
-  } catch (const std::exception& error) {  // what a damaged header leads ITK's own code to
+  } catch (const std::exception& error) {  // damaged headers make ITK's own code throw these
     throw Error(source, "", error.what(), "a label map that can be read");
   }
 }

@@ -10,10 +10,10 @@
 namespace palpate::app {
 namespace {
 
-/// Cell and place in it along one axis; the ends of the lattice are held.
+/// A cell and the fraction of it along one axis; what is beyond the ends of the lattice is moved to them.
 struct Place {
   int cell;
-  double share;
+  double fraction;
 };
 
 Place place_of(double x, double origin, double spacing, int size) {
@@ -22,8 +22,8 @@ Place place_of(double x, double origin, double spacing, int size) {
   return {cell, steps - cell};
 }
 
-double mixed(double a, double b, double share) {
-  return a + (b - a) * share;
+double interpolate(double a, double b, double fraction) {
+  return a + (b - a) * fraction;
 }
 
 /// The eight corner values of a cell, x fastest.
@@ -37,21 +37,21 @@ std::array<double, 8> corners(const Lattice& lattice, int i, int j, int k) {
   return values;
 }
 
-double inside(const std::array<double, 8>& v, double x, double y, double z) {
-  const double low = mixed(mixed(v[0], v[1], x), mixed(v[2], v[3], x), y);
-  const double high = mixed(mixed(v[4], v[5], x), mixed(v[6], v[7], x), y);
-  return mixed(low, high, z);
+/// Trilinear interpolation of the corner values at x, y, z in [0, 1].
+double value_in_cell(const std::array<double, 8>& v, double x, double y, double z) {
+  const double low = interpolate(interpolate(v[0], v[1], x), interpolate(v[2], v[3], x), y);
+  const double high = interpolate(interpolate(v[4], v[5], x), interpolate(v[6], v[7], x), y);
+  return interpolate(low, high, z);
 }
 
 constexpr int samples = 2;  // of a cell along each axis
 
-/// Calls f(value, range) for each part of a cell: the value in its middle, and how far values spread about
-/// that.
+/// Calls f(value, range) for each subcell: the value at its centre, and the range of values within it.
 template <class Function>
 void for_samples(const std::array<double, 8>& cell, Function&& f) {
   for_points({samples, samples, samples}, [&](int i, int j, int k) {
     const auto at = [&](double x, double y, double z) {
-      return inside(cell, (i + x) / samples, (j + y) / samples, (k + z) / samples);
+      return value_in_cell(cell, (i + x) / samples, (j + y) / samples, (k + z) / samples);
     };
     const double range = std::abs(at(1, 0.5, 0.5) - at(0, 0.5, 0.5)) +
                          std::abs(at(0.5, 1, 0.5) - at(0.5, 0, 0.5)) +
@@ -60,8 +60,8 @@ void for_samples(const std::array<double, 8>& cell, Function&& f) {
   });
 }
 
-/// Counts of values in bins of equal width. A value with a range is spread evenly over it, so that flat
-/// surfaces between two samples count by their place.
+/// A histogram with bins of equal width. A sample is spread evenly over its range, so that a flat surface
+/// between two samples is counted at its exact position. Counts are kept as differences between bins.
 class Histogram {
  public:
   Histogram(double low, double high) : low_(low), width_((high - low) / bins), starts_(bins + 2) {}
@@ -76,7 +76,7 @@ class Histogram {
       step(value + 0.5 * range, -times * width_ / range);
     }
   }
-  /// The value above which there are so many.
+  /// The value above which there are `count` samples.
   [[nodiscard]] double level(double count) const {
     std::vector<double> counts;
     counts.reserve(starts_.size());
@@ -92,13 +92,13 @@ class Histogram {
 
  private:
   static constexpr int bins = 4096;
-  /// All values from here on count `share` a bin more.
-  void step(double from, double share) {
+  /// Adds `count` to every bin above `from`.
+  void step(double from, double count) {
     const double place = std::clamp((from - low_) / width_, 0.0, static_cast<double>(bins));
     const auto bin = static_cast<std::size_t>(place);
     const double over = place - static_cast<double>(bin);
-    starts_[bin] += share * (1.0 - over);
-    starts_[bin + 1] += share * over;
+    starts_[bin] += count * (1.0 - over);
+    starts_[bin + 1] += count * over;
   }
   double low_;
   double width_;
@@ -113,7 +113,7 @@ double sample_volume(const Lattice& lattice) {
   return lattice.spacing.x * lattice.spacing.y * lattice.spacing.z / (samples * samples * samples);
 }
 
-/// Of the positive points.
+/// Connected components of the positive points.
 Components positive_components(const Lattice& lattice) {
   std::vector<std::uint16_t> positive;
   positive.reserve(lattice.values.size());
@@ -127,7 +127,7 @@ double Lattice::operator()(const Vec3& p) const {
   const Place x = place_of(p.x, origin.x, spacing.x, size[0]);
   const Place y = place_of(p.y, origin.y, spacing.y, size[1]);
   const Place z = place_of(p.z, origin.z, spacing.z, size[2]);
-  return inside(corners(*this, x.cell, y.cell, z.cell), x.share, y.share, z.share);
+  return value_in_cell(corners(*this, x.cell, y.cell, z.cell), x.fraction, y.fraction, z.fraction);
 }
 
 double level_of_volume(const Lattice& lattice, double volume) {
@@ -183,10 +183,11 @@ SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {
       const auto from = static_cast<double>(lattice.values[here]);
       const auto to = static_cast<double>(lattice.values[there]);
       if ((from > 0.0) == (to > 0.0)) continue;
-      const double share = from / (from - to);
+      const double fraction = from / (from - to);
       const Vec3 low = lattice.place(i, j, k);
       const Vec3 high = lattice.place(next[0], next[1], next[2]);
-      const Vec3 seed{mixed(low.x, high.x, share), mixed(low.y, high.y, share), mixed(low.z, high.z, share)};
+      const Vec3 seed{interpolate(low.x, high.x, fraction), interpolate(low.y, high.y, fraction),
+                      interpolate(low.z, high.z, fraction)};
       const auto part = static_cast<std::size_t>(std::max(components.of[here], components.of[there]));
       if (thinners[part].take(seed)) seeds.points.push_back(seed);
     }

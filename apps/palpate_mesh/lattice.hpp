@@ -8,7 +8,7 @@
 
 namespace palpate::app {
 
-/// Numbers at the points of a lattice, and between them by trilinear interpolation.
+/// A scalar field: values at the points of a lattice, trilinear interpolation between them.
 struct Lattice {
   std::array<int, 3> size{};  ///< points along x, y, z; each >= 2
   Vec3 origin{};              ///< of point (0, 0, 0)
@@ -23,7 +23,7 @@ struct Lattice {
   [[nodiscard]] Vec3 place(int i, int j, int k) const {
     return {origin.x + spacing.x * i, origin.y + spacing.y * j, origin.z + spacing.z * k};
   }
-  /// The value at a place; outside of the lattice that of its nearest place.
+  /// The value at a place; outside of the lattice, the value at the nearest place in it.
   [[nodiscard]] double operator()(const Vec3& p) const;
 };
 
@@ -38,21 +38,21 @@ void for_points(const std::array<int, 3>& size, Function&& f) {
   }
 }
 
-/// The value above which the lattice has as much volume as asked (by sampling cells); the least value of a
-/// place inside where the volume is larger than the lattice. O(points).
+/// The level for which the region above it has the given volume (by sampling cells); the least value where
+/// the volume is larger than the lattice. O(points).
 double level_of_volume(const Lattice& lattice, double volume);
 
 /// Volume where the lattice is above 0, by sampling cells. O(points).
 double positive_volume(const Lattice& lattice);
 
-/// Where the surface of a shape crosses the lattice, for a mesher to start from.
+/// Points where the surface of a shape crosses the lattice, as seeds of a mesher.
 struct SurfaceSeeds {
   std::vector<Vec3> points;
   int components = 0;  ///< parts of the positive points of the lattice that no path along its edges joins
 };
 
-/// Points of the surface (value 0) at most so dense, and closer on components that are small; the same for
-/// the same lattice. O(points).
+/// Points of the surface (value 0), no closer to each other than `spacing`, but closer on small components.
+/// The same lattice gives the same points. O(points).
 SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing);
 
 }  // namespace palpate::app

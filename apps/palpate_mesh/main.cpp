@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder for the results; one that was not named must not be there yet.
+/// The folder for the results. The default folder must not exist yet.
 fs::path output_folder(const MeshOptions& options) {
   if (options.out) return *options.out;
   fs::path folder = input_name(options) + "-bodies";
@@ -40,7 +40,7 @@ fs::path output_folder(const MeshOptions& options) {
   return folder;
 }
 
-/// Shows on one line what is being meshed, and stops where the user asks for it.
+/// Shows on one line what is being meshed, and stops at an interrupt.
 class Progress {
  public:
   explicit Progress(bool quiet) : status_(quiet) {}
@@ -75,7 +75,7 @@ std::vector<MeshedOrgan> mesh_with_progress(const std::vector<Organ>& organs, Me
   return mesh_organs(organs, fineness, starts, [&] { progress.check(); });
 }
 
-/// What the reports of both kinds of meshes begin with.
+/// The keys that the reports of both kinds of meshes begin with.
 nlohmann::ordered_json report_head(const MeshOptions& options, const std::string& scene, double seconds,
                                    const std::vector<std::string>& warnings) {
   return {{"scene", utf8_text(scene)},

@@ -66,7 +66,8 @@ Vec3 middle_of(const Triangle3& t) {
   return (1.0 / 3.0) * (t[0] + t[1] + t[2]);
 }
 
-/// Of p from the nearest of these triangles. \param tree  of their boxes
+/// Distance of p from the nearest of these triangles.
+/// \param tree  of their boxes
 double distance_to(const Vec3& p, const std::vector<Triangle3>& triangles, const BoxTree& tree) {
   double least = std::numeric_limits<double>::infinity();
   tree.for_each_within(
@@ -75,7 +76,7 @@ double distance_to(const Vec3& p, const std::vector<Triangle3>& triangles, const
   return least;
 }
 
-/// From the corners and middles of triangles to the others, and back.
+/// Distances from the corners and centroids of the triangles of each surface to the other surface.
 SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vector<Triangle3>& b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> distances;

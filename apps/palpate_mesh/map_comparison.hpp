@@ -13,28 +13,30 @@ namespace palpate::app {
 /// Distances between two surfaces, mm.
 struct SurfaceDistance {
   double mean = 0.0;
-  double most_of_95 = 0.0;  ///< 95 % are no further
+  double most_of_95 = 0.0;  ///< 95 % of the distances are at most this
   double most = 0.0;        ///< Hausdorff distance
 };
 
-/// How a tissue of a mesh compares with its voxels.
+/// Comparison of a tissue of a mesh with its voxels.
 struct TissueMatch {
   std::size_t tets = 0;
   std::size_t voxels = 0;
-  double volume = 0.0;         ///< of its tets, mm^3
-  double map_volume = 0.0;     ///< of its voxels
-  double dice = 0.0;           ///< of its voxels and those with their centre in its tets
-  std::size_t lost = 0;        ///< voxels with no such centre in them and their 26 neighbours
+  double volume = 0.0;      ///< of its tets, mm^3
+  double map_volume = 0.0;  ///< of its voxels
+  double dice = 0.0;        ///< Dice coefficient of its voxels and the voxels with their centre in its tets
+  std::size_t lost =
+      0;  ///< voxels that the mesh misses: neither they nor their 26 neighbours have their centre in its tets
   SurfaceDistance distance;    ///< from triangles to the faces of voxels, and back
   double least_angle = 180.0;  ///< dihedral, of its tets, degrees
 };
 
-/// How two tissues that touch in the map do so in the mesh.
+/// Comparison of the interface of two tissues in map and mesh.
 struct InterfaceMatch {
   std::array<int, 2> tissues{};
-  double map_area = 0.0;     ///< of the faces between their voxels, mm^2
-  double closed_area = 0.0;  ///< of those of them where at most 0.1 mm between the centres is in no tet
-  double area = 0.0;         ///< of the triangles that they share in the mesh
+  double map_area = 0.0;  ///< of the faces between their voxels, mm^2
+  double closed_area =
+      0.0;  ///< of those faces where at most 0.1 mm of the line between the two centres is in no tet
+  double area = 0.0;  ///< of their common triangles in the mesh
   std::size_t triangles = 0;
 };
 

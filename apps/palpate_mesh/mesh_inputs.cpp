@@ -14,10 +14,10 @@
 namespace palpate::app {
 namespace {
 
-/// There is nothing to do but to use it.
+/// Throws BadInput for a tet mesh, which needs no meshing.
 void refuse_tet_mesh(const std::filesystem::path& input) {
   const std::string extension = input.extension().string();
-  if (is_surface(input)) return;  // .vtk files may hold either, which their reader tells
+  if (is_surface(input)) return;  // .vtk files may hold either; their reader finds out
   if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
   throw BadInput(input.string(), "", "a mesh of tets, which needs no meshing",
                  "a label map or surfaces; make a scene of it with: palpate new " + input.string());
@@ -80,7 +80,7 @@ void check_mesh_options(const MeshOptions& options) {
 
 std::string input_name(const MeshOptions& options) {
   std::filesystem::path input = options.inputs.front();
-  if (options.inputs.size() > 1) {  // surfaces of one scene: no single one of them names it
+  if (options.inputs.size() > 1) {  // surfaces of one scene: none of them gives it its name
     std::error_code ignored;
     const auto folder =
         std::filesystem::weakly_canonical(options.out.value_or(input.parent_path() / "."), ignored);

@@ -9,8 +9,7 @@ namespace palpate::app {
 /// Throws BadInput where the flags do not fit each other.
 void check_mesh_options(const MeshOptions& options);
 
-/// What the input is called: the file name of the first without folder and extensions (".seg.nrrd",
-/// ".nii.gz").
+/// The name of the input: the file name of the first without folder and extensions (".seg.nrrd", ".nii.gz").
 std::string input_name(const MeshOptions& options);
 
 }  // namespace palpate::app

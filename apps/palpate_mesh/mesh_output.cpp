@@ -22,16 +22,16 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   constexpr double thin = 5.0;  // degrees
   std::vector<std::string> warnings;
   const double wanted = gap ? report.meshed.shape_volume : report.input_volume;
-  const double share = report.statistics.volume / wanted;
+  const double fraction = report.statistics.volume / wanted;
   if (report.meshed.mesh_components < report.meshed.shape_components) {
     warnings.push_back(fmt::format("{} of {} parts are in the mesh: use a smaller size",
                                    report.meshed.mesh_components, report.meshed.shape_components));
   }
   if (!report.meshed.manifold)
     warnings.emplace_back("parts of it touch in edges or points, where its surface is no manifold");
-  if (share < 1.0 - lost || share > 1.0 + lost) {
+  if (fraction < 1.0 - lost || fraction > 1.0 + lost) {
     warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume: use a smaller size than {} mm",
-                                   100.0 * share, short_text(report.meshed.size)));
+                                   100.0 * fraction, short_text(report.meshed.size)));
   }
   if (report.statistics.dihedral_angle.min < thin) {
     warnings.push_back(fmt::format("flat tets, {:.1f} degrees", report.statistics.dihedral_angle.min));

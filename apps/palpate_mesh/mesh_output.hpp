@@ -10,13 +10,13 @@
 
 namespace palpate::app {
 
-/// What the report says of an organ.
+/// The results for an organ, as in the report.
 struct OrganReport {
   std::string name;
-  std::string file;  ///< in the folder
+  std::string file;  ///< name of its mesh in the folder
   MeshStatistics statistics;
   double input_volume = 0.0;  ///< mm^3
-  MeshedOrgan meshed;         ///< without the mesh
+  MeshedOrgan meshed;         ///< its mesh was moved away
   std::vector<std::string> warnings;
 };
 

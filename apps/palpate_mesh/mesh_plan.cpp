@@ -18,7 +18,7 @@
 namespace palpate::app {
 namespace {
 
-/// Parts of a mesh that no path through faces joins.
+/// Number of parts of a mesh that are connected through faces.
 int components_of(const TetMesh& mesh) {
   Bodies bodies;
   bodies.add("mesh", mesh);
@@ -52,17 +52,17 @@ class Mesher {
       meshed_[o].shape_volume = positive_volume(organs[o].field);
   }
 
-  /// Meshes an organ at one size. Throws Error where that takes more points than the user allows.
+  /// Meshes an organ at one size. Throws Error where that needs more points than the user allows.
   void mesh(std::size_t organ, double size) {
     if (!mesh(organ, size, fineness_->max_points)) fail_points(fineness_->max_points);
   }
 
   /// Meshes some organs to a number of tets together.
   void search(const std::vector<std::size_t>& group, double wanted) {
-    constexpr double tets_in_a_cube = 6.0;  // of the size, to begin with
+    constexpr double tets_in_a_cube = 6.0;  // a cube with edges of the wanted size, as a first guess
     constexpr double near = 0.02;
     constexpr int most = 8;
-    constexpr double most_work = 12.0;  // tets of all meshings over those that are wanted
+    constexpr double most_work = 12.0;  // limit for the sum over all meshings, over the wanted number
     double volume = 0.0;
     for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
     if (!(volume > 0.0)) fail_volume(group.front());
@@ -103,7 +103,8 @@ class Mesher {
   }
 
  private:
-  /// Meshes one organ, in place of what was there. Returns its tets; none where it takes more points.
+  /// Meshes one organ and replaces its last mesh. Returns the number of tets; none where it needs more
+  /// points.
   std::optional<double> mesh(std::size_t index, double size, std::size_t most_points) {
     (*starts_)(index, size);
     Stopwatch watch;
@@ -120,15 +121,16 @@ class Mesher {
     };
     MeshedOrgan& meshed = meshed_[index];
     meshed.mesh = {};
-    // A slender organ may need more seeds than its size asks for, or CGAL finds no triangle to begin with.
+    // A slender organ may need more seeds than its size asks for, since CGAL may find no triangle to start
+    // with.
     constexpr std::array<double, 4> seeds_apart{2.0, 1.0, 0.5, 0.25};  // sizes
-    double distance = fineness_->distance_share * size;
-    constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not cross
+    double distance = fineness_->distance_ratio * size;
+    constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not intersect
     if (organ.thickness > 0.0) distance = std::min(distance, of_thickness * organ.thickness);
     const auto everywhere = [](double value) { return [value](const Vec3&) { return value; }; };
     const MeshingCriteria criteria{.facet_size = everywhere(size),
-                                   .facet_distance = everywhere(fineness_->distance_share * size),
-                                   .cell_size = everywhere(fineness_->cell_share * size),
+                                   .facet_distance = everywhere(fineness_->distance_ratio * size),
+                                   .cell_size = everywhere(fineness_->cell_ratio * size),
                                    .max_points = most_points,
                                    .manifold = true,
                                    .wanted = {}};
@@ -150,8 +152,8 @@ class Mesher {
     return static_cast<double>(meshed.mesh.tets.size());
   }
 
-  /// Meshes some organs at one size, in place of what was there. Returns their tets; none where one of them
-  /// takes more points.
+  /// Meshes some organs at one size and replaces their last meshes. Returns the number of tets; none where
+  /// one of them needs more points.
   std::optional<double> mesh(const std::vector<std::size_t>& group, double size, std::size_t most_points) {
     double sum = 0.0;
     for (const std::size_t organ : group) {
@@ -162,10 +164,11 @@ class Mesher {
     return sum;
   }
 
-  /// Far more than so many tets have. A shape that is no manifold at its finest would be refined for ever.
+  /// A generous limit on the points of a mesh of so many tets. Without a limit, a shape that is no manifold
+  /// would be refined for ever.
   [[nodiscard]] std::size_t points_for(double tets) const {
     constexpr double least = 4000.0;
-    constexpr double of_a_tet = 2.0;  // of good meshes: 0.2 to 0.35
+    constexpr double of_a_tet = 2.0;  // points per tet; good meshes have 0.2 to 0.35
     return std::min(fineness_->max_points, static_cast<std::size_t>(std::max(least, of_a_tet * tets)));
   }
 

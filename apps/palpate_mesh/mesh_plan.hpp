@@ -12,15 +12,15 @@
 
 namespace palpate::app {
 
-/// A meshed organ and what is worth knowing of it.
+/// A meshed organ with its sizes and counts.
 struct MeshedOrgan {
   TetMesh mesh;               ///< in world coordinates; all tets of positive volume
-  double size = 0.0;          ///< mm, that it was meshed with
+  double size = 0.0;          ///< size of triangles that it was meshed with, mm
   double shape_volume = 0.0;  ///< of the smooth shape that was meshed, mm^3
   int shape_components = 0;
-  bool manifold = true;     ///< whether the mesher was held to a surface that is one
+  bool manifold = true;     ///< whether the mesher was asked for a manifold surface
   int mesh_components = 0;  ///< parts that no path through faces joins
-  int meshings = 0;         ///< how often it was meshed to meet a number of tets
+  int meshings = 0;         ///< number of meshings in the search for a number of tets
   double seconds = 0.0;
 };
 
@@ -28,9 +28,9 @@ struct MeshedOrgan {
 using MeshingStarts = std::function<void(std::size_t, double)>;
 
 /// Meshes all organs. Where a number of tets is asked for, by a search over the size (secant in logarithms,
-/// at most eight meshings; it stops within 2 % and takes the nearest). `check` is called often while a mesh
-/// is made; what it throws stops the work. Throws Error naming an organ of which no mesh is left. The same
-/// input gives the same meshes.
+/// at most eight meshings; it stops within 2 %, and else the nearest is used). `check` is called often while
+/// a mesh is made; it may throw to stop. Throws Error naming an organ of which nothing could be meshed. The
+/// same input gives the same meshes.
 std::vector<MeshedOrgan> mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
                                      const MeshingStarts& starts, const std::function<void()>& check);
 

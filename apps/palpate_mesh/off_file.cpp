@@ -6,7 +6,7 @@
 namespace palpate::app {
 namespace {
 
-/// What stands before the counts: "OFF", with letters for what else a point has, or nothing.
+/// The keyword before the counts: "OFF", with letters for further properties of a point, or nothing.
 struct OffHead {
   bool more_at_points = false;  ///< normals, colours or texture coordinates behind x, y and z
 };
@@ -21,7 +21,7 @@ OffHead read_head(io::TextScanner& text) {
   text.word("OFF");
   if (letters.find_first_not_of("STCN") != std::string_view::npos)
     text.fail("OFF, COFF, NOFF or STOFF, with points of three coordinates");
-  text.set_position(begin + found + name.size());  // some write the counts right behind it
+  text.set_position(begin + found + name.size());  // some programs write the counts right behind it
   if (!text.at_line_end() && text.peek() == "BINARY") {
     text.word("");
     text.fail("an OFF file in text");

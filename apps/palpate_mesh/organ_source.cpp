@@ -22,7 +22,7 @@ std::string expected_organ(const std::string& word, const std::vector<std::strin
   return expected_name(word, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
-/// Throws BadInput where a flag names an organ that there is not.
+/// Throws BadInput where a flag names an organ that does not exist.
 void check_names(const std::string& flag, const std::vector<std::string>& wanted,
                  const std::vector<std::string>& names) {
   for (const std::string& word : wanted) {
@@ -66,7 +66,7 @@ std::vector<NamedLabel> named_labels(const LabelMap& map, const std::vector<Labe
   return labels;
 }
 
-/// One line on labels that have a name but no voxel; empty without any.
+/// A remark on labels that have a name but no voxel; empty if there are none.
 std::string empty_labels(const std::vector<NamedLabel>& labels, const std::vector<LabelName>& names) {
   constexpr std::size_t most = 5;
   std::vector<std::string> missing;
@@ -82,7 +82,7 @@ std::string empty_labels(const std::vector<NamedLabel>& labels, const std::vecto
                      count > most ? fmt::format(" and {} more of the table", count - most) : "");
 }
 
-/// The number of a label is as good as its name.
+/// Replaces numbers of labels in the flags by their names.
 void use_names(MeshOptions& options, const std::vector<NamedLabel>& labels) {
   const auto use = [&](std::string& word) {
     for (const NamedLabel& label : labels) {
@@ -104,7 +104,7 @@ void check_gap(const LabelMap& map, const Shaping& shaping, const std::string& s
   }
 }
 
-/// Sizes of interfaces, "A:B", go by themselves.
+/// Removes the sizes of interfaces, "A:B", which are handled separately.
 void take_out_pairs(MeshOptions& options, const std::vector<std::string>& names) {
   if (!options.conformity.wanted) return;
   auto& sizes = options.fineness.sizes;

@@ -14,7 +14,7 @@ struct NamedLabel {
   LabelName name;
 };
 
-/// A label map and those of its labels that are wanted.
+/// A label map and the labels of it to mesh.
 struct NamedMap {
   LabelMap map;
   std::vector<NamedLabel> labels;  ///< ascending; names are unique
@@ -25,10 +25,10 @@ struct NamedMap {
 /// refused, and BadInput where a flag names an organ that is not there.
 NamedMap read_named_map(MeshOptions& options);
 
-/// In LPS, or RAS.
+/// Converts a frame in LPS to RAS where `ras` is true.
 Frame in_space(Frame frame, bool ras);
 
-/// The organs to mesh, and what is worth telling of the input.
+/// The organs to mesh, and remarks on the input.
 struct OrganList {
   std::vector<Organ> organs;  ///< in the order of labels or files; names are unique
   std::vector<std::string> warnings;

@@ -46,7 +46,7 @@ constexpr std::array<std::size_t, 8> bytes_of_kind{1, 1, 2, 2, 4, 4, 4, 8};
 struct Property {
   std::string name;
   Kind kind{};
-  std::optional<Kind> length;  ///< of a list
+  std::optional<Kind> length;  ///< type of the length of a list; none: a single number
 };
 struct Element {
   std::string name;
@@ -69,7 +69,7 @@ Encoding take_encoding(io::TextScanner& header) {
   return Encoding::big;
 }
 
-/// Up to the first byte behind the header.
+/// Reads the header, up to the first byte behind it.
 std::vector<Element> take_header(io::TextScanner& header, Encoding& encoding) {
   header.keyword("ply");
   header.keyword("format");
@@ -101,7 +101,7 @@ std::vector<Element> take_header(io::TextScanner& header, Encoding& encoding) {
   return elements;
 }
 
-/// Takes the numbers behind the header one after the other.
+/// Reads the numbers behind the header one after the other.
 class Numbers {
  public:
   Numbers(io::TextScanner& text, Encoding encoding) : text_(text), encoding_(encoding) {}
@@ -118,14 +118,14 @@ class Numbers {
       std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
     return value_of(kind, bytes);
   }
-  /// A whole number from 0 up to, but not, `end`.
+  /// Reads an integer in [0, end).
   Index index(Kind kind, std::int64_t end, const char* what) {
     const double value = take(kind);
     if (value >= 0.0 && value < static_cast<double>(end) && value == std::floor(value))
       return static_cast<Index>(value);
     fail(fmt::format("{}", value), fmt::format("{} from 0 to {}", what, end - 1));
   }
-  /// That so many numbers more can be there at most.
+  /// The largest count of further numbers that the rest of the file can hold.
   [[nodiscard]] std::int64_t most(Kind kind) const {
     const std::size_t each = encoding_ == Encoding::text ? 1 : bytes_of_kind[static_cast<std::size_t>(kind)];
     return static_cast<std::int64_t>(
@@ -183,7 +183,7 @@ void require_coordinates(const Element& element, const std::string& source) {
   }
 }
 
-/// One element: its properties in their order.
+/// Reads one element: its properties in their order.
 void take_element(Numbers& numbers, const Element& element, std::int64_t vertices, PolygonFile& file) {
   const bool is_vertex = element.name == "vertex";
   const bool is_face = element.name == "face";

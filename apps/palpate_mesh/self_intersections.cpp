@@ -24,7 +24,7 @@ Kernel::Triangle_3 triangle_of(const Surface& surface, const Triangle& t) {
   return {point_of(surface, t[0]), point_of(surface, t[1]), point_of(surface, t[2])};
 }
 
-/// Whether the edge of `t` across its corner cuts the other triangle.
+/// Whether the edge of `t` opposite to its corner intersects the other triangle.
 bool far_edge_cuts(const Surface& surface, const Triangle& t, std::size_t corner, const Triangle& other) {
   const Kernel::Segment_3 edge(point_of(surface, t[(corner + 1) % 3]),
                                point_of(surface, t[(corner + 2) % 3]));
@@ -54,7 +54,7 @@ std::array<Vec3, 2> line_of(const Surface& surface, const Triangle& a, const Tri
     }
     if (const auto* point = boost::get<Kernel::Point_3>(&*common)) return {place(*point), place(*point)};
   }
-  // They lie on each other, or rounding has lost where they meet.
+  // They are coplanar, or the segment where they meet was lost by rounding.
   const Vec3 middle =
       (1.0 / 3.0) * (at(surface.points, a[0]) + at(surface.points, a[1]) + at(surface.points, a[2]));
   return {middle, middle};

@@ -5,19 +5,22 @@
 
 namespace palpate::app {
 
-/// Finds the size at which a mesh has so many tets: secants in logarithms.
+/// Finds the size at which a mesh has a wanted number of tets, by the secant method in logarithms.
 class SizeSearch {
  public:
-  /// A try: the size and the logarithm of its tets over those that are wanted.
+  /// Adds a result.
+  /// \param off  logarithm of the number of tets over the wanted number
   void add(double size, double off);
-  /// A shape of many thin necks takes as many tets at any size.
+  /// Whether larger sizes no longer give fewer tets, as in a shape of many thin necks.
   [[nodiscard]] bool coarser_does_not_help() const;
-  /// Where the line through the last two tries meets the wanted number; between the nearest tries on both
-  /// sides where there are any, so that the search cannot run away. Needs a try.
+  /// The next size to try: where the line through the last two results meets the wanted number, kept between
+  /// the nearest results on both sides where there are any, so that the search cannot diverge. Needs one
+  /// result.
   [[nodiscard]] double next() const;
 
  private:
-  std::vector<std::pair<double, double>> tried_;  ///< logarithms of size, and of tets over what is wanted
+  std::vector<std::pair<double, double>>
+      tried_;  ///< logarithms of the size, and of the number of tets over the wanted number
 };
 
 }  // namespace palpate::app

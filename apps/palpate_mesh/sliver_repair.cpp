@@ -14,7 +14,7 @@
 namespace palpate::app {
 namespace {
 
-/// The largest cosine of a dihedral angle of a tet: 1 where it is flat or inside out.
+/// The largest cosine of a dihedral angle of a tet: 1 where it is flat or inverted.
 double largest_cosine(const std::array<Vec3, 4>& p) {
   std::array<Vec3, 4> normals;
   for (std::size_t f = 0; f < 4; ++f) {
@@ -67,7 +67,7 @@ class Repairer {
     return tets;
   }
 
-  /// Moves the corners of a tet while that helps. Returns whether any moved.
+  /// Moves the corners of a tet as long as its angle grows. Returns whether any moved.
   bool improve(std::size_t tet) {
     bool moved = false;
     for (const Index p : mesh_->mesh.tets[tet]) {
@@ -115,7 +115,7 @@ class Repairer {
     return best < before;
   }
 
-  /// Moves a point to the best of the 26 places round it, where that is better.
+  /// Moves a point to the best of 26 places around it, if that is better.
   bool try_steps(std::size_t point, double step, double& best) {
     Vec3& place = mesh_->mesh.points[point];
     const Vec3 here = place;
@@ -138,7 +138,7 @@ class Repairer {
   LabelledMesh* mesh_;
   double bound_;                                    ///< cosine of the wanted angle
   std::vector<std::vector<std::size_t>> at_point_;  ///< tets at each point
-  std::vector<double> room_;                        ///< (n_points), how far from its start a point may go
+  std::vector<double> room_;                        ///< (n_points), how far a point may move from its start
   std::vector<Vec3> start_;
 };
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t header_bytes = 84;
 constexpr std::size_t triangle_bytes = 50;
 
-/// A number of the file: little-endian.
+/// Reads a little-endian number.
 template <class Number>
 Number number_at(std::string_view bytes, std::size_t place) {
   std::array<char, sizeof(Number)> own{};
@@ -52,7 +52,7 @@ PolygonFile read_binary(const std::string& source, std::string_view bytes) {
   return file;
 }
 
-/// Takes words whatever their letters' case.
+/// Reads a keyword; upper and lower case are the same.
 void keyword(io::TextScanner& text, std::string_view expected) {
   const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
   if (!std::ranges::equal(text.word(expected.data()), expected, same)) text.fail(std::string(expected));
@@ -99,7 +99,7 @@ PolygonFile read_text(const std::string& source, std::string_view bytes) {
 }  // namespace
 
 PolygonFile read_stl(const std::string& source, std::string_view bytes) {
-  // Binary files may begin with "solid" too: their length tells.
+  // Binary files may begin with "solid" too, so the kind is decided by the length of the file.
   if (bytes.size() >= header_bytes) {
     const std::size_t expected = header_bytes + triangle_bytes * number_at<std::uint32_t>(bytes, 80);
     if (bytes.size() == expected) return read_binary(source, bytes);

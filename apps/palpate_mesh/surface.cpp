@@ -16,7 +16,7 @@
 namespace palpate::app {
 namespace {
 
-/// For each point the first at its place.
+/// For each point, the first point with the same coordinates.
 std::vector<Index> first_at_place(const std::vector<Vec3>& points) {
   const auto key = [&](Index p) {
     const Vec3& place = at(points, p);
@@ -33,7 +33,7 @@ std::vector<Index> first_at_place(const std::vector<Vec3>& points) {
   return first;
 }
 
-/// Triangles of a polygon by cutting off ears (vtkPolygon); a fan where that finds none.
+/// Triangles of a polygon by cutting off ears (vtkPolygon); a fan where that fails.
 void append_triangles(const std::vector<Vec3>& points, const std::vector<Index>& polygon,
                       std::vector<Triangle>& triangles) {
   if (polygon.size() == 3) return triangles.push_back({polygon[0], polygon[1], polygon[2]});
@@ -57,7 +57,7 @@ void append_triangles(const std::vector<Vec3>& points, const std::vector<Index>&
     triangles.push_back({corner(i), corner(i + 1), corner(i + 2)});
 }
 
-/// A triangle with its lowest point first, and whether it faces to the side from which the others ascend.
+/// A triangle with its points sorted, and whether that order is an even permutation of its own.
 struct Facing {
   Triangle sorted;
   bool ascends;
@@ -71,7 +71,7 @@ Facing facing(const Triangle& triangle, std::size_t number) {
   return {sorted, triangle[(lowest + 1) % 3] < triangle[(lowest + 2) % 3], number};
 }
 
-/// \param cancel  whether two that face each other go both, or one stays
+/// \param cancel  whether two triangles with opposite sides are both removed, or one stays
 std::vector<Triangle> without_doubles(const std::vector<Triangle>& triangles, bool cancel) {
   std::vector<Facing> list;
   list.reserve(triangles.size());

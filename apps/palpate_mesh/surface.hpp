@@ -9,15 +9,15 @@
 
 namespace palpate::app {
 
-/// Triangles that share points.
+/// An indexed triangle mesh.
 struct Surface {
   std::vector<Vec3> points;         ///< those of the file in its order; not all are used
   std::vector<Triangle> triangles;  ///< in the order of the file; of points at one place the first
 };
 
-/// The polygons of a file as triangles. Points at one place become one, triangles without three different
-/// points go. A triangle that is there twice stays once; two that face each other cancel out, as the wall
-/// between two boxes that were put together, but not where nothing would be left. O(n log n).
+/// The polygons of a file as triangles. Points with the same coordinates are merged, and triangles without
+/// three different points are removed. Of equal triangles one is kept. Two triangles with opposite sides are
+/// both removed (such as the wall between two boxes), unless nothing would be left. O(n log n).
 Surface surface_of(PolygonFile file);
 
 /// "(1.5, -2, 30)": a place for messages.

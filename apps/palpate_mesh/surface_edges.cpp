@@ -15,7 +15,7 @@ namespace {
 
 /// An edge with an odd number of triangles.
 struct OddEdge {
-  Edge along;  ///< as its first triangle goes along it
+  Edge along;  ///< in the direction of its first triangle
   std::size_t first_triangle;
   std::size_t triangles;
 };
@@ -41,7 +41,8 @@ std::vector<EdgeUse> uses_of(const Surface& surface) {
   return uses;
 }
 
-/// Edges of an odd number of triangles, by their first triangle; counts the others into `edges`.
+/// Edges with an odd number of triangles, in the order of their first triangle. Counts the other edges in
+/// `edges`.
 std::vector<OddEdge> odd_edges(const std::vector<EdgeUse>& uses, SurfaceEdges& edges) {
   std::vector<OddEdge> odd;
   for (std::size_t begin = 0; begin < uses.size();) {
@@ -74,14 +75,14 @@ class RingFinder {
     std::ranges::sort(at_point_);
   }
 
-  /// The next ring: indices of its edges; empty where there is none any more.
+  /// The next ring: indices of its edges; empty after the last ring.
   std::vector<std::size_t> next() {
     while (first_ < edges_.size() && used_[first_]) ++first_;
     if (first_ == edges_.size()) return {};
-    // A walk that cannot get stuck but where it began; what it closes on its way is a ring of its own.
+    // The walk can end only where it began. Each loop that it closes before is a ring of its own.
     std::vector<std::size_t> walk;
     Index point = edges_[first_].along[0];
-    std::unordered_map<Index, std::ptrdiff_t> passed{{point, 0}};  // after how many edges
+    std::unordered_map<Index, std::ptrdiff_t> passed{{point, 0}};  // by point: edges walked until there
     while (true) {
       const std::size_t edge = unused_at(point);
       used_[edge] = true;
@@ -91,7 +92,7 @@ class RingFinder {
       const auto [before, is_new] = passed.try_emplace(point, std::ssize(walk));
       if (is_new) continue;
       const auto begin = walk.begin() + before->second;
-      for (auto e = walk.begin(); e != begin; ++e) used_[*e] = false;  // of a later ring
+      for (auto e = walk.begin(); e != begin; ++e) used_[*e] = false;  // these edges belong to a later ring
       return {begin, walk.end()};
     }
   }
@@ -109,7 +110,7 @@ class RingFinder {
   std::size_t first_ = 0;
 };
 
-/// The lowest point that a path along the edges joins each end to; by point.
+/// Union-find: for each point, the lowest point that is connected to it along the edges.
 class EdgeGroups {
  public:
   EdgeGroups(const std::vector<OddEdge>& edges, std::size_t points) : lower_(points) {
@@ -153,7 +154,9 @@ SurfaceEdges edges_of(const Surface& surface) {
   result.first_bad = odd.front().along;
   result.triangles_at_first = odd.front().triangles;
   EdgeGroups groups(odd, surface.points.size());
-  std::vector<bool> hangs(surface.points.size(), false);  // on an edge of three triangles; by lowest point
+  std::vector<bool> hangs(
+      surface.points.size(),
+      false);  // whether a group of edges touches an edge of three triangles; by its lowest point
   for (const OddEdge& edge : odd) {
     if (edge.triangles > 1) hangs[static_cast<std::size_t>(groups(edge.along[0]))] = true;
   }
@@ -185,7 +188,7 @@ std::vector<Index> touching_points(const Surface& surface) {
   std::vector<Index> touching;
   for (std::size_t begin = 0; begin < corners.size();) {
     std::map<Index, Index>
-        lower;  // for each point round this one a lower one that a path joins to it, or itself
+        lower;  // for each neighbour of this point: a lower neighbour that is connected to it, or itself
     const auto lowest = [&](Index p) {
       for (lower.try_emplace(p, p); lower.at(p) != p;) p = lower.at(p) = lower.at(lower.at(p));
       return p;

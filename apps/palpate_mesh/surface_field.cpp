@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// For VTK, with the points that are used alone.
+/// Converts to VTK, without unused points.
 vtkSmartPointer<vtkPolyData> poly_data_of(const Surface& surface) {
   std::vector<vtkIdType> number(surface.points.size(), -1);
   vtkNew<vtkPoints> points;
@@ -47,7 +47,8 @@ vtkSmartPointer<vtkPolyData> poly_data_of(const Surface& surface) {
   return data;
 }
 
-/// 150 steps along the diagonal; for thin sheets three through one, as far as that takes not too many points.
+/// Spacing of the lattice: 1/150 of the diagonal; for thin sheets a third of their thickness, unless that
+/// needs too many points.
 double lattice_spacing(vtkPolyData* surface, double thickness) {
   constexpr double steps_along_diagonal = 150.0;
   constexpr double steps_through = 3.0;
@@ -120,12 +121,12 @@ void set_distances(vtkPolyData* surface, const Lattice& signs, Lattice& field) {
 double distance_to(const std::array<Vec3, 2>& line, const Vec3& p) {
   const Vec3 along = line[1] - line[0];
   const double square = dot(along, along);
-  const double share = square > 0.0 ? std::clamp(dot(p - line[0], along) / square, 0.0, 1.0) : 0.0;
-  return length(p - line[0] - share * along);
+  const double fraction = square > 0.0 ? std::clamp(dot(p - line[0], along) / square, 0.0, 1.0) : 0.0;
+  return length(p - line[0] - fraction * along);
 }
 
-/// Adds a round bar along a line, so that parts that touch there alone grow together: there the surface would
-/// be no manifold, and a mesher refines for ever.
+/// Adds a cylinder along a segment where parts touch, so that they are joined. Otherwise the surface would be
+/// no manifold there, and a mesher would refine for ever.
 void add_bar(const std::array<Vec3, 2>& line, Lattice& field) {
   constexpr double cells = 1.5;
   const double radius = cells * field.spacing.x;
@@ -149,7 +150,8 @@ void add_bar(const std::array<Vec3, 2>& line, Lattice& field) {
   });
 }
 
-/// Volume and area of the surface; the volume is that of the box where triangles do not face one side.
+/// Volume and area of the surface; where the triangles do not all face the same side, the volume is that of
+/// the box.
 std::array<double, 2> volume_and_area(vtkPolyData* surface, bool one_sided) {
   vtkNew<vtkMassProperties> mass;
   mass->SetInputData(surface);

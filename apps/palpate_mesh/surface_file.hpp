@@ -9,27 +9,29 @@
 
 namespace palpate::app {
 
-/// Polygons as a file has them.
+/// The polygons of a file.
 struct PolygonFile {
   std::vector<Vec3> points;                  ///< finite
   std::vector<std::vector<Index>> polygons;  ///< points of each, in [0, n_points)
 };
 
-/// What a file's name ends in that read_surface_file() takes, for messages: ".stl .obj .ply .off .vtk .vtp".
+/// The extensions that read_surface_file() reads, for messages: ".stl .obj .ply .off .vtk .vtp".
 inline constexpr std::string_view surface_extensions = ".stl .obj .ply .off .vtk .vtp";
 
-/// Whether a file's name ends as one of a surface does. A .vtk file may hold tets as well.
+/// Whether a file has the extension of a surface. A .vtk file may hold tets as well.
 bool is_surface(const std::filesystem::path& path);
 
-/// The polygons in such a file. Throws Error where it is none, or not whole. O(file size). (Readers of our
-/// own: those of VTK 9.1 end the process on damaged files of each of these formats, which is why none of them
-/// sees one.)
+/// Reads the polygons of such a file. Throws Error where the format is another one or the file is damaged.
+/// O(file size). The readers are our own, since those of VTK 9.1 end the process on damaged files of each of
+/// these formats.
 PolygonFile read_surface_file(const std::filesystem::path& path);
 
-// One for each format. They take the bytes of the file, and its name for messages.
+// One reader for each format.
+// \param bytes  of the file
+// \param source  its name, for messages
 
-/// Triangles, text or binary; each has points of its own. A text may have "end solid" for "endsolid". (3D
-/// Systems, "StereoLithography Interface Specification", 1988)
+/// Triangles, text or binary. Each triangle has its own points. A text may have "end solid" for "endsolid".
+/// (3D Systems, "StereoLithography Interface Specification", 1988)
 PolygonFile read_stl(const std::string& source, std::string_view bytes);
 
 /// The lines "v" and "f"; all others are passed over. (Wavefront, "Object Files (.obj)", appendix B1)

@@ -12,7 +12,7 @@
 
 namespace palpate::app {
 
-/// Takes points that are no closer than a distance to those that it has taken.
+/// Accepts points that are no closer than a distance to all that it has accepted.
 class Thinner {
  public:
   explicit Thinner(double distance) : distance_(distance) {}

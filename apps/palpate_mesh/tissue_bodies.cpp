@@ -21,7 +21,7 @@ std::set<Pair> touching(const std::vector<InterfaceFace>& faces) {
   return pairs;
 }
 
-/// The lowest tissue of the body of each tissue (1 to n; 0 is not used).
+/// For each tissue, the lowest tissue of its body (1 to n; 0 is not used).
 std::vector<int> body_of_tissues(const std::set<Pair>& pairs, const Relations& relations,
                                  const std::vector<bool>& rigid) {
   std::vector<int> lowest(rigid.size() + 1);
@@ -38,7 +38,7 @@ std::vector<int> body_of_tissues(const std::set<Pair>& pairs, const Relations& r
 
 TissueBody body_of(const LabelledMesh& mesh, std::vector<int> tissues) {
   TissueBody body;
-  std::map<Index, Index> own;  // of points of the whole mesh
+  std::map<Index, Index> own;  // index in the body, by index in the whole mesh
   for (std::size_t t = 0; t < mesh.mesh.tets.size(); ++t) {
     if (std::ranges::count(tissues, mesh.labels[t]) == 0) continue;
     for (const Index p : mesh.mesh.tets[t]) own.emplace(p, 0);

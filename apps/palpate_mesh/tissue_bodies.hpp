@@ -19,7 +19,7 @@ struct Relations {
     Relation relation = Relation::grown;
   };
   Relation general = Relation::grown;
-  std::vector<Pair> pairs{};  ///< of several for a pair the last counts
+  std::vector<Pair> pairs{};  ///< of several entries for a pair the last one holds
   [[nodiscard]] Relation between(int a, int b) const;
 };
 
@@ -33,9 +33,9 @@ struct TissueBody {
 };
 
 /// Cuts a mesh into bodies: soft tissues that are grown together are one, each rigid tissue is one by itself.
-/// On both sides of a cut lie the same triangles, with points of their own. `rigid` and `names` are those of
-/// tissue t at t - 1. Throws Error where tissues that slide or are open are one body through others.
-/// O(n log n).
+/// Both sides of a cut have the same triangles, each with points of its own. Index t - 1 of `rigid` and
+/// `names` is tissue t. Throws Error where tissues that slide or are open belong to one body by way of
+/// others. O(n log n).
 std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
                                   const Relations& relations, const std::vector<bool>& rigid,
                                   const std::vector<std::string>& names);

@@ -22,7 +22,7 @@ int tissue_named(const NamedMap& map, std::string_view word) {
   return word == outside ? 0 : -1;
 }
 
-/// The two tissues of "A:B", ascending; names may have colons of their own.
+/// The two tissues of "A:B", ascending; a name may contain colons.
 std::array<int, 2> tissue_pair(const NamedMap& map, const std::string& flag, const std::string& words,
                                int lowest) {
   for (std::size_t colon = words.find(':'); colon != std::string::npos; colon = words.find(':', colon + 1)) {
@@ -60,7 +60,7 @@ bool touches_border(const LabelMap& map, const LabelExtent& extent) {
   return false;
 }
 
-/// The sizes of the components of each label, by its place among those of the map.
+/// The sizes of the components of each label, in the order of the labels of the map.
 std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
   std::vector<std::uint16_t> labels;
   labels.reserve(map.map.labels.size());

@@ -10,19 +10,19 @@
 
 namespace palpate::app {
 
-/// What the flags say of the tissues of a map; tissue t + 1 is label t of it.
+/// The settings of the tissues of a map by the flags; tissue t + 1 is label t of the map.
 struct TissuePlan {
   std::vector<std::string> names;  ///< (n_tissues)
   std::vector<bool> rigid;         ///< (n_tissues)
   Relations relations;
-  TissueSizes sizes;  ///< but the general one
+  TissueSizes sizes;  ///< without the general size
 };
 
-/// Throws BadInput where a flag names a tissue that there is not.
+/// Throws BadInput where a flag names a tissue that does not exist.
 TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
 
-/// One line each on what a reader of a mesh should know of the labels: those cut by the border of the map,
-/// islands, labels of a few voxels. O(voxels).
+/// Warnings on labels, one line each: labels cut by the border of the map, islands, labels of a few voxels.
+/// O(voxels).
 std::vector<std::string> label_warnings(const NamedMap& map);
 
 }  // namespace palpate::app

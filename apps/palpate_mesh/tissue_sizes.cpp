@@ -11,7 +11,7 @@ namespace {
 
 using Step = std::array<int, 3>;
 
-/// One of each two opposite directions to the 26 neighbours of a voxel.
+/// Directions to the 26 neighbours of a voxel, one of each two opposite ones.
 std::array<Step, 13> directions() {
   std::array<Step, 13> found{};
   std::size_t count = 0;
@@ -44,8 +44,8 @@ double run_length(const Tissues& tissues, const Step& voxel, const Step& step, d
   return std::min(run, most);
 }
 
-/// Lowers values so that they grow by no more than `growth` times the way, along the edges and diagonals of
-/// the lattice: one pass in each order (Borgefors 1986).
+/// Lowers values so that they grow by at most `growth` times the distance, along the edges and diagonals of
+/// the lattice: a forward and a backward pass (Borgefors 1986).
 void limit_growth(Lattice& field, double growth) {
   const std::array<Step, 13> before = directions();
   const auto pass = [&](int sign) {

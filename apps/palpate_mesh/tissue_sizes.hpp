@@ -11,7 +11,7 @@ namespace palpate::app {
 
 /// Sizes of triangles and tets, mm, over the tissues of a map.
 struct TissueSizes {
-  /// Of the interface of two tissues (0: the outside).
+  /// The size at the interface of two tissues (0: the outside).
   struct Interface {
     std::array<int, 2> tissues{};
     double size = 0.0;
@@ -24,18 +24,18 @@ struct TissueSizes {
   };
   double general = 1.0;                 ///< of tissues without a size of their own
   std::vector<double> own;              ///< (n_tissues + 1), 0: none; the first is not used
-  std::vector<Interface> interfaces{};  ///< at which triangles are no larger
+  std::vector<Interface> interfaces{};  ///< interfaces with a size of their own
   std::vector<Focus> focuses{};
-  double of_thickness = 1.0;  ///< no size is larger than so many thicknesses of the tissue
-  double growth = 0.3;        ///< of the size over the distance from where it must be smaller
+  double of_thickness = 1.0;  ///< largest size over the thickness of the tissue
+  double growth = 0.3;        ///< growth of the size over the distance from where it must be smaller
 };
 
-/// How thick the tissue is at each voxel, mm: the shortest way through voxels of the same tissue along the 13
-/// directions of its neighbours; infinite for what does not end. O(voxels x thickness).
+/// Thickness of the tissue at each voxel, mm: the shortest run of voxels of the same tissue along the 13
+/// directions to its neighbours; infinite where no run ends. O(voxels x thickness).
 std::vector<float> thickness_of(const Tissues& tissues, double most);
 
-/// The size at the voxel centres. No size is larger than that of another place and `growth` times the way to
-/// it. O(voxels).
+/// The size at the voxel centres. No size is larger than that of another place plus `growth` times the
+/// distance to it. O(voxels).
 Lattice size_field(const Tissues& tissues, const TissueSizes& sizes, std::span<const float> thickness);
 
 }  // namespace palpate::app

@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr int margin = 2;  // voxels round the map, where the blur of labels at its border ends
+constexpr int margin = 2;  // voxels around the map, so that the blur of labels at its border ends within
 constexpr std::int16_t several = -1;
 
 std::vector<std::uint16_t> tissue_of_voxels(const LabelMap& map, const std::vector<LabelExtent>& extents) {
@@ -29,7 +29,7 @@ std::vector<std::uint16_t> tissue_of_voxels(const LabelMap& map, const std::vect
   return voxels;
 }
 
-/// Where the cell lies that holds p, in cells from the lowest corner of all cells.
+/// Indices of the cell that contains p, counted from the lowest corner of all cells.
 std::array<int, 3> cell_at(const Vec3& p, const Vec3& spacing) {
   const auto along = [](double x, double step) { return static_cast<int>(std::floor(x / step)) + margin; };
   return {along(p.x, spacing.x), along(p.y, spacing.y), along(p.z, spacing.z)};
@@ -108,8 +108,8 @@ std::size_t Tissues::voxel_index(int i, int j, int k) const {
   return row * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(i);
 }
 
-/// A cell is of one tissue where all voxels within one of its corners are: between the corners values are
-/// interpolated, and the blur does not reach further.
+/// A cell is of one tissue if all voxels within a distance of one from its corners are: values are
+/// interpolated between the corners, and the blur does not reach further.
 void Tissues::find_winners() {
   cell_.assign(static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) *
                    static_cast<std::size_t>(cells_[2]),
@@ -124,14 +124,14 @@ void Tissues::find_winners() {
   });
 }
 
-/// Eight samples in each cell of several tissues, one in each eighth, at places that differ from cell to cell
-/// (Roberts 2018, the additive recurrence of the plastic number): flat layers lie between the planes of a
-/// lattice.
+/// Takes eight samples in each cell of several tissues, one in each octant. Their places differ from cell to
+/// cell (Roberts 2018, additive recurrence of the plastic number), because a regular lattice of samples would
+/// miss flat layers between its planes.
 std::vector<double> Tissues::volumes() const {
   constexpr Vec3 steps{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<double> volumes(fields_.size() + 1);
   const double voxel = spacing_.x * spacing_.y * spacing_.z;
-  double mixed = 0.0;  // cells so far
+  double mixed = 0.0;  // number of cells of several tissues so far
   for_points(cells_, [&](int i, int j, int k) {
     const std::int16_t whole = cell_[cell_index(i, j, k)];
     if (whole != several) {
@@ -167,7 +167,8 @@ std::vector<double> Tissues::areas() const {
   return areas;
 }
 
-/// An offset moves the interfaces of a tissue by half of it over the slope of the blur.
+/// Finds offsets by iteration: an offset moves the interfaces of a tissue by half of it over the slope of the
+/// blur.
 void Tissues::keep_volumes(const std::vector<LabelExtent>& extents, double width) {
   constexpr int rounds = 6;
   constexpr double most = 0.3;

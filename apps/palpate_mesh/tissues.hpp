@@ -13,12 +13,12 @@
 
 namespace palpate::app {
 
-/// The tissues of a label map as smooth shapes without gaps between them: at each place the tissue whose
-/// blurred mask, plus an offset that keeps its volume, is largest. In the axes of the map, mm.
+/// The tissues of a label map as smooth shapes without gaps between them. At each place the tissue with the
+/// largest value wins: its blurred mask plus an offset that keeps its volume. In the axes of the map, mm.
 class Tissues {
  public:
-  /// Of the labels that `extents` name, in that order: tissue t + 1 is extents[t], 0 is all the rest.
-  /// O(voxels x tissues).
+  /// Reads the labels in `extents`, in that order: tissue t + 1 is extents[t], 0 is all the rest. O(voxels x
+  /// tissues).
   Tissues(const LabelMap& map, const std::vector<LabelExtent>& extents, double smoothing);
 
   /// Leaves half of `gap` (mm) free along the interfaces of a tissue with others: the distance to these
@@ -30,9 +30,9 @@ class Tissues {
 
   /// The tissue of each voxel in the map, 0 for none; i fastest.
   [[nodiscard]] const std::vector<std::uint16_t>& voxels() const { return voxels_; }
-  /// That of one voxel; 0 outside of the map.
+  /// The tissue of one voxel; 0 outside of the map.
   [[nodiscard]] int voxel(int i, int j, int k) const;
-  /// Of a voxel in the map.
+  /// The index of a voxel in the map.
   [[nodiscard]] std::size_t voxel_index(int i, int j, int k) const;
   [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
   [[nodiscard]] const Vec3& spacing() const { return spacing_; }
@@ -41,7 +41,7 @@ class Tissues {
   [[nodiscard]] Vec3 lower() const;
   [[nodiscard]] Vec3 upper() const;
 
-  /// Places where two tissues meet, no closer to each other than `apart`, and some for each component of a
+  /// Seeds where two tissues meet, no closer to each other than `apart`, but some for each component of a
   /// tissue. O(voxels).
   [[nodiscard]] std::vector<InterfaceSeed> seeds(double apart) const;
 

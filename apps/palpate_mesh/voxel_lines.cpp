@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array<double Vec3::*, 3> component{&Vec3::x, &Vec3::y, &Vec3::z};
 
-/// The part of a line through `start` along an axis that is in a tet, as coordinates of that axis.
+/// The interval of a line through `start` along an axis that is in a tet, in coordinates of that axis.
 std::optional<std::pair<double, double>> part_in(const std::array<Vec3, 4>& tet, const Vec3& start,
                                                  std::size_t axis, const Box& box) {
   const auto along = component[axis];

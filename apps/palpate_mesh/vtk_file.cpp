@@ -18,7 +18,7 @@ constexpr std::int64_t polygon = 7;
 constexpr std::int64_t quad = 9;
 constexpr std::int64_t tetra = 10;
 
-/// Of an unstructured grid: its triangles, quads and polygons, where it has nothing with a volume.
+/// The triangles, quads and polygons of an unstructured grid without volume cells.
 io::VtkCells faces_of(const io::VtkLegacyFile& grid, const std::string& source) {
   const io::VtkCells& cells = grid.cells;
   if (cells.types.size() != cells.ends.size()) {

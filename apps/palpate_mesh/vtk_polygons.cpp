@@ -52,7 +52,7 @@ void append_strips(const io::VtkCells& strips, Index first_point, Index n_points
                    PolygonFile& file) {
   for_cells(strips, "strip", first_point, n_points, source, [&](const std::vector<Index>& p) {
     for (std::size_t i = 0; i + 2 < p.size(); ++i) {
-      const bool turned = i % 2 == 1;  // every other triangle, so that all face one way
+      const bool turned = i % 2 == 1;  // every other triangle is flipped, so that all face the same side
       file.polygons.push_back({p[i], p[turned ? i + 2 : i + 1], p[turned ? i + 1 : i + 2]});
     }
   });

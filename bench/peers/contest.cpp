@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t trial_frames = 2;
 
-/// A frame, and what is to be found in it.
+/// A frame, with the expected answers.
 struct Prepared {
   std::vector<Vec3> positions;
   std::vector<AimedEdge> edges;
@@ -123,7 +123,7 @@ void compare(const Course& course, const Prepared& prepared, std::vector<Pair> p
                 fmt::format("the {} answers of the library", expected.size()));
 }
 
-/// An entrant at work.
+/// The state of an entrant.
 struct Runner {
   Performance performance;
   std::unique_ptr<Peer> peer;
@@ -196,7 +196,7 @@ ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, c
     for (std::uint32_t f = done; f < std::min(done + batch, frames); ++f) {
       block.push_back(preparation.prepare(trial_frames + f));
       result.movers += preparation.movers() / frames;
-      // How many frames there is time for differs from run to run; three there always are.
+      // The number of frames depends on time, but three are always made.
       if (f < 3) result.hash = fnv1a(std::as_bytes(std::span(block.back().expected)), result.hash);
     }
     for (std::size_t i = 0; i < runners.size(); ++i) {

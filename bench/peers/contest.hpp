@@ -9,14 +9,14 @@
 
 namespace palpate::bench {
 
-/// How long a contest may go on, beside the trial of modes.
+/// Limits of a contest, without the trial of modes.
 struct ContestEffort {
   double seconds = 0.0;  ///< for all frames; at least three, at most 41 are measured
   /// Seconds that a frame may take in an entrant's fastest mode; who takes longer is dropped.
   double patience = 1e300;
 };
 
-/// What a mode took in the trial.
+/// Time of a mode in the trial.
 struct Trial {
   std::string name;  ///< of the entrant
   int threads = 1;
@@ -24,7 +24,7 @@ struct Trial {
   double seconds = 0.0;  ///< for a frame
 };
 
-/// What an entrant took and found.
+/// Times and answers of an entrant.
 struct Performance {
   std::string name;
   int threads = 1;
@@ -44,7 +44,7 @@ struct ContestResult {
   std::uint64_t hash = 0;  ///< of our answers
   std::vector<Trial> trials;
   std::vector<Performance> performances;
-  std::vector<Absentee> dropped;  ///< entrants that broke down, or that nobody has the patience for
+  std::vector<Absentee> dropped;  ///< entrants that failed, or were too slow
 };
 
 /// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame

@@ -8,7 +8,7 @@
 
 namespace palpate::bench {
 
-/// How Embree gets its trees in a frame.
+/// How Embree's trees are made in a frame.
 struct EmbreeMode {
   enum class Update { rebuild_low, rebuild_medium, refit };
   Update update = Update::rebuild_low;

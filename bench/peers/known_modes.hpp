@@ -7,11 +7,11 @@
 
 namespace palpate::bench {
 
-/// Results of the modes of entrants in trials of earlier scenes: which need not be tried again. With
-/// some of them a frame of a million tets takes minutes.
+/// Results of the modes of entrants in trials of earlier scenes, so that slow ones need not be tried again.
+/// With some of them a frame of a million tets takes minutes.
 class KnownModes {
  public:
-  /// A mode that took so many times as long as the entrant's fastest one is not tried in larger scenes.
+  /// A mode slower than the entrant's fastest one by this factor is not tried in larger scenes.
   static constexpr double hopeless = 4.0;
 
   /// \param trials  of a scene of so many tets

@@ -10,8 +10,8 @@
 
 namespace palpate::bench {
 
-/// What finding answers took, s: on the clock, and of processors, which other work on the machine adds less
-/// to.
+/// Time of finding answers, s: wall time, and processor time, which depends less on other work of the
+/// machine.
 struct Spent {
   double passed = 0.0;
   double processor = 0.0;
@@ -56,7 +56,7 @@ struct Absentee {
   std::string reason;
 };
 
-/// What entrants are made for; outlives them.
+/// The input of entrants; must outlive them.
 struct Course {
   const measure::QueryScene& scene;
   std::vector<std::uint8_t> immovable;

@@ -10,7 +10,7 @@
 
 namespace palpate::bench {
 
-/// What is asked for.
+/// The task of a contest.
 enum class Task {
   points_in_tets,      ///< pairs of a point and a tet that it lies in
   edges_on_triangles,  ///< pairs of a border edge and a surface triangle of the body it is for, which it
@@ -45,7 +45,7 @@ class Problem {
   /// \param bodies, filter  must outlive the problem
   Problem(const Bodies& bodies, const PairFilter& filter, Task task, Grouping grouping);
 
-  /// Goes on to a frame, which must live until the next one.
+  /// Sets the current frame, which must live until the next one.
   void take(const Frame& frame);
 
   [[nodiscard]] const Bodies& bodies() const { return *bodies_; }

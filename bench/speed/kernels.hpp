@@ -5,7 +5,7 @@
 
 namespace palpate::bench {
 
-/// Work whose instructions are counted, and of what there is the more the more of it there is.
+/// A kernel whose instructions are counted, and its unit of work.
 struct Kernel {
   std::string_view name;
   std::string_view unit;

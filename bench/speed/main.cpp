@@ -1,5 +1,5 @@
-// palpate bench speed: what we set out to reach, measured. A program of its own, because the command contains
-// no Eigen solvers and no TBB.
+// palpate bench speed: measures our goals of speed. A program of its own, because the command contains no
+// Eigen solvers and no TBB.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -77,7 +77,7 @@ bool wants(const Options& options, std::string_view part) {
   return !options.only || part_names[*options.only] == part;
 }
 
-/// Refuses what would else be found missing after half an hour.
+/// Throws Error for missing files, which would otherwise be noticed after half an hour.
 void check(const Options& options) {
   const auto check_folder = [](const char* flag, const fs::path& folder, const char* of,
                                std::initializer_list<const char*> files) {
@@ -106,7 +106,7 @@ void check(const Options& options) {
   app::print_note("instructions are left out: " + reason);
 }
 
-/// What all files begin with.
+/// The common first part of all files.
 Json head() {
   Json head = measure::report_of("speed", "");
   head.erase("effort");

@@ -1,5 +1,5 @@
-// Entries of which 2 % change cell, put in order: our repair beside std::sort from last frame's order, and a
-// copy of as many bytes.
+// Sorts entries of which 2 % change cell: our repair compared with std::sort from the last frame's order, and
+// a copy of the same bytes.
 #include <array>
 #include <map>
 #include <string>

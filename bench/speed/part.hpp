@@ -9,14 +9,14 @@
 #include <string_view>
 #include <vector>
 
-/// `palpate bench speed`: what we do beside what others do, in parts that can be measured alone.
+/// `palpate bench speed`: our library compared with others, in parts that can be measured separately.
 namespace palpate::bench {
 
 using Json = nlohmann::ordered_json;
 
 /// Options of all parts.
 struct SpeedEffort {
-  std::optional<int> frames;  ///< that a figure is the median of; none: as many as each part wants
+  std::optional<int> frames;  ///< frames per figure (the median); none: the default of each part
   double most_tets = 1e300;   ///< larger scenes are left out
   std::filesystem::path scenes = "scenes";  ///< has stacking.json, eye.json, skull.json
   std::filesystem::path skull;              ///< has hq_skull.mesh and others; empty: none
@@ -45,12 +45,12 @@ Part handling_part(const SpeedEffort& effort);      ///< border edges beside Emb
 Part movers_part(const SpeedEffort& effort);        ///< putting movers in order, beside std::sort
 Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its solution, beside Eigen
 Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA
-Part instructions_part(const SpeedEffort& effort);  ///< what kernels cost, without a clock
+Part instructions_part(const SpeedEffort& effort);  ///< instructions of kernels, without a clock
 /// Why instructions cannot be counted on this machine; empty: they can.
 std::string why_not_counted();
 
 /// Measures the cases one after the other into head["cases"], and head["table"] of them. Each time the file
-/// is written anew, so that a run that is broken off leaves what it has.
+/// is written anew, so that an interrupted run keeps its results.
 /// \param head  of the file: what was measured where and when
 Json run_part(const Part& part, Json head, const std::filesystem::path& file,
               const std::function<void(const std::string& line)>& tell);

@@ -37,7 +37,7 @@ Json with_verdict(const Measured& row) {
           {"aim", goal->aim},     {"at_most", goal->at_most}, {"verdict", verdict}};
 }
 
-/// How many times the other's time ours is contained in it.
+/// Ratio of the other's time to ours.
 Measured faster(std::string work, double ours, double other, std::string other_side) {
   return {std::move(work), "ms", ours, other, std::move(other_side), other / ours};
 }

@@ -5,12 +5,12 @@
 #include <string>
 #include <string_view>
 
-/// The tables of what we set out to reach: detection, dynamics and whole steps.
+/// The tables of our goals: detection, dynamics and whole steps.
 namespace palpate::bench {
 
 inline constexpr std::array<std::string_view, 3> table_names{"detection", "dynamics", "whole"};
 
-/// A row of these tables, as we set it ourselves: a ratio that must be reached, and one that would be fine.
+/// A row of these tables with our own goals: a ratio that must be reached, and one that we aim at.
 struct Goal {
   std::string_view table;
   std::string_view work;
@@ -20,7 +20,7 @@ struct Goal {
   bool at_most = false;         ///< both are upper bounds
 };
 
-// This is the only place that has them.
+// All goals are defined here.
 inline constexpr Goal goals[] = {
     {"detection", "contacts, stacking 10000", 27, 40},
     {"detection", "contacts, stacking 102400", 24, 35},
@@ -57,15 +57,15 @@ inline constexpr Goal goals[] = {
 };
 
 /// The rows of the cases that each part has measured, with goal and verdict ("aim met", "met", "missed").
-/// Those that these cases do not suffice for are left out.
+/// Rows for which cases are missing are left out.
 nlohmann::ordered_json query_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json handling_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json movers_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json dynamics_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json step_rows(const nlohmann::ordered_json& cases);
 
-/// How the step of the machine whose references are known scales to ours: the middle one of the three ratios
-/// of references, ours over theirs in time, so that one that is odd does not count.
+/// Scale of times from the machine with known references to this one: the median of three ratios of reference
+/// times, ours over theirs, so that an outlier does not matter.
 double machine_scale(const nlohmann::ordered_json& references);
 
 /// The tables as text: rows of all parts, table by table.

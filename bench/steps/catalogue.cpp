@@ -31,7 +31,7 @@ StepModel load(const fs::path& file) {
   return made;
 }
 
-/// The first mesh file of a scene that is not there; empty: all are.
+/// The first missing mesh file of a scene; empty: none.
 fs::path missing_mesh(const Scene& scene) {
   for (const SceneBody& body : scene.bodies) {
     const auto* mesh = std::get_if<MeshFile>(&body.source);
@@ -54,7 +54,7 @@ void add_file(StepCatalogue& catalogue, const fs::path& file, int steps, int qui
     catalogue.absent.push_back({name, fmt::format("no '{}'{}", missing.string(), maker)});
     return;
   }
-  // A duration of 50 steps is 50 steps, whatever the rounding of the quotient.
+  // A duration of 50 steps gives 50 steps, also if the quotient is rounded.
   const double lasts = std::min(scene.duration / scene.settings.time_step + 0.5, 1e6);
   const int most = std::max(1, static_cast<int>(lasts));
   catalogue.scenes.push_back({.name = name,
@@ -91,7 +91,7 @@ void add_rough(StepCatalogue& catalogue, const fs::path& folder) {
   for (const fs::path& file : files) {
     try {
       add_file(catalogue, file, steps, quick_steps);
-    } catch (const Error& error) {  // of a folder of others, one file that is no scene of ours is not the end
+    } catch (const Error& error) {  // in a folder of the user, files that are no scenes are skipped
       catalogue.absent.push_back({file.stem().string(), error.what()});
     }
   }

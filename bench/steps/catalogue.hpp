@@ -12,7 +12,7 @@
 /// The scenes of `palpate bench step`: whatever is tuned in the solution of a step is tuned on all of them.
 namespace palpate::bench {
 
-/// A scene, made.
+/// A scene with its simulation.
 struct StepModel {
   Model model{};
   SimulationSettings settings{};

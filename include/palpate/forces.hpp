@@ -29,17 +29,17 @@ enum class ContactStatus : std::uint8_t {
 /// Names of ContactStatus; index = enum value.
 inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "stick", "slide"};
 
-/// The contacts that a step was solved with, and the force that each had. They are those at the start of the
-/// step, sorted by (point, body), then those of edges (docs/edges.md), then the speculative ones, which have
-/// a gap there: contacts that the step before has released but that are still near, and those that were found
-/// at the predicted positions, by round and then by (point, body). The contacts of a detector are those at
-/// the END of the step: a contact that is new there has no force yet.
+/// The contacts in the last solve of a step, with their forces. The order is: contacts at the start of the
+/// step, sorted by (point, body); those of edges (docs/edges.md); speculative ones, which have a gap at the
+/// start. Speculative are contacts that ended in the step before but are still near, and contacts found at
+/// the predicted positions, by round and then by (point, body). The contacts of a detector are those at the
+/// END of the step: a new contact there has no force yet.
 ///
 /// The force acts on the point, or on the edge where it meets the surface; its reaction, on the penetrated
-/// body, acts at the same place. So a sum over both bodies is zero to rounding, torques too. Structure of
-/// arrays.
+/// body, acts at the same place. So forces and torques on both bodies add up to zero, up to rounding.
+/// Structure of arrays.
 struct ContactForces {
-  std::vector<Index> point;  ///< (n) the point that is inside; of an edge the end that is nearer
+  std::vector<Index> point;  ///< (n) the point that is inside; for an edge, the nearer end
   std::vector<Index> edge;   ///< (n) of Bodies::edges(): the edge that passes through the body; -1: a point
   std::vector<Index> body;   ///< (n) the penetrated body
   std::vector<Index> tet;    ///< (n) the penetrated tet
@@ -60,29 +60,30 @@ struct ContactForces {
   }
 };
 
-/// What two bodies did to each other through their contacts.
+/// The wrench between two bodies by their contacts.
 struct PairWrench {
-  Index body_a = -1;    ///< the lower index; the same as body_b for a body that touches itself
+  Index body_a = -1;    ///< the lower index; equal to body_b for self-contact
   Index body_b = -1;    ///< the higher one
-  Index contacts = 0;   ///< that are not open
-  double normal = 0.0;  ///< sum of the normal forces, N: how hard they press, whatever the directions
-  Wrench on_b{};        ///< of a on b, about the centre of mass of b; b does the reverse to a
+  Index contacts = 0;   ///< number of contacts that are not open
+  double normal = 0.0;  ///< sum of the normal forces regardless of direction, N
+  Wrench on_b{};        ///< of a on b, about the centre of mass of b; on a it is the opposite
 };
 
-/// The forces of contacts as loads on the surface triangles, at the positions that the step led to.
+/// The forces of contacts as loads on the surface triangles, at the positions after the step.
 ///
-/// A force on a surface point goes to the triangles around it by their areas, as the load of the corner that
-/// the point is. A force elsewhere (the reaction inside a penetrated tet, a point inside its body) goes to
-/// the corners of the nearest surface triangle of the body first, such that force and torque stay. So the
-/// corner loads have the wrench of the body to rounding. They are those of a traction that is linear in each
-/// triangle; `traction` is its mean.
+/// A force on a surface point is distributed to the triangles around it by area, as a load on their corner at
+/// the point. A force elsewhere (the reaction inside a penetrated tet, an inner point) is first distributed
+/// to the corners of the nearest surface triangle, so that force and torque stay. So the corner loads have
+/// the wrench of the body to rounding. They are those of a traction that is linear in each triangle;
+/// `traction` is its mean.
 struct SurfaceTractions {
   std::vector<std::array<Vec3, 3>> corner_forces;  ///< (n_triangles x 3 x 3), N
   std::vector<double> area;                        ///< (n_triangles), m^2
   std::vector<Vec3> traction;                      ///< (n_triangles x 3) force over area, Pa; 0 without area
   std::vector<double> pressure;                    ///< (n_triangles) traction against the outward normal, Pa
   std::vector<Vec3> point_forces;  ///< (n_points x 3) sums of the corner forces at each point, N
-  /// (n_points x 3) the force over a third of the area around, Pa: what a uniform traction gives.
+  /// (n_points x 3) the force over a third of the area of the triangles around, Pa; equal to the traction if
+  /// that is uniform.
   std::vector<Vec3> point_traction;
   std::vector<double> point_pressure;  ///< (n_points) the same against the mean outward normal, Pa
 };

@@ -15,7 +15,7 @@ namespace palpate {
 
 /// A factor over time: linear between the times, constant before the first and after the last; 1 without any.
 struct Ramp {
-  std::vector<double> times{};    ///< s, growing
+  std::vector<double> times{};    ///< s, ascending
   std::vector<double> factors{};  ///< one for each
 };
 
@@ -30,44 +30,46 @@ enum class MaterialModel {
 inline constexpr std::array<std::string_view, 3> material_model_names{"corotational", "stable-neo-hookean",
                                                                       "mooney-rivlin"};
 
-/// How strains are taken from the displacements of the corners of tets (docs/materials.md, "Smoothed tets").
+/// How strains are computed from the displacements of the corners of tets (docs/materials.md, "Smoothed
+/// tets").
 enum class ElementKind {
   linear,    ///< one strain in each tet: fastest; too stiff in bending and where poisson_ratio is above 0.45
-  smoothed,  ///< means over edges and points: right in both, at some four times the cost
+  smoothed,  ///< means over edges and points: accurate in both, at about four times the cost
 };
 /// Names of ElementKind; index = enum value.
 inline constexpr std::array<std::string_view, 2> element_kind_names{"linear", "smoothed"};
 
-/// One family of fibres in tissue that else is isotropic (Holzapfel, Gasser & Ogden 2000), with an active
-/// tension of muscle. Needs another model than corotational.
+/// One family of fibres in otherwise isotropic tissue (Holzapfel, Gasser & Ogden 2000), with an active
+/// tension of muscle. Not with the corotational model.
 ///
-/// With lambda the stretch along the fibres, their energy per volume at rest is
-/// stiffness / (2 exponent) (exp(exponent E^2) - 1) for E = lambda^2 - 1 > 0, and none in compression;
-/// active fibres pull with active_stress times their activation, as force per area at rest.
+/// With lambda the stretch along the fibres, their energy per volume at rest is stiffness / (2 exponent)
+/// (exp(exponent E^2) - 1) for E = lambda^2 - 1 > 0, and none in compression; active fibres pull with
+/// active_stress times their activation, as force per area at rest.
 struct Fibres {
   Vec3 direction{1.0, 0.0, 0.0};  ///< at rest, of any length but zero
   double stiffness = 0.0;         ///< Pa, >= 0
   double exponent = 0.0;          ///< >= 0; 0: stiffness E^2 / 2
   double active_stress = 0.0;     ///< Pa, >= 0
   Ramp activation{};              ///< factors of active_stress, 0 to 1; none: always active
-  /// In scenes: the array of the mesh file that has a direction for each tet, in place of `direction`. In C++
-  /// Model::fibre_of_tet says that, and this is left alone.
+  /// In scenes: the array of the mesh file with a direction for each tet, which replaces `direction`. In C++
+  /// use Model::fibre_of_tet; this member has no effect.
   std::string field{};
   /// Whether the fibres have any stiffness or active stress.
   [[nodiscard]] bool any() const { return stiffness != 0.0 || active_stress != 0.0; }
 };
 
-/// Stress that relaxes: a Prony series (generalised Maxwell model, quasi-linear viscoelasticity) of any law
+/// Stress relaxation: a Prony series (generalised Maxwell model, quasi-linear viscoelasticity) with any law
 /// of elasticity. The relaxation modulus of a material with Young's modulus E, which is the long-term one, is
 ///   E (1 - sum_i g_i (1 - exp(-t / tau_i))) / (1 - sum_i g_i):
-/// E / (1 - sum_i g_i) at once, E in the end. Poisson's ratio stays. Activation of fibres is not delayed.
+/// E / (1 - sum_i g_i) at first, E in the end. Poisson's ratio does not change. Activation of fibres is not
+/// delayed.
 struct Viscosity {
   std::vector<double> fractions{};  ///< g_i of the instantaneous modulus, >= 0, of sum < 1
   std::vector<double> times{};      ///< tau_i, s, > 0, one for each
   [[nodiscard]] bool any() const { return !fractions.empty(); }  ///< whether there is a term
 };
 
-/// A kind of tissue of which there are published values; tissues.hpp.
+/// A kind of tissue with published values; see tissues.hpp.
 enum class Tissue : std::uint8_t;
 
 /// Elastic material of a soft body, with Rayleigh damping C = mass_damping M + stiffness_damping K
@@ -84,19 +86,19 @@ struct Material {
   double plastic_creep = 0.0;               ///< 1/s, >= 0
   std::optional<double> plastic_maximum{};  ///< strain, >= 0; none: no bound
   MaterialModel model = MaterialModel::corotational;  ///< law of elasticity
-  /// Of mooney_rivlin: the part of the shear modulus at rest that is of the second invariant, in [0, 1];
-  /// C01 / (C10 + C01).
+  /// For mooney_rivlin: the fraction of the shear modulus at rest due to the second invariant, in [0, 1]; C01
+  /// / (C10 + C01).
   double mooney_fraction = 0.5;
   ElementKind elements = ElementKind::linear;  ///< smoothed: no plastic_yield
   Fibres fibres{};                             ///< with neither stiffness nor active stress: isotropic
   Viscosity viscosity{};                       ///< without terms: elastic
-  /// The preset that the values came from, if any; nothing depends on it.
+  /// The preset of the values, if any; it has no effect.
   std::optional<Tissue> tissue{};
 };
 
-/// What the tets of all bodies are made of.
+/// The materials of the tets of all bodies.
 struct Materials {
-  /// One material per body. Not explicit, so that a list of materials can stand for Materials.
+  /// One material per body. Not explicit, so that a list of materials converts to Materials.
   Materials(std::vector<Material> of_bodies) : all(std::move(of_bodies)) {}
   /// The same from a list in braces.
   Materials(std::initializer_list<Material> of_bodies) : all(of_bodies) {}
@@ -114,7 +116,7 @@ struct Materials {
   }
 
   std::vector<Material> all;  ///< the first n_bodies are those of the bodies; then any others
-  std::vector<Index> of_tet;  ///< (n_tets) into `all`; empty: each tet has its body's
+  std::vector<Index> of_tet;  ///< (n_tets) into `all`; empty: each tet has the material of its body
   /// (n_tets) directions of fibres, of any length; empty, or zero for a tet: that of its material.
   std::vector<Vec3> fibre_of_tet{};
 };

@@ -10,16 +10,16 @@
 
 namespace palpate {
 
-/// A tet mesh as a file or generator gives it: one body, not yet checked.
+/// A tet mesh from a file or generator: one body, not yet checked.
 struct TetMesh {
   std::vector<Vec3> points;  ///< (n_points x 3)
   std::vector<Tet> tets;     ///< (n_tets x 4), 0-based indices into points
 };
 
-/// What check_mesh() found that is allowed but worth a message.
+/// Allowed but remarkable properties of a mesh, found by check_mesh().
 struct MeshNotes {
   Index reoriented_tets = 0;      ///< tets of negative volume; two of their corners were swapped
-  Index unreferenced_points = 0;  ///< points that no tet uses; kept, so that indices stay those of the file
+  Index unreferenced_points = 0;  ///< points in no tet; kept, so that indices are those of the file
 };
 
 /// Checks a mesh and swaps two corners of tets of negative volume, so that det[b-a, c-a, d-a] > 0 for each.
@@ -31,7 +31,7 @@ MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
 /// One body's part of the index space of Bodies.
 struct Body {
-  std::string name;  ///< as it was given; errors name it
+  std::string name;  ///< used in messages
   Range points;      ///< its indices among all points
   Range edges;       ///< its indices among all edges
   Range triangles;   ///< its indices among all surface triangles
@@ -52,7 +52,7 @@ struct Rows {
 
 /// The tet meshes of many bodies in one index space, with the topology that contact handling needs.
 ///
-/// Everything here is fixed after add(): deformed positions live elsewhere, as an (n_points x 3) array in the
+/// Nothing changes after add(): deformed positions are stored elsewhere, as an (n_points x 3) array in the
 /// same order. Indices are global (over all bodies); the parts of body b are the ranges of bodies()[b].
 class Bodies {
  public:
@@ -61,8 +61,8 @@ class Bodies {
   /// the same side of it. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
-  /// Other rest positions (n_points x 3) for the same meshes. Throws Error, and changes nothing, on another
-  /// number of points and where a tet would be flat or inside out. O(n).
+  /// Replaces the rest positions (n_points x 3) of the same meshes. Throws Error, and changes nothing, on
+  /// another number of points and where a tet would be flat or inverted. O(n).
   void set_points_rest(std::span<const Vec3> points);
 
   /// (n_bodies) name and index ranges of each body, in the order of add().
@@ -77,7 +77,7 @@ class Bodies {
   [[nodiscard]] std::span<const Edge> edges() const {
     return edges_;
   }  ///< (n_edges x 2), unique, low point first
-  /// (n_triangles x 3): faces that one tet alone has, counter-clockwise seen from outside.
+  /// (n_triangles x 3): faces of one tet only, counter-clockwise seen from outside.
   [[nodiscard]] std::span<const Triangle> triangles() const { return triangles_; }
   /// (n_tets x 4): the tet across the face opposite corner i, or -1 at the surface.
   [[nodiscard]] std::span<const std::array<Index, 4>> tet_neighbors() const { return tet_neighbors_; }
@@ -136,7 +136,7 @@ struct Spread {
   double max = 0.0;   ///< largest
 };
 
-/// The paper's Table 1, and what a user wants to know of a mesh before using it.
+/// The paper's Table 1, and further statistics of a mesh.
 struct MeshStatistics {
   Index points = 0;       ///< number of points
   Index edges = 0;        ///< number of edges

@@ -16,39 +16,40 @@ struct HalfSpace {
 };
 
 /// Volume of the part of a body that is in all of these half-spaces, m^3: each tet is cut by the planes, so
-/// that it is exact for flat faces. An inverted tet counts as negative. \param positions  (n_points x 3)
+/// it is exact. An inverted tet counts as negative.
+/// \param positions  (n_points x 3)
 /// Throws Error on a body out of range and a normal that is zero or not finite. O(tets of the body x planes).
 [[nodiscard]] double volume_in(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const HalfSpace> spaces);
-/// The same, of the part that is in another body, too: tets are cut by those of the other. Where tets of a
-/// body overlap, what they share counts for each. O(tets log tets + tets that meet).
+/// The same for the part that is also in another body: tets are cut by those of the other. Where tets of a
+/// body overlap, their common part counts for each. O(tets log tets + tets that meet).
 [[nodiscard]] double volume_within(const Bodies& bodies, Index body, Index other,
                                    std::span<const Vec3> positions, std::span<const HalfSpace> spaces);
 
-/// A place in a body, which goes with a tet.
+/// A place in a body, which moves with a tet.
 struct Landmark {
-  Index tet = -1;                   ///< that holds it
+  Index tet = -1;                   ///< that contains it
   std::array<double, 4> weights{};  ///< in the order of the corners
 };
-/// The place of a body at rest. Throws Error where no tet of the body holds it (closed tets, to 1e-9 of their
-/// size), saying how far away the nearest one is. O(tets of the body).
+/// The landmark at a place in a body at rest. Throws Error where no tet of the body contains it (closed tets,
+/// to 1e-9 of their size), with the distance of the nearest one. O(tets of the body).
 [[nodiscard]] Landmark landmark(const Bodies& bodies, Index body, const Vec3& place);
-/// Where it is now.
+/// The present position of a landmark.
 [[nodiscard]] Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions);
 
 /// Rotation of a body from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that
-/// makes the sum of m |x - c - R (X - C)|^2 over its points least (Horn 1987), c and C the centres of mass.
+/// minimises the sum of m |x - c - R (X - C)|^2 over its points (Horn 1987), c and C the centres of mass.
 /// \param masses  (n_points), kg. O(points of the body).
 [[nodiscard]] Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const double> masses);
 
-/// The least distance of the surfaces of two bodies, m: between points, edges and triangles. For bodies that
-/// do not overlap: penetration is not seen. O(triangles log triangles).
+/// The least distance of the surfaces of two bodies, m: between points, edges and triangles. It does not
+/// detect penetration, so bodies must not overlap. O(triangles log triangles).
 [[nodiscard]] double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3> positions);
 
-/// Contact area of two bodies in the last step, m^2: over the points of one body that the other pushed, a
-/// third of each surface triangle at the point that faces the push. It is computed on the body with more such
-/// points, which has the finer mesh there; with as many on both, the smaller area counts. O(contacts +
+/// Contact area of two bodies in the last step, m^2: for each point of one body with a force by the other, a
+/// third of each surface triangle at the point that faces the force. It is computed on the body with more
+/// such points, which has the finer mesh there; with equal numbers, the smaller area is used. O(contacts +
 /// triangles).
 [[nodiscard]] double contact_area(const Simulation& simulation, Index a, Index b);
 

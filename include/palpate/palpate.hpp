@@ -1,6 +1,6 @@
 #pragma once
 
-/// All of the library. A program that needs only a part includes that: compilation is quicker.
+/// Includes the whole library. Single headers compile faster.
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
 #include <palpate/fibres.hpp>

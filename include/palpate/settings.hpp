@@ -27,9 +27,9 @@ enum class Order {
 /// How the entries of the compact grid are sorted by cell index. The result does not depend on it.
 enum class Sort {
   radix,       ///< least significant digit first, only the digits that the keys need
-  counting,    ///< by counting over the domain, which gives C as well; where the domain is sparse, radix
-  comparison,  ///< parallel sort by comparisons, which gains from sorted input (the paper's STL sort)
-  repair,      ///< last frame's order with the movers put right
+  counting,    ///< counting sort over the domain, which also gives C; for sparse domains, radix
+  comparison,  ///< parallel comparison sort, faster for nearly sorted input (the paper's STL sort)
+  repair,      ///< repairs the last frame's order by moving the movers
   adaptive,    ///< repair while few points move, else counting or radix (the paper's switch, 5)
 };
 /// How the edge length of a cell is chosen (paper 5, "Cell size").
@@ -79,46 +79,46 @@ struct InterestRegion {
   }
   friend bool operator==(const InterestRegion&, const InterestRegion&) = default;
 };
-/// What a detection may cost; where it does not suffice, contacts are missed, and the counts say so
+/// Limit of the cost of a detection. If it does not suffice, contacts are missed, and the counts say so
 /// (docs/budget.md). Only for Structure::compact without cells_per_primitive.
 struct Budget {
-  /// So many tests of pairs in a detection (give or take the last few hundred), the same ones on every run.
+  /// Number of tested pairs in a detection (up to a few hundred more), the same ones in every run.
   std::optional<int> tests{};
-  /// So many milliseconds in all detections of a time step; which contacts are found depends on the machine.
+  /// Milliseconds for all detections of a time step. Which contacts are found depends on the machine.
   std::optional<double> milliseconds{};
-  std::optional<InterestRegion> region{};  ///< tested before others that are as near
+  std::optional<InterestRegion> region{};  ///< tested before other places of the same importance
   friend bool operator==(const Budget&, const Budget&) = default;
 };
 
-/// How contacts are found.
+/// Settings of contact detection.
 struct DetectionSettings {
   Structure structure = Structure::compact;      ///< spatial data structure of the broad phase
   Order order = Order::linear;                   ///< numbering of cells
   Sort sort = Sort::adaptive;                    ///< of the entries; Structure::compact only
   CellSize cell_size = CellSizeRule::automatic;  ///< m, or the rule that chooses it
-  /// Slots of a primitive for the cells that it covers, 1 to 27 (approximate mode, paper 5); none: exact.
+  /// Largest number of cells stored for a primitive, 1 to 27 (approximate mode, paper 5); none: exact.
   std::optional<int> cells_per_primitive;
-  /// Per body: 1 where a body that can move also touches itself. Empty: none does.
+  /// Per body: 1 for self-collision of a movable body. Empty: none.
   std::vector<std::uint8_t> self_collision;
-  /// Pairs of two different bodies, in any order, that are not tested against each other. A list of all
-  /// n_bodies^2 / 2 pairs is allowed, but each pair of a point and a tet that meet is looked up in it.
+  /// Pairs of two different bodies, in any order, that are not tested against each other. It may list all
+  /// n_bodies^2 / 2 pairs, but each pair of a point and a tet that meet is searched in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
-  /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md).
-  /// Without, contacts are those of the paper: bodies that cross edge on edge go through each other unseen.
+  /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md). If
+  /// false, contacts are those of the paper, and bodies that meet only edge on edge pass through each other.
   bool edge_contacts = true;
-  /// Whether frames in which little moves since earlier ones gain from these. Contacts do not depend on it.
-  /// Only Structure::compact without cells_per_primitive and budget can.
+  /// Whether data of earlier frames are used to make frames with little motion faster. Contacts do not depend
+  /// on it. Only for Structure::compact without cells_per_primitive and budget.
   bool coherence = true;
   /// Whether a simulation searches for parts that would pass through another body within a step
-  /// (docs/continuous.md), and stops them at the first touch. A step that stops many takes many solves. If
-  /// false, pairs of bodies that could pass are only counted.
+  /// (docs/continuous.md), and stops them at the first touch. A step that stops many parts needs many solves.
+  /// If false, pairs of bodies that could pass are only counted.
   bool continuous = false;
-  std::optional<Budget> budget{};  ///< none: all contacts, however long it takes
+  std::optional<Budget> budget{};  ///< none: finds all contacts, without a limit
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
-/// How contacts push back: a penalty force along the direction, friction across it (docs/architecture.md,
-/// "Forces").
+/// Settings of contact forces: a penalty force along the direction, friction orthogonal to it
+/// (docs/architecture.md, "Forces").
 struct ResponseSettings {
   /// Force per depth at each point in contact, N/m; none: from material and element size of the two bodies.
   std::optional<double> stiffness;
@@ -128,44 +128,45 @@ struct ResponseSettings {
   double friction = 0.0;  ///< Coulomb coefficient, >= 0
 };
 
-/// How a step is solved.
+/// Settings of the solver of a step.
 struct SolverSettings {
   double tolerance = 1e-4;                                    ///< at which the conjugate gradients stop, > 0
   ToleranceOf tolerance_of = ToleranceOf::solution;           ///< what `tolerance` is relative to
   Preconditioner preconditioner = Preconditioner::automatic;  ///< affects convergence only
   int max_iterations = 300;                                   ///< cap; reaching it is counted in the metrics
-  /// So many iterations in each solve, whatever the tolerance, for steps that take the same time; none: as
-  /// many as it asks for. > 0.
+  /// Number of iterations of each solve regardless of the tolerance, for steps of equal time, > 0; none:
+  /// until the tolerance is reached.
   std::optional<int> fixed_iterations{};
-  /// Cap of the solves of a step. Bodies that meet, or rotate fast, need more than one.
+  /// Largest number of solves of a step. Bodies that meet, or rotate fast, need more than one.
   int max_solves = 40;
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for
-/// `time` without a break, so that the first steps of a fall do not count. One point that trembles on a rim
-/// does not prevent rest; a body that moves does.
+/// `time` without interruption, so that the first steps of a fall do not count as rest. A single trembling
+/// point does not prevent rest; a moving body does.
 struct RestSettings {
   double speed = 1e-3;  ///< m/s
   double time = 0.05;   ///< s
 };
 
-/// When a run has blown up and stops with an Error; a value that is not finite always stops it.
+/// Limits above which a run counts as blown up and stops with an Error. A value that is not finite always
+/// stops it.
 struct LimitSettings {
-  /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start, per time
-  /// step, and what a free fall adds.
+  /// m/s, > 0; no point may be faster. None: 100 diagonals of the box of all points at the start per time
+  /// step, plus the speed of a free fall.
   std::optional<double> max_speed{};
-  /// s, > 0; a tet that has been inverted (volume <= 0) for so long without a break stops the run. None: no
-  /// limit, since elastic forces restore inverted tets (docs/inversion.md).
+  /// s, > 0; a tet that has been inverted (volume <= 0) for this time without interruption stops the run.
+  /// None: no limit, since elastic forces restore inverted tets (docs/inversion.md).
   std::optional<double> inverted_time{};
 };
 
-/// Everything of a simulation that is not a body.
+/// All settings of a simulation.
 struct SimulationSettings {
   double time_step = 0.01;        ///< s, > 0
   Vec3 gravity{0.0, 0.0, -9.81};  ///< m/s^2
-  DetectionSettings detection;    ///< how contacts are found
-  ResponseSettings response;      ///< how contacts push back
-  SolverSettings solver;          ///< how a step is solved
+  DetectionSettings detection;    ///< contact detection
+  ResponseSettings response;      ///< contact forces
+  SolverSettings solver;          ///< solver
   RestSettings rest;              ///< when bodies count as at rest
   LimitSettings limits;           ///< when a run has blown up
 };

@@ -25,11 +25,10 @@ using Tensor = std::array<double, 9>;
 /// Strain and stress of the tissue, a row for each tet or each point. Rigid bodies have none: their rows are
 /// zero, with volume ratio 1 and the identity as deformation gradient.
 ///
-/// The stress is the elastic one, as the forces of the tets have it: the derivative of their energy
-/// (docs/materials.md), without damping. With P that derivative by the
-/// deformation gradient F, and J = det F, the Cauchy stress is P F^T / J: force per area as it is now, axes
-/// of the world. Where J <= 0 (a tet that is flat or inside out) there is no such stress: `stress` and what
-/// follows from it are NaN.
+/// The stress is the elastic one that gives the forces of the tets: the derivative of their energy
+/// (docs/materials.md), without damping. With P the derivative by the deformation gradient F, and J = det F,
+/// the Cauchy stress is P F^T / J: force per deformed area, in world axes. Where J <= 0 (a flat or inverted
+/// tet) it is not defined: `stress` and the quantities derived from it are NaN.
 struct TissueState {
   std::vector<Tensor> deformation_gradient;  ///< (n) F, from the shape at rest
   std::vector<SymmetricTensor> strain;       ///< (n) Green's: (F^T F - I) / 2

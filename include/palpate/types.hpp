@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-/// Index of a point, edge, triangle, tet or body: 0-based, 32 bits; -1 says "none".
+/// Index of a point, edge, triangle, tet or body: 0-based, 32 bits; -1 means "none".
 using Index = std::int32_t;
 
 /// A position, displacement, velocity or force; an array of n of them has the layout of an (n x 3) float64

@@ -1,4 +1,5 @@
-"""Contacts among soft tetrahedral bodies: detect() once, World frame after frame, Simulation for the whole step.
+"""Contacts among soft tetrahedral bodies: detect() for one configuration, World for a
+sequence of frames, Simulation for whole steps.
 
 Arrays are NumPy's: points (n, 3) float64 in metres, tets (m, 4) int32. Wrong input raises palpate.Error, one line that
 says what was found and what was expected. docs/python.md and docs/tutorial/ show how to use it.

@@ -8,13 +8,13 @@ import sys
 
 
 def command() -> pathlib.Path | None:
-    """The command inside the package: wheels of ./dev wheel have it, those that pip builds from source do not."""
+    """The command inside the package. Wheels of ./dev wheel have it, those that pip builds from source do not."""
     file = pathlib.Path(__file__).parent / "bin" / "palpate"
     return file if file.is_file() else None
 
 
 def main() -> None:
-    """Becomes the command, with the arguments of this process."""
+    """Replaces this process by the command, with its arguments."""
     file = command()
     if file is None:
         sys.exit("palpate: error: this package was built without the palpate command; a wheel of './dev wheel' has it, "

@@ -1,4 +1,4 @@
-"""What callers give, as the arrays that the compiled part takes: float64 or int32, C order. No copy where it is that."""
+"""Converts arguments to the arrays of the compiled part: float64 or int32, C order. No copy if they are that already."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _reals(array: NDArray[Any], name: str) -> Floats:
 
 
 def points(values: ArrayLike, name: str) -> Floats:
-    """An (n, 3) array of positions; that they are finite is checked behind."""
+    """An (n, 3) array of positions. The compiled part checks that they are finite."""
     array = _array(values, name)
     _check_columns(array, 3, name, "point")
     return _reals(array, name)
@@ -66,7 +66,7 @@ def _integers(array: NDArray[Any], name: str) -> Indices:
 
 
 def tets(values: ArrayLike, name: str) -> Indices:
-    """An (m, 4) array of point indices; their range is checked behind."""
+    """An (m, 4) array of point indices. The compiled part checks their range."""
     array = _array(values, name)
     _check_columns(array, 4, name, "tet")
     return _integers(array, name)
@@ -81,7 +81,7 @@ def indices(values: ArrayLike, name: str, length: int | None = None) -> Indices:
 
 
 def selection(values: ArrayLike, name: str, count: int) -> Indices:
-    """Indices that a list of them, or a mask of `count` truth values, selects."""
+    """Indices from a list of indices, or from a mask of `count` truth values."""
     array = _array(values, name)
     if array.dtype == np.bool_:
         if array.shape != (count,):

@@ -1,4 +1,4 @@
-"""The bodies of a simulation, each with what acts on it and moves it."""
+"""The bodies of a simulation, with their forces and motions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class SimulationBody:
-    """A body of a simulation: simulation.bodies["probe"]. Points and triangles are in its own numbers, from 0."""
+    """A body of a simulation: simulation.bodies["probe"]. Points and triangles are indices in the body, from 0."""
 
     def __init__(self, simulation: Simulation, number: int) -> None:
         self._simulation = simulation
@@ -77,7 +77,7 @@ class SimulationBody:
 
     @property
     def center_of_mass(self) -> _arrays.Floats:
-        """(3) centre of mass as it is now, m."""
+        """(3) present centre of mass, m."""
         return self._simulation.center_of_mass(self._number)
 
     def move_to(self, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None) -> None:
@@ -86,12 +86,12 @@ class SimulationBody:
 
     @property
     def is_present(self) -> bool:
-        """Whether it is there: neither absent at the start nor removed."""
+        """Whether it is present: neither absent at the start nor removed."""
         return self._simulation._is_present(self._number)
 
     def release(self, points: ArrayLike | None = None) -> None:
-        """Nothing holds or moves its points (indices or a mask; None: all of them) any more; they go on with the velocity
-        that they have. Of a rigid body all points: it deforms from now on.
+        """Frees its points (indices or a mask; None: all of them) from all constraints and motions; they keep their
+        velocity. A rigid body can only be released as a whole: it deforms from then on.
         """
         if points is None:
             self._simulation._release_body(self._number)
@@ -99,33 +99,33 @@ class SimulationBody:
             self._simulation._release_points(self._of_all(points))
 
     def fix(self, points: ArrayLike | None = None) -> None:
-        """Its points (indices or a mask; None: all of them) stay where they are until release()."""
+        """Fixes its points (indices or a mask; None: all of them) at their present places until release()."""
         self._simulation._fix(self._of_all(points))
 
     def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:
-        """Its points (indices or a mask; None: all of them) follow a motion from where they are, whose times are those of
-        the simulation. Returns its number, for Simulation.move_prescribed() and its like.
+        """Lets its points (indices or a mask; None: all of them) follow a motion from their present places; its times
+        are those of the simulation. Returns its number, for Simulation.move_prescribed() and similar functions.
         """
         return self._simulation._move(self._of_all(points), motion)
 
     def remove(self) -> None:
-        """Takes it away: Simulation.remove()."""
+        """Removes it: Simulation.remove()."""
         self._simulation.remove(self._number)
 
     def insert(self) -> None:
-        """Brings it in: Simulation.insert()."""
+        """Inserts it: Simulation.insert()."""
         self._simulation.insert(self._number)
 
     def set_motion(self, motion: _core.Motion) -> None:
-        """Another motion in place of that of the body: Simulation.set_motion()."""
+        """Replaces the motion of the body: Simulation.set_motion()."""
         self._simulation.set_motion(self._number, motion)
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Puts its points (indices or a mask; None: all of them) elsewhere, (n, 3), m: Simulation.set_positions()."""
+        """Sets positions of its points (indices or a mask; None: all of them), (n, 3), m: Simulation.set_positions()."""
         self._simulation.set_positions(positions, self._of_all(points))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Gives its points (indices or a mask; None: all of them) other velocities, (n, 3) or (3) for all, m/s:
+        """Sets velocities of its points (indices or a mask; None: all of them), (n, 3) or (3) for all, m/s:
         Simulation.set_velocities().
         """
         self._simulation.set_velocities(velocities, self._of_all(points))
@@ -155,7 +155,7 @@ class SimulationBody:
         return self._simulation.reaction(self._number, about)
 
     def motor(self, about: ArrayLike | None = None) -> _core.Wrench:
-        """What its motion had to give during the last step: Simulation.motor()."""
+        """Force and torque of its motion's motor in the last step: Simulation.motor()."""
         return self._simulation.motor(self._number, about)
 
     def _of_all(self, points: ArrayLike | None) -> _arrays.Indices:
@@ -165,7 +165,7 @@ class SimulationBody:
 
 
 class SimulationBodies:
-    """The bodies of a simulation in one index space: those of Bodies, and each of them can be driven."""
+    """The bodies of a simulation in one index space: the same arrays as Bodies, and each body can be driven."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -227,8 +227,7 @@ Quaternion = tuple[float, float, float, float]
 def pose_of(
     pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None, center: Sequence[float]
 ) -> tuple[Vector, Quaternion]:
-    """The shift and the quaternion (w, x, y, z), about a centre, of a pose that was given in one of the ways of
-    Simulation.move_to().
+    """The shift and the quaternion (w, x, y, z), about a centre, of a pose in one of the forms of Simulation.move_to().
     """
     if isinstance(pose, _core.Keyframe):
         x, y, z = pose.translate

@@ -17,7 +17,7 @@ Rows = NDArray[np.intp]
 def _pieces(tets: Indices, count: int) -> Indices:
     """For each point the number of the connected piece that it is in, counted by their lowest points."""
     label = np.arange(count, dtype=np.int32)
-    while True:  # each round joins what a tet joins, and shortens the way to the lowest point
+    while True:  # each round joins the points of each tet, and shortens paths to the lowest point
         lowest = label[tets].min(axis=1)
         joined = label.copy()
         np.minimum.at(joined, label[tets].ravel(), np.repeat(lowest, 4))
@@ -38,7 +38,7 @@ def _bodies_of_tets(body: ArrayLike | None, tets: Indices, count: int) -> Indice
 
 
 def _owners(tets: Indices, bodies: Indices, count: int) -> Indices:
-    """The body of each point, -1 where no tet uses it. Two bodies cannot share a point."""
+    """The body of each point, -1 where no tet uses it. Two bodies cannot have a common point."""
     owner = np.full(count, -1, np.int32)
     owner[tets.ravel()] = np.repeat(bodies, 4)
     shared = np.flatnonzero((owner[tets] != bodies[:, None]).any(axis=1))
@@ -68,16 +68,16 @@ def detect(
     cells_per_primitive: int | None = None,
     threads: int | None = None,
 ) -> _core.Contacts:
-    """The contacts among bodies of tets: which points lie in which tets of other bodies, how deep, and which way is out.
+    """The contacts among bodies of tets: the points in tets of other bodies, with depth and direction.
 
     points: (n, 3) positions, m. tets: (m, 4) point indices.
     body: (m,) the body of each tet, numbers from 0; None takes each connected piece as a body.
-    self_collision: whether bodies also touch themselves.
+    self_collision: whether bodies can be in contact with themselves.
     structure, cells_per_primitive, threads: as for World.
 
-    Returns Contacts in the numbers of `points`, `tets` and `body`. A body's shape here counts as its shape at rest; for
-    bodies that deform from frame to frame use World. O((n + m) log n + contacts). Raises Error on bad input: an index
-    out of range, a flat tet, a number that is not finite, a point that two bodies share.
+    Returns Contacts in the numbers of `points`, `tets` and `body`. The given shape is the shape at rest; for bodies
+    that deform from frame to frame use World. O((n + m) log n + contacts). Raises Error on bad input: an index
+    out of range, a flat tet, a number that is not finite, a common point of two bodies.
     """
     positions, corners = _arrays.points(points, "points"), _arrays.tets(tets, "tets")
     count = len(positions)
@@ -108,7 +108,7 @@ def detect(
 
 
 def _in_given_numbers(error: Error, points: Rows, tets: Rows) -> Error:
-    """An error about a tet or point of a body, in the numbers of the whole arrays."""
+    """Converts an error about a tet or point of a body to indices of the whole arrays."""
     what, _, number = error.where.partition(" ")
     known = {"tet": tets, "point": points}.get(what)
     if known is None or not number.isdigit():

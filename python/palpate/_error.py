@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class Error(ValueError):
-    """A bad file, mesh, scene, array or parameter, or a simulation that cannot go on.
+    """A bad file, mesh, scene, array or parameter, or a simulation that cannot continue.
 
     Its text is one line, "SOURCE: WHERE: found FOUND, expected EXPECTED" (WHERE is left out when empty); the four parts
     are attributes.
@@ -29,4 +29,4 @@ class Error(ValueError):
 
 
 class NotConverged(UserWarning):
-    """Steps of a simulation ended before they were solved to the tolerance of the scene: its positions may be wrong."""
+    """Steps of a simulation were not solved to the tolerance of the scene: its positions may be wrong."""

@@ -18,9 +18,9 @@ from ._progress import needed
 def read_mesh(file: str | os.PathLike[str]) -> tuple[Floats, Indices]:
     """The tets of a mesh file: points (n, 3) in the units of the file, and tets (m, 4).
 
-    Our own readers take .vtu, .vtk, .msh, .node/.ele and .mesh, with every check, and turn tets of negative volume.
+    Our own readers read .vtu, .vtk, .msh, .node/.ele and .mesh with all checks, and reorder tets of negative volume.
     Other formats (.inp, .xdmf, .bdf ...), and .vtu files compressed by LZ4 or LZMA, are read by meshio where it is
-    installed. Hexahedra, wedges and pyramids are cut into tets, cells of high order taken as linear. Raises Error
+    installed. Hexahedra, wedges and pyramids are cut into tets, higher-order cells are used as linear ones. Raises Error
     naming the file.
     """
     path = os.fspath(file)
@@ -98,7 +98,7 @@ def write_mesh(
 
 
 def box(cells: tuple[int, int, int], size: ArrayLike) -> tuple[Floats, Indices]:
-    """A box of tets, centred at the origin. cells: along x, y and z, five tets a cell. size: (3) extent, m."""
+    """A box of tets, centred at the origin. cells: number along x, y and z, five tets per cell. size: (3) extent, m."""
     return _core.box(cells, _arrays.vector(size, "size"))
 
 

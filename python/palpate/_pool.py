@@ -1,4 +1,4 @@
-"""Where the runs of a study are made: processes of this machine, or the workers of a Dask cluster."""
+"""Execution of the runs of a study: in processes of this machine, or by the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RunLost(Exception):
 
 
 class Runner(Protocol):
-    """Makes runs elsewhere."""
+    """Makes runs in other processes."""
 
     width: int
     """How many runs to have under way."""
@@ -40,7 +40,7 @@ class Runner(Protocol):
 
 
 def _end_at_once_on_interrupt() -> None:
-    """In a worker: Ctrl-C in a terminal goes to all processes, and the one that was called reports it."""
+    """For workers: Ctrl-C in a terminal reaches all processes, and only the main one reports it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -51,9 +51,8 @@ def _call_pickled(call: bytes) -> Any:
 
 
 def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
-    """A call as bytes, functions of notebooks and lambdas by their code where cloudpickle is installed.
-
-    Raises Error where the job cannot be sent to another process.
+    """A call as bytes; with cloudpickle, functions of notebooks and lambdas are sent as code. Raises Error where the
+    job cannot be sent to another process.
     """
     try:
         import cloudpickle
@@ -71,7 +70,7 @@ def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
 
 @contextlib.contextmanager
 def _unknown_main() -> Iterator[None]:
-    """While workers start: they do not run the program that calls again, as 'spawn' does. Its functions come by their code."""
+    """Keeps workers from running the calling program again at their start, as 'spawn' does: its functions are sent as code."""
     main = sys.modules["__main__"]
     kept: dict[str, Any] = {name: main.__dict__.pop(name) for name in ("__file__", "__spec__") if name in main.__dict__}
     main.__spec__ = None
@@ -90,12 +89,12 @@ def _has_cloudpickle() -> bool:
 
 
 def _starts_alone() -> contextlib.AbstractContextManager[None]:
-    """How workers start: alone where cloudpickle brings all functions, else with the program, whose functions go by name."""
+    """How workers start: without the program if cloudpickle sends all functions, else with it, since they go by name."""
     return _unknown_main() if _has_cloudpickle() else contextlib.nullcontext()
 
 
 def _refuse_functions_of_notebooks(job: Any) -> None:
-    """Without cloudpickle a function goes by its name, and nobody can import a notebook."""
+    """Raises Error for functions of notebooks without cloudpickle: they would go by name, and notebooks cannot be imported."""
     if os.path.isfile(getattr(sys.modules["__main__"], "__file__", "")):
         return
     for value in job if isinstance(job, tuple) else ():
@@ -105,7 +104,7 @@ def _refuse_functions_of_notebooks(job: Any) -> None:
 
 
 class LocalRunner:
-    """Processes of this machine. They are started afresh, not forked: a fork would lose the threads of the library."""
+    """Processes of this machine. They are spawned, not forked: a fork would lose the threads of the library."""
 
     def __init__(self, workers: int) -> None:
         self.width = workers
@@ -163,7 +162,7 @@ class LocalRunner:
 
 
 class DaskRunner:
-    """The workers of a Dask cluster. Dask itself makes the runs of a worker that dies again on others."""
+    """The workers of a Dask cluster. Dask repeats the runs of a dead worker on other workers."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -204,7 +203,7 @@ class DaskRunner:
 
 
 def local_runner(workers: int | None, runs: int) -> Runner:
-    """Processes of this machine: so many, or one a core, and no more than there are runs."""
+    """Processes of this machine: `workers`, or one per core, but at most one per run."""
     if workers is not None and workers < 1:
         raise Error("sweep", "workers", str(workers), "1 or more")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

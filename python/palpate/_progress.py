@@ -1,4 +1,4 @@
-"""Progress of long calls, by tqdm where it is wanted."""
+"""Progress of long calls, by tqdm if requested."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ._error import Error
 
 
 class Bar(Protocol):
-    """What a progress bar can do here."""
+    """The functions of a progress bar that are used here."""
 
     def update(self, n: int = 1) -> Any: ...
     def __enter__(self) -> Any: ...
@@ -29,12 +29,12 @@ class _Hidden:
 
 
 def needed(package: str, what: str, extra: str) -> Error:
-    """The error of a call that needs a package that is not installed."""
+    """The error of a call that needs a missing package."""
     return Error(what, "", f"no package {package}", f"it to be installed: pip install 'palpate[{extra}]'")
 
 
 def bar(shown: bool, total: int, unit: str, done: int = 0) -> Bar:
-    """A bar of `total` units of which `done` are done; one that shows nothing where it is not wanted."""
+    """A bar of `total` units, `done` of which are complete; shows nothing unless requested."""
     if not shown:
         return _Hidden()
     try:

@@ -16,10 +16,10 @@ from ._settings import scene_text
 
 
 def read_scene(scene: str | os.PathLike[str]) -> dict[str, Any]:
-    """A scene file as a mapping, all settings written out; the keys are those of docs/scene.md.
+    """A scene file as a mapping with all settings; the keys are those of docs/scene.md.
 
     Paths of mesh files are made absolute, so that the mapping can be changed, saved elsewhere, and given to Simulation,
-    World.from_scene() and sweep(). Raises Error on what is no scene.
+    World.from_scene() and sweep(). Raises Error if it is no scene.
     """
     return scene_dict(scene_of(scene))
 
@@ -34,7 +34,7 @@ def write_scene(scene: Mapping[str, Any], file: str | os.PathLike[str]) -> None:
 
 
 def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), seed: int = 1) -> dict[str, Any]:
-    """The paper's stacking scene as a mapping: membranes about to fall on each other, the lowest one an obstacle.
+    """The paper's stacking scene as a mapping: membranes that fall onto each other; the lowest one is an obstacle.
 
     count: membranes. cells: of each along x, y and z, five tets a cell. seed: of their small shifts and rotations.
     """
@@ -42,7 +42,7 @@ def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), s
 
 
 def scene_dict(scene: _core.Scene) -> dict[str, Any]:
-    """A scene as a mapping with absolute paths; a scene without a name stays so."""
+    """A scene as a mapping with absolute paths; no name is added."""
     values: dict[str, Any] = json.loads(scene.text)
     if not values["name"]:
         del values["name"]
@@ -62,7 +62,7 @@ def scene_of(scene: str | os.PathLike[str] | Mapping[str, Any]) -> _core.Scene:
 
 
 class Model(_core.Model):
-    """What a simulation is made of, built in code: bodies, materials, what holds, moves and loads them.
+    """A model built in code: bodies, materials, constraints, motions and loads.
 
     Model() is empty; Model.from_scene() has the bodies of a scene, and more can be added.
     """
@@ -97,10 +97,10 @@ class Model(_core.Model):
         material: needed unless the body is rigid.
         fixed: points that do not move, as indices or as a mask (n); or a mask (n, 3) of the axes of the world along which
             each point does not move: rollers, planes of symmetry.
-        velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: besides, about the mean of its
-            points, rad/s. gravity: in place of that of the simulation, m/s^2.
-        obstacle: rigid: no point of it moves but by its motion. motion: prescribed motion; makes it rigid.
-        self_collision: whether the body also touches itself.
+        velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: in addition, about the mean of
+            its points, rad/s. gravity: replaces that of the simulation, m/s^2.
+        obstacle: rigid, moves only by its motion. motion: prescribed motion; makes it rigid.
+        self_collision: whether the body can be in contact with itself.
         Raises Error, and adds nothing, on a bad mesh or value.
         """
         label = f"body {len(self.bodies)}" if name is None else name
@@ -121,7 +121,7 @@ class Model(_core.Model):
 
     @staticmethod
     def _fixed_axes(fixed: ArrayLike, count: int) -> NDArray[np.uint8]:
-        """Of each point the sum of 1 (x), 2 (y) and 4 (z)."""
+        """For each point the sum of 1 (x), 2 (y) and 4 (z)."""
         flags = np.asarray(fixed)
         if flags.dtype == np.bool_ and flags.ndim == 2:
             if flags.shape != (count, 3):
@@ -134,7 +134,7 @@ class Model(_core.Model):
 
     @staticmethod
     def _velocities(positions: _arrays.Floats, velocity: ArrayLike, angular_velocity: ArrayLike) -> _arrays.Floats:
-        """Of each point: a velocity for all or for each, and a turn about their mean."""
+        """Velocity of each point: one for all or one for each, plus a rotation about their mean."""
         each = np.asarray(velocity, dtype=np.float64)
         if each.shape == (3,):
             each = np.broadcast_to(each, positions.shape)
@@ -147,35 +147,35 @@ class Model(_core.Model):
         return np.ascontiguousarray(each)
 
     def add_region(self, body: int, tets: ArrayLike, material: _core.Material) -> None:
-        """Gives tets of a body (indices or a mask, in the body's own numbers) another material; the last one counts."""
+        """Gives tets of a body (indices in the body, or a mask) another material; the last one holds."""
         self._add_region(body, self._selection(body, tets, "tets"), material)
 
     def set_fibres(self, body: int, directions: ArrayLike) -> None:
         """Directions of fibres in each tet of a body, (n_tets, 3) of any length, at rest.
 
-        They take the place of Fibres.direction of the body's materials; a row of zeros leaves that of the material.
+        They replace Fibres.direction of the body's materials; a row of zeros keeps that of the material.
         """
         self._set_fibres(body, _arrays.points(directions, "directions"))
 
     def set_fibres_between(self, body: int, start: ArrayLike, end: ArrayLike) -> None:
-        """Lets the fibres of a body run from some of its points to others (indices or masks, in its own numbers), along
-        the body also where it is bent: as those of a muscle from one attachment to the other.
+        """Lets the fibres of a body run from some of its points to others (indices in the body, or masks), also along
+        bends: like those of a muscle between its attachments.
 
         Directions are the gradient of the harmonic function that is 0 at the points of start and 1 at those of end.
         """
         self._set_fibres_between(body, self._selection(body, start, "points"), self._selection(body, end, "points"))
 
     def attach(self, body: int, points: ArrayLike, to: int, *, stiffness: float | None = None) -> None:
-        """Lets another body hold points of a body (indices or a mask, in its own numbers): glued to one with a motion
-        (tissue on a bone), or tied by springs to one that deforms, each to the nearest tet, where it is at the start.
+        """Attaches points of a body (indices in the body, or a mask) to another body: glued to one with a motion
+        (tissue on a bone), or tied by springs to a deformable one, each to the nearest tet at the start.
 
         stiffness: of each spring, N/m; None: that of a contact between the two.
         """
         self._attach(body, self._selection(body, points, "points"), to, stiffness)
 
     def prescribe(self, body: int, points: ArrayLike, motion: _core.Motion) -> int:
-        """Moves points of a body that deforms (indices or a mask, in its own numbers) by a motion of their own; returns its
-        number, for Simulation.move_prescribed() and its like.
+        """Moves points of a deformable body (indices in the body, or a mask) by a motion of their own; returns its
+        number, for Simulation.move_prescribed() and similar functions.
         """
         return self._prescribe(body, self._selection(body, points, "points"), motion)
 
@@ -204,7 +204,7 @@ class Model(_core.Model):
         self._load_surface(body, chosen, pressure, _arrays.vector(traction, "traction"), ramp)
 
     def grab(self, body: int, point: int, target: ArrayLike, stiffness: float) -> None:
-        """A critically damped spring, N/m, from a point of a body (in its own numbers) to a place in space, m."""
+        """A critically damped spring, N/m, from a point of a body (index in the body) to a place in space, m."""
         self._grab(body, point, _arrays.vector(target, "target"), stiffness)
 
     def _selection(self, body: int, chosen: ArrayLike, what: str) -> _arrays.Indices:

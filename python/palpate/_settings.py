@@ -1,4 +1,4 @@
-"""Settings in the words of scene files (docs/scene.md), checked by the reader of scene files."""
+"""Settings with the keys of scene files (docs/scene.md), checked by the reader of scene files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _threads = 0
 
 
 def set_threads(count: int) -> None:
-    """How many threads what is made from now on works with: 0 takes all cores.
+    """Sets the number of threads of objects made from now on; 0 takes all cores.
 
     Results have the same bits for every number of threads.
     """
@@ -25,12 +25,12 @@ def set_threads(count: int) -> None:
 
 
 def get_threads() -> int:
-    """The number that set_threads() was given; 0 stands for all cores."""
+    """The number given to set_threads(); 0 means all cores."""
     return _threads
 
 
 def threads_or_default(threads: int | None) -> int:
-    """`threads`, or where it is None what set_threads() says."""
+    """`threads`; if None, the number of set_threads()."""
     if threads is None:
         return _threads
     if isinstance(threads, bool) or not isinstance(threads, int) or not 0 <= threads <= _core.most_threads:
@@ -39,7 +39,7 @@ def threads_or_default(threads: int | None) -> int:
 
 
 def _plain(value: Any) -> Any:
-    """NumPy's numbers and arrays, and paths, as what JSON knows."""
+    """Converts NumPy's numbers and arrays, and paths, to types of JSON."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
@@ -56,6 +56,6 @@ def scene_text(scene: Mapping[str, Any], source: str) -> str:
 
 
 def settings(source: str, values: Mapping[str, Any]) -> _core.Scene:
-    """A scene that stands for its settings only; errors name `source` and the key."""
+    """A scene of which only the settings are used; errors name `source` and the key."""
     stand_in = {"ball": {"radius": 1.0, "resolution": 1}, "material": {}}
     return _core.Scene.parse(scene_text({**values, "bodies": [stand_in]}, source), source)

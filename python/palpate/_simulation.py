@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """A quantity that a scene declares under "outcomes": its value, in this unit, and of displacements, rotations and
-    forces all three components.
+    """A quantity that a scene declares under "outcomes": its value in this unit; for displacements, rotations and
+    forces also all three components.
     """
 
     kind: str
@@ -59,7 +59,7 @@ class Grab:
         return self._number
 
     def move(self, target: ArrayLike) -> None:
-        """Another target, m, from the next step on."""
+        """Sets the target, m, from the next step on."""
         self._simulation._move_grab(self._held(), _arrays.vector(target, "target"))
 
     @property
@@ -77,14 +77,14 @@ class Simulation(_core.Simulation):
     """Soft bodies under gravity, with contact: positions -> contacts -> forces -> implicit Euler, step by step.
 
     scene: the path of a scene file, a mapping with the same keys, or a Model that was built in code.
-    threads: number of threads, 0 for all cores; None takes what set_threads() says.
+    threads: number of threads, 0 for all cores; None takes the number of set_threads().
     reactions: compute in each step the reactions at fixed or prescribed points (`reactions`, reaction()).
     settings: keys of a scene other than its bodies (docs/scene.md): time_step, gravity, contact, solver, rest, limits,
-        relax. They replace those of the scene; what a model is not told has the default.
+        relax. They replace those of the scene; for a model all others have their defaults.
 
-    Where the scene asks for it (`relax`), overlaps at the start are removed first; `relaxed` tells how that went.
-    After each step the contacts are those of the positions that it led to. The same input gives the same bits for every
-    structure and number of threads, and those that `palpate run` has.
+    Where the scene asks for it (`relax`), overlaps at the start are removed first; `relaxed` is the report on that.
+    After each step the contacts are those at the new positions. The same input gives the same bits for every structure
+    and number of threads, and the bits of `palpate run`.
     """
 
     def __init__(
@@ -125,15 +125,15 @@ class Simulation(_core.Simulation):
         callback: Callable[[Simulation], Any] | None = None,
         progress: bool = False,
     ) -> int:
-        """Makes steps; returns how many.
+        """Makes steps; returns their number.
 
-        steps: None makes those that are left of the scene's duration, or of its stages (docs/stages.md).
+        steps: None makes the remaining steps of the scene's duration, or of its stages (docs/stages.md).
         until_rest: ends once nothing moves (`rest` in the scene).
         callback: is called with the simulation after each step, and ends the run where it returns True.
         progress: shows a bar of tqdm.
 
         Warns with NotConverged where steps did not converge (steps_not_converged counts them).
-        Ctrl-C ends it after the present step, with KeyboardInterrupt and the simulation as that step left it. Raises
+        Ctrl-C ends it after the present step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
         Error where the simulation blows up; its state is then that of the last good step.
         """
         staged = steps is None and not self.stages_done
@@ -156,13 +156,13 @@ class Simulation(_core.Simulation):
     def _steps_left(self) -> int:
         if self._stage_steps > 0:
             return max(0, self._stage_steps - self.metrics.step)
-        rounding = 1e-9  # a duration of 50 steps is 50 steps, whatever the rounding of the quotient
+        rounding = 1e-9  # a duration of 50 steps gives 50 steps, also if the quotient is rounded
         return max(0, math.ceil(self._duration / self.time_step * (1.0 - rounding)) - self.metrics.step)
 
     def change(self, **settings_: Any) -> None:
-        """Other settings from the next step on: keys of a scene, as Simulation() takes them; positions, velocities and
-        what contacts remember stay. Of a mapping (`contact={"friction": 0.2}`) only the keys given change. Raises Error,
-        and changes nothing, on a bad one, on another time_step, and on `relax`, which comes before the first step.
+        """Changes settings from the next step on: keys of a scene, as for Simulation(); positions, velocities and the
+        state of contacts stay. Of a mapping (`contact={"friction": 0.2}`) only the keys given change. Raises Error,
+        and changes nothing, on a bad one, on another time_step, and on `relax`, which applies before the first step.
         """
         if "relax" in settings_:
             raise Error("Simulation.change", "relax", "it after the start", "a new Simulation")
@@ -174,35 +174,37 @@ class Simulation(_core.Simulation):
         self._settings = merged
 
     def outcomes(self) -> dict[str, Outcome]:
-        """The outcomes of the scene as they are now, by name, in its order (docs/stages.md)."""
+        """The present outcomes of the scene, by name, in its order (docs/stages.md)."""
         return {
             name: Outcome(kind, value, unit, None if vector is None else np.array(vector))
             for name, kind, value, unit, vector in self._outcomes()
         }
 
     def remove(self, body: int | str) -> None:
-        """Takes a body away: it touches nothing, weighs nothing and does not move, and its ties are gone. Raises Error on
-        one that is not there.
+        """Removes a body: it has no contacts and no weight, and does not move; its ties are removed. Raises Error if it
+        is absent.
         """
         self._remove(self.body_number(body))
 
     def insert(self, body: int | str) -> None:
-        """Brings a body in that was absent or removed, where it is or its motion is. Raises Error on one that is there."""
+        """Inserts a body that was absent or removed, at its positions or the pose of its motion. Raises Error if it is
+        present.
+        """
         self._insert(self.body_number(body))
 
     def tie(self, points: ArrayLike, to: int | str, *, stiffness: float | None = None) -> None:
-        """Ties points (indices or a mask, of all points) by springs to the nearest tets of another body, where they are
-        now. stiffness: of each, N/m; None: that of a contact between the two.
+        """Ties points (indices or a mask, of all points) by springs to the nearest tets of another body, at their
+        present positions. stiffness: of each, N/m; None: that of a contact between the two.
         """
         self._tie(self._points(points), self.body_number(to), stiffness)
 
     def untie(self, body: int | str, other: int | str) -> int:
-        """Cuts all ties between two bodies; returns how many."""
+        """Cuts all ties between two bodies; returns their number."""
         return self._untie(self.body_number(body), self.body_number(other))
 
     @property
     def bodies(self) -> SimulationBodies:
-        """All bodies in one index space; each of them, bodies["probe"], can be asked and driven by itself."""
+        """All bodies in one index space; each of them, bodies["probe"], has its own results and can be driven."""
         return SimulationBodies(self)
 
     def body_number(self, body: int | str) -> int:
@@ -218,56 +220,56 @@ class Simulation(_core.Simulation):
         return body
 
     def set_motion(self, body: int | str, motion: _core.Motion) -> None:
-        """Another motion in place of that of a body: its points are where the motion has them at the end of the next
-        step, wherever they were. Raises Error, and changes nothing, on a body without a motion.
+        """Replaces the motion of a body. At the end of the next step, its points are at the new pose, from wherever
+        they were. Raises Error, and changes nothing, on a body without a motion.
         """
         self._set_motion(self._motion_of(self.body_number(body)), motion)
 
     def move_to(
         self, body: int | str, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None
     ) -> None:
-        """Puts a body with a motion at a pose by the end of the next step, at constant speed, and holds it there.
+        """Moves a body with a motion to a pose during the next step, at constant speed, and holds it there.
 
-        pose: (3) shift from where the body is without its motion, m; or a rigid map as a (4, 4) matrix, which takes
-        points from there to where they shall be; or a Keyframe, whose time does not count. quaternion: beside a shift,
-        (w, x, y, z) of the rotation about the centre of its motion. Raises Error, and changes nothing, on a body without a
-        motion and on what is no pose.
+        pose: (3) shift from the body's place without its motion, m; or a rigid map as a (4, 4) matrix from there to the
+        wanted place; or a Keyframe, whose time is ignored. quaternion: beside a shift, (w, x, y, z) of the rotation
+        about the centre of its motion. Raises Error, and changes nothing, on a body without a motion and on an invalid
+        pose.
         """
         self._place(self._motion_of(self.body_number(body)), pose, quaternion)
 
     def set_prescribed(self, number: int, motion: _core.Motion) -> None:
-        """Another motion for points that Model.prescribe() moves; number: what it returned. As set_motion()."""
+        """Replaces the motion of points of Model.prescribe(); number: what it returned. Like set_motion()."""
         self._set_motion(number, motion)
 
     def move_prescribed(
         self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None
     ) -> None:
-        """Puts points that Model.prescribe() moves at a pose; number: what it returned. As move_to()."""
+        """Moves points of Model.prescribe() to a pose; number: what it returned. Like move_to()."""
         self._place(number, pose, quaternion)
 
     def _place(self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None) -> None:
         self._move_to(number, *pose_of(pose, quaternion, self._motion(number).center))
 
     def set_force(self, point: int, force: ArrayLike) -> None:
-        """Loads a point (of all points) with a force, N, from the next step on, in place of the one before."""
+        """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before."""
         self._set_forces(np.array([point], np.int32), np.array([_arrays.vector(force, "force")]))
 
     def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
-        """Loads points (indices or a mask, of all points) with forces, (n, 3) or (3) for all of them alike, N, from the
-        next step on, in place of those before. Raises Error, and changes nothing, on a bad one.
+        """Sets forces on points (indices or a mask, of all points), (n, 3) or (3) for each of them, N, from the next
+        step on; replaces those set before. Raises Error, and changes nothing, on a bad one.
         """
         chosen = self._points(points)
         self._set_forces(chosen, self._rows(forces, len(chosen), "forces"))
 
     def set_pressure(self, triangles: ArrayLike, pressure: float) -> None:
-        """Loads surface triangles (indices or a mask, of bodies.triangles) with a pressure, Pa, against their outward
-        normals, from the next step on, in place of the one before; 0 takes it off. It follows the surface.
+        """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), Pa, against their outward
+        normals, from the next step on; replaces the one set before, and 0 removes it. It follows the surface.
         """
         self._set_pressure(_arrays.selection(triangles, "triangles", len(self._bodies.triangles)), pressure)
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Puts points (indices or a mask; None: all but prescribed ones) elsewhere, (n, 3), m; the contacts are those there
-        at once. Raises Error, and changes nothing, on a prescribed point and a number that is not finite.
+        """Sets positions of points (indices or a mask; None: all but prescribed ones), (n, 3), m, and detects the
+        contacts there. Raises Error, and changes nothing, on a prescribed point and a number that is not finite.
         """
         chosen = self._free() if points is None else self._points(points)
         values = _arrays.points(positions, "positions")
@@ -276,7 +278,7 @@ class Simulation(_core.Simulation):
         self._set_positions(chosen, self._rows(values, len(chosen), "positions"))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
-        """Gives points (indices or a mask, of all points) other velocities, (n, 3) or (3) for all, m/s. Raises Error, and
+        """Sets velocities of points (indices or a mask, of all points), (n, 3) or (3) for all, m/s. Raises Error, and
         changes nothing, on a point that is fixed or prescribed, a velocity along an axis that is fixed, and a number that is
         not finite.
         """
@@ -298,21 +300,21 @@ class Simulation(_core.Simulation):
         return self._reaction_of_body(number, self._about(number, about))
 
     def motor(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
-        """What the motion of a body had to give during the last step, for it and the tissue attached to it: force and
-        torque about a point, or its centre of mass. Its weight and what accelerates it are part of it. Needs
+        """Force and torque of the motor of a body's motion in the last step, for it and the tissue attached to it,
+        about a point or its centre of mass. They include its weight and inertia. Needs
         reactions=True.
         """
         number = self.body_number(body)
         return self._reaction_of_motion(self._motion_of(number), self._about(number, about))
 
     def reaction_of_prescribed(self, number: int, about: ArrayLike = (0.0, 0.0, 0.0)) -> _core.Wrench:
-        """What moving points by Model.prescribe() took during the last step; number: what it returned. Force and torque
-        about a point. Needs reactions=True.
+        """Force and torque, about a point, that moved the points of Model.prescribe() in the last step; number: what it
+        returned. Needs reactions=True.
         """
         return self._reaction_of_motion(number, _arrays.vector(about, "about"))
 
     def field(self, name: Field, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
-        """A field by the name that scenes and frames have for it (`output.fields`), as it is now, of all bodies. (n) or
+        """A field of all bodies at present, by its name in scenes and frames (`output.fields`). (n) or
         (n, components), n points or tets. Symmetric tensors have xx, yy, zz, xy, yz, xz; SI units, or those of a scene.
 
         Of points and tets, of tissue:
@@ -320,14 +322,14 @@ class Simulation(_core.Simulation):
         principal_stress (n, 3) Pa, principal_directions (n, 9), energy_density (n) J/m^3, plastic_strain (n, 6),
         volume_ratio (n). Those of points are means over the tets around, not across borders of materials.
         Of points: contact_force (n, 3) N, contact_traction (n, 3) Pa, contact_pressure (n) Pa, reaction (n, 3) N.
-        tissue(), tissue_at_points(), tractions() and reactions tell the same in other shapes. Raises Error on another name.
+        tissue(), tissue_at_points(), tractions() and reactions give the same in other shapes. Raises Error on another name.
         """
         if of not in ("points", "tets"):
             raise Error("Simulation.field", "of", repr(of), "'points' or 'tets'")
         return self._field(name, of == "tets")
 
     def center_of_mass(self, body: int | str) -> _arrays.Floats:
-        """(3) centre of mass of a body as it is now, m."""
+        """(3) present centre of mass of a body, m."""
         return np.array(self._center_of_mass(self.body_number(body)))
 
     def _about(self, body: int, about: ArrayLike | None) -> tuple[float, float, float]:
@@ -352,7 +354,7 @@ class Simulation(_core.Simulation):
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 
     def to_pyvista(self, fields: Sequence[Field] = ()) -> pyvista.UnstructuredGrid:
-        """All bodies as they are now as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
+        """All bodies at present as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
 
         fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,
         those of contacts and reactions as data of points. Symmetric tensors have six components: xx, yy, zz, xy, yz, xz.

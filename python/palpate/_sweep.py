@@ -68,7 +68,7 @@ def _place_in_list(values: list[Any], key: str, path: str) -> int:
 
 
 def run_job(job: Job) -> Row:
-    """Makes a run; returns what goes into its row. A failure of the run is a row too."""
+    """Makes a run; returns the content of its row. A failure of the run also gives a row."""
     start = time.perf_counter()
     row: Row = {"status": "done", "error": "", "traceback": ""}
     try:
@@ -81,7 +81,7 @@ def run_job(job: Job) -> Row:
 
 
 def _told(error: Exception) -> str:
-    """An error in one line; of the caller's functions with the place where it was raised."""
+    """An error in one line; for the caller's functions with the place where it was raised."""
     if isinstance(error, Error):
         return str(error)
     here = os.path.dirname(__file__)
@@ -118,12 +118,12 @@ def _run(job: Job) -> Row:
 
 
 def _plain_row(values: Mapping[str, Any]) -> Row:
-    """What a row can keep: numbers, text, truth values and lists of them."""
+    """Converts a row to storable values: numbers, text, truth values and lists of them."""
     return {str(name): value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
 
 
 class Store:
-    """Rows of finished runs in a folder, one JSON file each: what makes a study resumable."""
+    """Rows of finished runs in a folder, one JSON file each. They make a study resumable."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._folder = os.path.join(os.fspath(folder), "runs")
@@ -153,7 +153,7 @@ class Store:
 
 
 def _digest_of_meshes(scene: Mapping[str, Any]) -> list[str]:
-    """Digests of the mesh files of a scene, so that a changed mesh makes other runs."""
+    """Digests of the mesh files of a scene, so that a changed mesh gives new runs."""
     digests = []
     for body in scene["bodies"]:
         if "mesh" in body:
@@ -167,7 +167,7 @@ def _digest_of_meshes(scene: Mapping[str, Any]) -> list[str]:
 
 
 def _name_of(function: Callable[..., Any] | None) -> str:
-    """What stands for a function in the key of a run: its name and its code."""
+    """The part of a run's key for a function: its name and its code."""
     if function is None:
         return ""
     code = getattr(function, "__code__", None)
@@ -198,7 +198,7 @@ def _key(text: str) -> str:
 
 
 def _finished(runner: Runner, jobs: Mapping[str, Job]) -> Iterator[tuple[str, Row]]:
-    """Rows as they get ready; a run whose workers died again and again is a failed one."""
+    """Rows as they become ready; a run whose workers died repeatedly counts as failed."""
     waiting = list(jobs.items())[::-1]
     running: dict[Future[Row], str] = {}
     while waiting or running:
@@ -231,7 +231,7 @@ def sweep_rows(
     client: Any = None,
     progress: bool = False,
 ) -> list[Row]:
-    """As sweep(), a mapping for each run in place of a DataFrame; needs no pandas."""
+    """Like sweep(), with a list of mappings in place of a DataFrame; needs no pandas."""
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
     text = scene_text(base, "scene")
@@ -276,11 +276,11 @@ def sweep(
     scene: a file or mapping, as for Simulation.
     parameters: a mapping of lists (all combinations are run), or a run each: a list of mappings, or a DataFrame. Names
         are paths of scene keys, "bodies[1].material.young_modulus" or "bodies.liver.material.young_modulus".
-    apply: in place of that, a function (scene mapping, values) that changes the mapping; names are then free.
+    apply: a function (scene mapping, values) that changes the mapping instead; names are then free.
     measure: a function of the Simulation at the end of a run that returns a mapping; its items become columns.
     steps, until_rest: as for Simulation.run().
-    folder: keeps finished runs; a call with the same scene, values and functions takes them from there, so that a study
-        that was interrupted goes on where it was. None keeps nothing.
+    folder: keeps finished runs; a call with the same scene, values and functions reads them from there, so that an
+    interrupted study continues. None keeps nothing.
     retry_failed: whether kept runs that failed are made again.
     workers: processes on this machine, None for one a core. threads: of each run.
     client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
@@ -288,7 +288,8 @@ def sweep(
 
     Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
     inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes, by
-    cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
+    cloudpickle where it is installed: functions of a notebook, lambdas and local functions are allowed. A run whose worker process
+    dies is made again, three times at most.
     Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
     """
     try:

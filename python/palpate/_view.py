@@ -43,7 +43,7 @@ def grid_of(points: _arrays.Floats, bodies: _core.Bodies, contacts: _core.Contac
 
 
 def _columns(table: Any, names: tuple[str, ...]) -> dict[str, Any]:
-    """Columns of a table from arrays: a vector becomes NAME_x, NAME_y, NAME_z, other rows NAME_0, NAME_1 ..."""
+    """Columns of a table from arrays: a vector gives NAME_x, NAME_y, NAME_z, other rows NAME_0, NAME_1 ..."""
     columns: dict[str, Any] = {}
     for name in names:
         values = np.asarray(getattr(table, name))

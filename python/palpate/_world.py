@@ -1,4 +1,4 @@
-"""Contacts of positions that the caller makes: World frame after frame, detect() once."""
+"""Contacts at positions of the caller: World for a sequence of frames."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _detection(**values: Any) -> _core.Scene:
 
 
 def _pairs_of(array: NDArray[Any], count: int) -> list[tuple[int, int]]:
-    """Pairs of bodies that a square array of truth values marks, or that rows of two numbers name."""
+    """Pairs of bodies from a square array of truth values, or from rows of two numbers."""
     if array.size == 0:
         return []
     if array.dtype == np.bool_ and array.shape == (count, count):
@@ -38,19 +38,19 @@ def _pairs_of(array: NDArray[Any], count: int) -> list[tuple[int, int]]:
 
 
 class World(_core.World):
-    """Bodies of tets whose contacts are found frame after frame, for programs that move the bodies themselves.
+    """Bodies of tets whose contacts are detected frame by frame, for programs that move the bodies themselves.
 
     Add the bodies once, then give all points to update() in each frame. The contacts are those of exact arithmetic and
-    have the same bits for every structure, order, sort and number of threads. A world remembers the last frame, so
-    that a frame in which little moved is faster.
+    have the same bits for every structure, order, sort and number of threads. A world keeps data of the last frame, so
+    that frames with little motion are faster.
 
     structure: "compact" (the default), "uniform", "hash", "cuckoo" or "brute", the spatial structure.
     order, sort, cell_size: see docs/scene.md, `contact.order` and so on.
     cells_per_primitive: 1 to 27 for the approximate mode, which may miss contacts and counts what it left out.
     edge_contacts: False leaves out edges that pass through a body with both ends outside (docs/edges.md).
-    coherence: False finds each frame anew; the contacts are the same.
-    budget: what an update may cost, {"tests": N} or {"milliseconds": T} (docs/budget.md); where that does not suffice
-        contacts are missed, and stats.completeness and late_bodies say so.
+    coherence: False uses no data of earlier frames; the contacts are the same.
+    budget: limit of the cost of an update, {"tests": N} or {"milliseconds": T} (docs/budget.md). If it does not
+    suffice, contacts are missed, and stats.completeness and late_bodies say so.
     threads: number of threads, 0 for all cores; None takes what set_threads() says.
     """
 
@@ -84,7 +84,7 @@ class World(_core.World):
 
     @classmethod
     def from_scene(cls, scene: str | os.PathLike[str] | Mapping[str, Any], *, threads: int | None = None) -> World:
-        """The bodies of a scene, a file or a mapping, at the start of a run: update() is already done."""
+        """The bodies of a scene, a file or a mapping, at the start of a run: update() has been called."""
         read = scene_of(scene)
         model = Model(read)
         world = cls.__new__(cls)
@@ -110,7 +110,7 @@ class World(_core.World):
         """Adds a body; returns its number. The first update() after it takes longer.
 
         points: (n, 3) rest positions, m. tets: (m, 4) indices of its own points, from 0.
-        movable: contacts between two bodies that are not movable are not looked for.
+        movable: contacts between two bodies that are not movable are not detected.
         self_collision: whether the body also touches itself.
         Raises Error, and adds nothing, on a bad mesh: an index out of range, a flat tet, a number that is not finite.
         """
@@ -120,7 +120,7 @@ class World(_core.World):
         )
 
     def set_pair_filter(self, ignored: Callable[[int, int], bool] | ArrayLike | Iterable[tuple[int, int]]) -> None:
-        """Which pairs of bodies are not tested against each other, from the next update() on.
+        """Sets the pairs of bodies that are not tested against each other, from the next update() on.
 
         ignored: a function of two bodies (a < b), an (n_bodies, n_bodies) array of truth values, or pairs of bodies.
         """

@@ -12,8 +12,8 @@
 #include <palpate/mesh.hpp>
 #include <palpate/types.hpp>
 
-/// NumPy arrays as spans and back. What comes in has been given its type and layout by palpate/_arrays.py, so
-/// that these never copy; what goes out is a view that keeps its owner, or owns what it shows.
+/// NumPy arrays as spans and back. Arguments already have type and layout from palpate/_arrays.py, so these
+/// functions never copy. Results are views that keep their owner alive, or own their memory.
 namespace palpate::python {
 
 namespace nb = nanobind;
@@ -62,7 +62,7 @@ auto view(const std::vector<Item>& items, nb::handle owner) {
   return view<T>(std::span<const Item>(items), owner);
 }
 
-/// An array of its own that takes the memory of `items`.
+/// An array that owns the memory of `items`.
 template <class T, class Item>
 nb::ndarray<nb::numpy, const T, nb::c_contig> moved(std::vector<Item> items) {
   auto* kept = new std::vector<Item>(std::move(items));

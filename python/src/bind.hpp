@@ -2,7 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
-/// The bindings, one function for each file of them. The texts of `doc` are made of the C++ comments.
+/// The bindings, one function per file. The texts of `doc` are generated from the C++ comments.
 namespace palpate::python {
 
 class Simulation;

@@ -18,7 +18,7 @@ using Three = std::array<double, 3>;
 using IndicesIn = ArrayIn<Index, -1>;
 using Bound = nb::class_<Simulation>;
 
-/// Numbers as an (n) or (n x components) array of its own.
+/// Numbers as an (n) or (n x components) array that owns its memory.
 nb::ndarray<nb::numpy, const double, nb::c_contig> moved_rows(std::vector<double> values, int components) {
   auto* kept = new std::vector<double>(std::move(values));
   const nb::capsule owner(kept,
@@ -99,7 +99,7 @@ void bind_changes(Bound& simulation) {
       });
 }
 
-/// What acted in the last step.
+/// Binds the forces of the last step.
 void bind_forces_of(Bound& simulation) {
   simulation
       .def_prop_ro(

@@ -25,8 +25,8 @@
 namespace palpate::python {
 namespace {
 
-/// The name of one of a kind, of which type checkers know which there are; a test compares them with the
-/// schema.
+/// The name of a value of an enumeration, as a Literal type for type checkers; a test compares the names with
+/// the schema.
 template <class Kind>
 struct NameOf {
   std::string text;
@@ -70,7 +70,7 @@ struct type_caster<palpate::python::NameOf<Kind>> {
 namespace palpate::python {
 namespace {
 
-/// A value of a material that can be changed to what a scene would take.
+/// A value of a material that can be set to what a scene would accept.
 template <class Value>
 void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
   material.def_prop_rw(
@@ -121,7 +121,7 @@ NameOf<Kind> name_of(Kind kind) {
   return {std::string(names_of<Kind>[static_cast<std::size_t>(kind)])};
 }
 
-/// \param key  of Material, for the message
+/// \param key  key of Material, for the message
 template <class Kind>
 Kind kind_of(const NameOf<Kind>& name, const char* key) {
   const auto found = std::ranges::find(names_of<Kind>, name.text);
@@ -129,7 +129,7 @@ Kind kind_of(const NameOf<Kind>& name, const char* key) {
   throw Error("Material", key, "'" + name.text + "'", expected_name(name.text, names_of<Kind>));
 }
 
-/// A kind of a material, by name.
+/// An enumeration of a material, by name.
 template <class Kind>
 void bind_kind(nb::class_<Material>& material, const char* key, Kind Material::*kind, const char* doc) {
   material.def_prop_rw(

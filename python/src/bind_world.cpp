@@ -89,7 +89,7 @@ void bind_world(nb::module_& m) {
           "__init__",
           [](World* self, const Scene& scene, int threads) {
             DetectionSettings settings = scene.settings.detection;
-            settings.self_collision.clear();  // each body brings its own
+            settings.self_collision.clear();  // set by each body
             new (self) World(settings, threads);
           },
           nb::arg("scene"), nb::arg("threads"))

@@ -6,13 +6,13 @@
 
 namespace palpate::python {
 
-/// Where border edges (one end in contact, the other free) leave the body that the contact penetrates through
-/// its surface. Structure of arrays, sorted by (contact, edge, triangle).
+/// Crossings of border edges (one end in contact, the other free) and the surface of the penetrated body.
+/// Structure of arrays, sorted by (contact, edge, triangle).
 struct Crossings {
   std::vector<Index> contact;     ///< (n) index into the contacts: the end in contact, and the body
   std::vector<Index> free_point;  ///< (n) the other end of the edge
   std::vector<Index> triangle;    ///< (n) the surface triangle, of World.triangles
-  std::vector<double> parameter;  ///< (n) where on the edge: 0 at the point in contact, 1 at the free end
+  std::vector<double> parameter;  ///< (n) parameter on the edge: 0 at the point in contact, 1 at the free end
 };
 
 /// The crossings of a detector as arrays. O(crossings).

@@ -12,8 +12,7 @@ namespace palpate::python {
 
 namespace nb = nanobind;
 
-/// Binds the members of a plain struct as read-only attributes, and as_dict() and repr(), which have them
-/// all.
+/// Binds the members of a plain struct as read-only attributes, with as_dict() and repr().
 template <class Struct>
 class Fields {
  public:

@@ -80,7 +80,7 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
   return body;
 }
 
-/// The points of the last body.
+/// Fixes points of the last body.
 void Model::fix(std::span<const std::uint8_t> axes, std::size_t all) {
   constexpr std::uint8_t every_axis = 7;
   const bool some = std::ranges::any_of(axes, [](std::uint8_t a) { return a != 0 && a != every_axis; });
@@ -138,7 +138,7 @@ void Model::attach(Index body, std::span<const Index> points, Index to, std::opt
   follow(tissue, points, motion, "Model.attach");
 }
 
-/// Springs to the places of the nearest tets.
+/// Ties points to the nearest tets.
 void Model::tie(const Body& tissue, std::span<const Index> points, Index to,
                 std::optional<double> stiffness) {
   if (tissue.points.begin == at(data_.bodies.bodies(), to).points.begin)

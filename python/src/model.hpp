@@ -12,7 +12,7 @@
 
 namespace palpate::python {
 
-/// What a body is, apart from its mesh.
+/// The properties of a body without its mesh.
 struct BodyOptions {
   std::string name;
   std::optional<Material> material;
@@ -23,7 +23,7 @@ struct BodyOptions {
   std::optional<Motion> motion;
 };
 
-/// What a simulation is made of: bodies, their materials, what holds, moves and loads them.
+/// The model of a simulation: bodies, materials, constraints, motions and loads.
 class Model {
  public:
   Model() = default;
@@ -32,26 +32,26 @@ class Model {
 
   Index add_body(TetMesh mesh, BodyOptions options);
   void add_region(Index body, std::span<const Index> tets, const Material& material);
-  /// Directions of fibres (n_tets of the body x 3), in place of those of the materials; zero: that of the
-  /// material.
+  /// Sets directions of fibres (n_tets of the body x 3), which replace those of the materials; zero: that of
+  /// the material.
   void set_fibres(Index body, std::span<const Vec3> directions);
-  /// The directions of fibres_between().
+  /// Sets directions of fibres by fibres_between().
   void set_fibres_between(Index body, std::span<const Index> start, std::span<const Index> end);
-  /// To a body with a motion, or by springs to one that deforms.
+  /// Attaches points to a body with a motion, or by springs to a deformable body.
   void attach(Index body, std::span<const Index> points, Index to, std::optional<double> stiffness);
   /// Returns the number of the motion.
   Index prescribe(Index body, std::span<const Index> points, Motion motion);
   void load(Index body, std::span<const Index> points, const Vec3& force, std::optional<Ramp> ramp);
-  /// On the surface triangles all of whose corners are among the points.
+  /// Loads the surface triangles with all corners among the points.
   void load_surface(Index body, std::span<const Index> points, SurfaceLoad load);
   void set_velocities(Index body, std::span<const Vec3> velocities);
   void set_gravity(Index body, const Vec3& gravity);
   void grab(Index body, Index point, const Vec3& target, double stiffness);
 
-  /// Where the points are at time 0 (n_points x 3), m: at rest, prescribed ones where their motion is then.
+  /// Positions at time 0 (n_points x 3), m: at rest, prescribed ones at the pose of their motion.
   [[nodiscard]] std::vector<Vec3> start_positions() const;
   [[nodiscard]] const palpate::Model& data() const { return data_; }
-  /// (n_bodies) 1 where a body also touches itself.
+  /// (n_bodies) 1 for bodies with self-collision.
   [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
   /// (n_tets) 1: two corners are swapped against the mesh that was given.
   [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }

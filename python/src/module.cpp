@@ -28,7 +28,7 @@ void translate_error(const std::exception_ptr& thrown, void*) {
 NB_MODULE(_core, m) {
   using namespace palpate::python;
   m.doc() = "The compiled part of palpate: what palpate's own modules are made of.";
-  // What still lives when the interpreter ends, a program's own variables, is no leak of ours.
+  // Objects that are alive when the interpreter ends belong to variables of the program and are no leaks.
   nanobind::set_leak_warnings(false);
   nanobind::register_exception_translator(translate_error);
   m.attr("version") = PALPATE_VERSION;

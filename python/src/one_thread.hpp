@@ -6,7 +6,8 @@
 
 namespace palpate::python {
 
-/// Whether a thread is inside an object without holding Python's lock. Only changed and asked with the lock.
+/// Records that a thread is inside an object without holding Python's lock. Read and changed only with the
+/// lock.
 class Busy {
  public:
   /// While it lives, the object is in use. Throws Error where it already is.

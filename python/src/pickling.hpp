@@ -7,8 +7,7 @@ namespace palpate::python {
 
 namespace nb = nanobind;
 
-/// Makes pickle and copy refuse a class in one line that says what to do instead, also for classes derived
-/// from it.
+/// Makes pickle and copy refuse a class (and derived classes) with a one-line message on what to do instead.
 template <class T>
 void refuse_pickling(nb::class_<T>& bound, const char* instead) {
   bound.def(

@@ -15,19 +15,19 @@
 namespace palpate::python {
 namespace {
 
-/// Lets a waiting Ctrl-C end what runs without Python's lock.
+/// Lets a pending Ctrl-C end work that runs without Python's lock.
 void check_signals() {
   const nanobind::gil_scoped_acquire acquire;
   if (PyErr_CheckSignals() != 0) throw nanobind::python_error();
 }
 
-/// A saved simulation, and where it is in its stages.
+/// A saved simulation with its progress through stages.
 struct Parted {
   std::span<const std::byte> simulation;
   StageProgress progress;
 };
 
-/// What save() of a simulation with stages has put together.
+/// Splits the bytes of save() of a simulation with stages.
 Parted parted(std::span<const std::byte> saved) {
   std::uint64_t size = 0;
   if (saved.size() < sizeof size) throw Error("saved state", "", "too few bytes", "what save() returned");
@@ -119,7 +119,7 @@ Index Simulation::untie(Index a, Index b) {
   return static_cast<Index>(cut.untie.size());
 }
 
-/// Updates the record of motions that Python has.
+/// Updates Python's record of motions.
 void Simulation::follow_holds() {
   const std::span<const Index> motions = simulation_->motion_of_points();
   for (std::size_t p = 0; p < motions.size(); ++p) prescribed_[p] = motions[p] >= 0;

@@ -23,49 +23,49 @@ namespace palpate::python {
 /// A palpate::Simulation for several Python threads: a second one inside is refused.
 class Simulation {
  public:
-  /// Removes overlaps first where the scene says so. Lets other Python threads run.
+  /// Removes overlaps first if the scene asks for it. Releases Python's lock.
   Simulation(const Model& model, const Scene& scene, int threads);
 
-  /// Begins the stage of the scene that is due first.
+  /// Makes a step; begins the next stage of the scene first, if it is due.
   void step();
-  /// Bodies, points and ties are held otherwise from now on.
+  /// Changes constraints, ties and loads from now on.
   void change(const ModelChange& change);
-  /// A motion of these points more, from where they are; returns its number.
+  /// Adds a motion of these points from their present positions; returns its number.
   Index move(std::vector<Index> points, Motion motion);
-  /// Ties points to the nearest tets of another body, where they are now.
+  /// Ties points to the nearest tets of another body, at their present positions.
   void tie(const std::vector<Index>& points, Index to, std::optional<double> stiffness);
-  /// Cuts all ties between two bodies; returns how many.
+  /// Cuts all ties between two bodies; returns their number.
   Index untie(Index a, Index b);
   [[nodiscard]] const StageRun& stages() const { return *stages_; }
   [[nodiscard]] const OutcomeProbe& outcomes() const { return *outcomes_; }
-  /// With where it is in its stages, where it has some.
+  /// Saves the state, with the progress through stages, if there are any.
   std::vector<std::byte> save();
   void restore(std::span<const std::byte> saved);
-  /// How overlaps at the start were removed; None where the scene did not ask for it.
+  /// The report on the removal of overlaps; None if the scene did not ask for it.
   [[nodiscard]] const std::optional<RelaxReport>& relaxed() const { return relaxed_; }
   /// Steps of this object in which a solve ended above the tolerance.
   [[nodiscard]] std::int64_t steps_not_converged() const { return steps_not_converged_; }
   /// Largest StepMetrics::inverted_tets after a step of this object.
   [[nodiscard]] std::int64_t most_inverted_tets() const { return most_inverted_tets_; }
-  /// The contacts at the present positions. They stay as they are when the simulation goes on.
+  /// The contacts at the present positions. Later steps do not change the result.
   std::shared_ptr<const Contacts> contacts();
-  /// Where border edges leave the bodies, at the present positions.
+  /// Crossings of border edges at the present positions.
   std::shared_ptr<const Crossings> crossings();
   /// Surface edges that pass through a body with both ends outside, at the present positions. A copy.
   EdgeContacts edge_contacts();
 
-  /// The contacts of the last step with their forces, weights in the order of the mesh that was given.
+  /// The contacts of the last step with their forces, weights in the order of corners of the given mesh.
   ContactForces acting_contacts();
-  /// Strain and stress of the tets, or of the points. Lets other Python threads run.
+  /// Strain and stress of the tets, or of the points. Releases Python's lock.
   TissueState tissue(bool at_points);
   /// The body's motion. Throws Error where it has none.
   [[nodiscard]] Index motion_of(Index body) const;
-  /// (n_points) 1 where a motion moves a point.
+  /// (n_points) 1 for points that follow a motion.
   [[nodiscard]] const std::vector<std::uint8_t>& prescribed() const { return prescribed_; }
   void change(const Scene& scene);
   void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
 
-  /// For all other calls. Throws Error while another thread is inside.
+  /// The simulation, for all other calls. Throws Error while another thread is inside.
   [[nodiscard]] palpate::Simulation& idle() {
     busy_.check("Simulation");
     return *simulation_;

@@ -14,7 +14,7 @@ namespace palpate::python {
 Index World::add(std::string name, TetMesh mesh, bool movable, bool self_collision) {
   const Busy::Use use(busy_, "World.add");
   const std::vector<Tet> given = mesh.tets;
-  // Arrays that Python still holds keep the bodies that they belong to.
+  // Arrays that Python still holds keep their bodies alive, so bodies are copied then.
   auto bodies = bodies_.use_count() == 1 && !detector_ ? bodies_ : std::make_shared<Bodies>(*bodies_);
   const Index body = bodies->add(std::move(name), std::move(mesh));
   clear_results();
@@ -107,7 +107,7 @@ std::vector<std::uint8_t> turned_tets(std::span<const Tet> given, const Bodies& 
   std::vector<std::uint8_t> turned;
   turned.reserve(given.size());
   for (Index t = 0; t < tets.size(); ++t) {
-    // The third corner: where a tet is turned, it is the third and the fourth that are swapped.
+    // In a reordered tet, the third and the fourth corner are swapped, so the third tells.
     turned.push_back(at(bodies.tets(), tets.begin + t)[2] - points.begin == at(given, t)[2] ? 0 : 1);
   }
   return turned;

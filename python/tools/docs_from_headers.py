@@ -31,7 +31,7 @@ def declared_name(statement):
 
 
 class Header:
-    """Goes through the tokens of a header and notes the comment of each declaration."""
+    """Reads the tokens of a header and records the comment of each declaration."""
 
     def __init__(self):
         self.found = {}  # qualified name -> lines of comment
@@ -77,7 +77,7 @@ class Header:
         if kind != "":
             self.statement = ""
         elif not self.skipping() and "(" in statement and "=" not in statement:
-            self.finish()  # a function with its body; a value in braces goes on to its semicolon
+            self.finish()  # a function with its body; a value in braces continues to its semicolon
 
     def take(self, token):
         what, text = token.lastgroup, token[0]

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Unpacks packages of Debian for another architecture, and all that they need, into a folder: sysroot.py ARCHITECTURE FOLDER PACKAGE...
 
-Nothing is installed, no right of root is needed, and apt on this machine does not learn of the architecture: lists and packages lie in
-FOLDER.apt. A folder that holds just these packages is left as it is. Scripts of packages do not run: what alternatives would link is absent.
+Nothing is installed, root is not needed, and the apt of this machine is not changed: lists and packages are in
+FOLDER.apt. A folder with exactly these packages is left as it is. Scripts of packages do not run: what alternatives
+would link is absent.
 """
 
 import os
@@ -32,7 +33,7 @@ def fetch(architecture, folder, packages):
 
 
 def make_links_relative(root):
-    """Links of packages name places from the root of the system that they are for."""
+    """Makes links relative: in packages they are absolute paths in the target system."""
     for folder, folders, files in os.walk(root):
         for name in folders + files:
             place = os.path.join(folder, name)

@@ -65,8 +65,8 @@ def band(ct, outward, axis, centre, radius, length):
     path = [(reach * np.sin(a), reach * np.cos(a)) for a in turns] + [(end, height)]
     off = np.full(t.shape, np.inf)
     for (t0, u0), (t1, u1) in zip(path, path[1:]):
-        share = np.clip(((t - t0) * (t1 - t0) + (u - u0) * (u1 - u0)) / ((t1 - t0) ** 2 + (u1 - u0) ** 2), 0.0, 1.0)
-        off = np.minimum(off, np.hypot(t - t0 - share * (t1 - t0), u - u0 - share * (u1 - u0)))
+        fraction = np.clip(((t - t0) * (t1 - t0) + (u - u0) * (u1 - u0)) / ((t1 - t0) ** 2 + (u1 - u0) ** 2), 0.0, 1.0)
+        off = np.minimum(off, np.hypot(t - t0 - fraction * (t1 - t0), u - u0 - fraction * (u1 - u0)))
     width = 4.5 - 2.0 * np.clip(t / length, 0.0, 1.0)
     return (off / 1.6) ** 2 + (w / width) ** 2 < 1.0
 
@@ -148,8 +148,8 @@ def anatomy(ct):
     end = cavity & (y > y[cavity].max() - 3.0)
     apex = np.array([x[end].mean(), y[end].max(), z[end].mean()])
     along = apex - centre
-    share = np.clip(((x - centre[0]) * along[0] + (y - centre[1]) * along[1] + (z - centre[2]) * along[2]) / (along @ along), 0.0, 0.97)
-    off = np.sqrt(sum((p - centre[a] - share * along[a]) ** 2 for a, p in enumerate((x, y, z))))
+    fraction = np.clip(((x - centre[0]) * along[0] + (y - centre[1]) * along[1] + (z - centre[2]) * along[2]) / (along @ along), 0.0, 0.97)
+    off = np.sqrt(sum((p - centre[a] - fraction * along[a]) ** 2 for a, p in enumerate((x, y, z))))
     nerve = v.largest(ct, (off < 2.3) & ~bulb & cavity)
     muscles = recti(ct, cavity, walls, bulb, nerve, centre, radius, apex)
 

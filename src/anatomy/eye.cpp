@@ -15,11 +15,12 @@ namespace {
 
 constexpr double gap = eye_gap;
 
-/// Between bone and skin what no other organ takes. With a `widening` it reaches into these, so that thin
-/// layers stay whole, and the channels of slender organs are wider, so that they stay open.
+/// Fat: the space between bone and skin that no other organ fills. With a `widening` it reaches into other
+/// organs, so that thin layers stay whole, and the channels of slender organs are wider, so that they stay
+/// open.
 Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   const Distance cavity = cavity_shape();
-  // Above the plate, and where it will move.
+  // Leaves room above the plate, and where the plate will move.
   const double x = -eye_plate_start.x + 1.2;
   const Distance plate_room =
       common({box({-x, eye_plate_start.y - 1.2, -40.0},
@@ -31,7 +32,7 @@ Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   return without(std::move(fat), plate_room);
 }
 
-/// Height of the plate's lower side: as far above the floor as organs are apart.
+/// Height of the plate's lower side: the gap between organs above the floor.
 double plate_bottom(const Distance& cavity, double x, double y) {
   double low = -30.0;
   double high = 0.0;
@@ -42,14 +43,14 @@ double plate_bottom(const Distance& cavity, double x, double y) {
   return 0.5 * (low + high);
 }
 
-/// A mesh of a shape; of slender or thin ones that of a shape wider by `widening`, fitted to it.
+/// A mesh of a shape. Slender or thin shapes are meshed wider by `widening`, then fitted to the shape.
 TetMesh meshed(const Distance& shape, double cell, double widening = 0.0) {
   constexpr double reach = 45.0;
   const StuffingOptions options{{-reach, -reach, -reach}, {reach, reach, reach}, cell};
   return widening > 0.0 ? stuff_fitted(shape, grown(shape, widening), options) : stuff(shape, options);
 }
 
-/// The fat, first with wider channels for slender organs.
+/// The mesh of the fat, first with wider channels for slender organs.
 TetMesh meshed_fat(const std::vector<Distance>& slender, double cell) {
   constexpr double widening = 0.9;
   constexpr double reach = 30.0;

@@ -11,7 +11,7 @@
 namespace palpate::anatomy {
 namespace {
 
-/// The first that holds a place has it.
+/// Organs in order: a place that is in several belongs to the first.
 std::vector<std::pair<std::string, Distance>> organs() {
   std::vector<std::pair<std::string, Distance>> all{{"bulb", bulb_shape()}};
   for (const auto& [name, angle] : eye_recti) all.emplace_back(name, rectus_shape(angle, 0.0));

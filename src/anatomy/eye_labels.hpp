@@ -9,7 +9,7 @@
 
 namespace palpate::anatomy {
 
-/// A label map on cubes: 0 is nothing, l + 1 is names[l].
+/// A label map on cubic voxels: 0 is nothing, l + 1 is names[l].
 struct OrganLabels {
   std::array<int, 3> size{};  ///< cubes along x, y, z
   Vec3 origin;                ///< centre of the first cube, mm
@@ -18,8 +18,8 @@ struct OrganLabels {
   std::vector<std::uint8_t> labels;  ///< (z, y, x), x fastest
 };
 
-/// The orbit of make_eye() without plate and without gaps between organs: what a segmentation of it would be.
-/// `edge` is in [0.25, 4], or an Error is thrown. O(cubes).
+/// The orbit of make_eye() without plate and without gaps between organs, like a segmentation of it. Throws
+/// Error unless `edge` is in [0.25, 4]. O(cubes).
 OrganLabels eye_labels(double edge);
 
 }  // namespace palpate::anatomy

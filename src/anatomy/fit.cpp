@@ -22,7 +22,7 @@ std::vector<std::vector<Index>> tets_at_points(const TetMesh& mesh) {
   return tets;
 }
 
-/// 1 for each point of a face that one tet alone has.
+/// 1 for each point of the surface.
 std::vector<bool> surface_points(const TetMesh& mesh) {
   std::map<std::array<Index, 3>, int> uses;
   for (const Tet& tet : mesh.tets) {
@@ -41,7 +41,7 @@ std::vector<bool> surface_points(const TetMesh& mesh) {
   return on_surface;
 }
 
-/// The least dihedral angle of a tet in degrees; negative where the tet is flat or inside out.
+/// The least dihedral angle of a tet in degrees; negative where the tet is flat or inverted.
 double least_dihedral(const TetMesh& mesh, const Tet& tet) {
   const auto corner = [&](std::size_t i) { return at(mesh.points, tet[i]); };
   if (!(dot(cross(corner(1) - corner(0), corner(2) - corner(0)), corner(3) - corner(0)) > 0.0)) return -1.0;
@@ -58,7 +58,7 @@ double least_dihedral(const TetMesh& mesh, const Tet& tet) {
   return std::acos(std::min(largest_cosine, 1.0)) * 180.0 / std::numbers::pi;
 }
 
-/// The step to the surface that value and gradient foresee.
+/// The step to the surface by value and gradient (Newton).
 Vec3 step_to_surface(const Distance& shape, const Vec3& p) {
   constexpr double small = 1e-5;
   const auto slope = [&](const Vec3& offset) {
@@ -102,7 +102,8 @@ class Fit {
     }
     mesh_.points[p] = from;
   }
-  /// Makes room for points of the surface: to the mean of the points around, if that is better for all tets.
+  /// Moves an inner point to the mean of the points around it, if that is better for all its tets. This makes
+  /// room for points of the surface.
   void to_middle(std::size_t p) {
     const Vec3 from = mesh_.points[p];
     const double before = worst_at(p);

@@ -20,7 +20,7 @@ class Parts {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  /// The lower of two representatives stays, so that the first part wins.
+  /// The lower of two representatives stays, so that of equal parts the first is found.
   void join(std::size_t i, std::size_t j) {
     const std::size_t a = find(i);
     const std::size_t b = find(j);
@@ -49,7 +49,7 @@ std::vector<std::pair<Face, std::size_t>> faces_of(const TetMesh& mesh) {
   return faces;
 }
 
-/// The edges that more than two faces of the surface share.
+/// The edges of more than two surface faces.
 std::vector<Side> pinched_edges(const TetMesh& mesh) {
   const auto faces = faces_of(mesh);
   std::vector<Side> sides;
@@ -96,7 +96,7 @@ Sizes sizes_of(const TetMesh& mesh) {
   return sizes;
 }
 
-/// Marks the tets round an edge that are not in the largest fan.
+/// Marks the tets around an edge that are not in the largest fan.
 void mark_smaller_fans(const TetMesh& mesh, const Side& edge, std::vector<bool>& dropped) {
   TetMesh fans;
   std::vector<std::size_t> tets;

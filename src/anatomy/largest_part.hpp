@@ -8,9 +8,9 @@ namespace palpate::anatomy {
 /// first), with the points that it uses, in their order. O(n log n).
 TetMesh largest_part(const TetMesh& mesh);
 
-/// A mesh where no two parts of its surface meet in an edge: of the tets round such an edge only those of the
-/// largest fan stay (hanging together by faces; of equal ones the first), again and again until there is
-/// none. Points may still be shared by two parts of the surface. O(n log n) a round.
+/// Removes tets until no two parts of the surface meet in an edge. Of the tets around such an edge, only the
+/// largest fan stays (a fan is connected by faces; of equal fans the first). Two parts of the surface may
+/// still have a common point. O(n log n) per round.
 TetMesh without_pinched_edges(TetMesh mesh);
 
 }  // namespace palpate::anatomy

@@ -5,8 +5,8 @@
 
 #include <palpate/mesh.hpp>
 
-/// The organs of the paper's medical scenes, from signed distances: no outside data goes into them. Lengths
-/// in mm; x to the left, y to the back, z up, as in the LPS frame of medical images. docs/anatomy.md has
+/// The organs of the paper's medical scenes, made of signed distances without any external data. Lengths in
+/// mm; x to the left, y to the back, z up, as in the LPS frame of medical images. docs/anatomy.md has
 /// pictures.
 namespace palpate::anatomy {
 

@@ -16,8 +16,8 @@ struct PlateOptions {
   std::function<double(double, double)> bottom;  ///< z of the lower side at (x, y)
 };
 
-/// 5 tets a cell, mirrored in alternate cells as in make_box(). Inner cells with odd numbers along both axes
-/// are holes. Throws Error where an option is out of range.
+/// A mesh of a plate, 5 tets per cell, mirrored in alternate cells as in make_box(). Inner cells with odd
+/// indices along both axes are holes. Throws Error where an option is out of range.
 TetMesh make_plate(const PlateOptions& options);
 
 }  // namespace palpate::anatomy

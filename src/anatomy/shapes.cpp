@@ -10,7 +10,7 @@
 namespace palpate::anatomy {
 namespace {
 
-/// The value of ((x/a)^2 + (y/b)^2 + (z/c)^2)^(1/2) - 1 by the length of its gradient.
+/// ((x/a)^2 + (y/b)^2 + (z/c)^2)^(1/2) - 1, divided by the length of its gradient.
 double ellipsoid_distance(const Vec3& p, const Vec3& r) {
   const Vec3 scaled{p.x / r.x, p.y / r.y, p.z / r.z};
   const Vec3 twice{scaled.x / r.x, scaled.y / r.y, scaled.z / r.z};

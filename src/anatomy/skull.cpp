@@ -21,7 +21,7 @@ Distance head_shape() {
                          ellipsoid({0.0, -25.0, -62.0}, {60.0, 66.0, 52.0}), 30.0);
 }
 
-/// Part of the head's volume between two depths, two heights, and two places from front to back.
+/// The part of the head's volume between two depths, two heights, and two positions from front to back.
 Distance part(double thickness, double bottom, double top, double front, double back) {
   constexpr double wide = 100.0;
   return common(
@@ -50,7 +50,7 @@ Distance soft_tissue_shape() {
   return without(common({outer, box({-100.0, -140.0, -100.0}, {100.0, tissue_back, 60.0})}), inner);
 }
 
-/// First stuffed wider by `widening`, so that thin parts and edges stay whole.
+/// Meshed first wider by `widening`, so that thin parts and edges stay whole.
 Organ meshed(std::string name, const Distance& shape, double cell, double widening) {
   Organ organ{std::move(name), stuff_fitted(shape, grown(shape, widening),
                                             {{-90.0, -130.0, -120.0}, {90.0, 60.0, 100.0}, cell})};

@@ -17,8 +17,8 @@
 namespace palpate::anatomy {
 namespace {
 
-/// Fractions of an edge within which a cut draws the lattice point onto the surface (their table 2, the
-/// thresholds for the best smallest angle).
+/// Fractions of an edge within which a lattice point is moved to a cut (their table 2, the thresholds for the
+/// best smallest angle).
 constexpr double warp_long = 0.24999;
 constexpr double warp_short = 0.41189;
 constexpr int bisections = 40;
@@ -139,8 +139,8 @@ class Stuffing {
     return 0.5 * (low + high);
   }
 
-  /// Moves a lattice point onto the nearest cut of its edges, if one is near enough. The point is then on the
-  /// surface, so its edges have no cuts any more.
+  /// Moves a lattice point to the nearest cut of its edges, if one is near enough. The point is then on the
+  /// surface, so its edges have no cuts.
   void warp(const Place& p) {
     const std::size_t i = lattice_.index(p);
     if (sides_[i] == Side::on) return;
@@ -159,15 +159,15 @@ class Stuffing {
       target = positions_[i] + fraction * segment;
     }
     if (nearest == 1.0) return;
-    // Neighbours measure their cuts on edges of the lattice as it was: only points that stay have cuts.
+    // Moved points have no cuts, so neighbours measure their cuts on edges of the original lattice.
     positions_[i] = target;
     sides_[i] = Side::on;
   }
 
-  /// The tets whose long edge along an axis begins at this point, in cells whose centre it is or that meet
-  /// there: those round the edge from p to p + 2 e have their other long edge on the face between.
+  /// Adds the tets around the long edges from p to p + 2 e, for each axis e. Their other long edge is on the
+  /// face between the two cells.
   void add_tets(const Place& p) {
-    if (p[0] % 2 == 0) return;  // each tet once: by its edge between two centres
+    if (p[0] % 2 == 0) return;  // so that each tet is added once, by its edge between two centres
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Place next = p;
       next[axis] += 2;
@@ -220,9 +220,9 @@ class Stuffing {
     emit({tet[0], tet[1], tet[2], tet[3]});
   }
 
-  /// Of a face with a and b inside and m outside, the quadrilateral a b cut(b m) cut(a m) is shared by two
-  /// tets, which must cut it along the same diagonal: that which ends at a (true) or at b. The other end is a
-  /// cut on a long edge where there is one; else the parity of the path from the outer point decides (their
+  /// Of a face with a and b inside and m outside, the quadrilateral a b cut(b m) cut(a m) is common to two
+  /// tets, which must cut it along the same diagonal: the one that ends at a (true) or at b. The other end is
+  /// a cut on a long edge where there is one; else the parity of the path from the outer point decides (their
   /// section 3.3).
   [[nodiscard]] static bool diagonal_at_first(const Place& a, const Place& b, const Place& m) {
     if (is_long(a, m)) return false;

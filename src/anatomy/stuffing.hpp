@@ -7,23 +7,23 @@
 
 namespace palpate::anatomy {
 
-/// A shape: negative inside, positive outside, continuous; near its surface about the distance to it.
+/// A shape: negative inside, positive outside, continuous; near its surface approximately the distance to it.
 using Distance = std::function<double(const Vec3&)>;
 
-/// Where and how finely a shape is meshed.
+/// Region and resolution of a mesh.
 struct StuffingOptions {
-  Vec3 lower;  ///< of a box that holds the shape
+  Vec3 lower;  ///< of a box that contains the shape
   Vec3 upper;  ///< of it
   double cell =
-      1.0;  ///< edge length of a cell of the lattice, > 0; tets inside have edges of it and 0.87 of it
+      1.0;  ///< edge length of a lattice cell, > 0; inner tets have edges of 1 and 0.87 times this length
 };
 
 /// A tet mesh of a shape: isosurface stuffing (Labelle & Shewchuk, SIGGRAPH 2007), without grading.
 ///
-/// A body-centred cubic lattice is laid over the box; lattice points that are near to the surface move onto
-/// it, tets that it still cuts are cut by stencils. Points on the surface are zeros of the shape to 1e-9 of a
-/// cell. All dihedral angles are between 10.7 and 164.8 degrees (their table 2, for the warping thresholds
-/// here), the surface is closed, whatever the shape is, and two of its triangles meet at each edge
+/// A body-centred cubic lattice is laid over the box; lattice points near the surface are moved onto it, and
+/// tets that the surface still cuts are split by stencils. Points on the surface are zeros of the shape to
+/// 1e-9 of a cell. All dihedral angles are between 10.7 and 164.8 degrees (their table 2, for the warping
+/// thresholds here), the surface is closed, whatever the shape is, and two of its triangles meet at each edge
 /// (tets that touch others in an edge only are dropped). Where the shape is thinner than about a cell, parts
 /// of it may be lost; of several parts only the one with the most tets is kept.
 ///

@@ -11,15 +11,15 @@
 
 namespace palpate {
 
-/// What is left of a budget in one detection. Queries ask it, chunk by chunk, whether they may go on.
+/// The rest of a budget in one detection. Queries check before each chunk whether they may continue.
 ///
-/// In tests it is deterministic: queries spend the tests that they did. With a time limit it reads the clock,
-/// and keeps back what the work that follows from a find will take: `seconds_per_find` for each.
+/// A budget in tests is deterministic: queries spend the number of tests that they made. A budget in time
+/// reads the clock, and reserves time for the work that each find causes later: `seconds_per_find` for each.
 class Allowance {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// What may be spent: tests or seconds, from now on.
+  /// An allowance of tests, or of seconds from now on.
   static Allowance of_tests(std::uint64_t tests) {
     Allowance allowance;
     allowance.tests_ = tests;
@@ -44,7 +44,7 @@ class Allowance {
 
   [[nodiscard]] bool timed() const { return seconds_.has_value(); }
 
-  /// Keeps back so much for each find from now on, and so much in any case.
+  /// From now on, reserves `seconds` for each find, and a fixed time.
   void keep_back(double seconds, double seconds_per_find) {
     kept_back_ = seconds;
     seconds_per_find_ = seconds_per_find;
@@ -57,7 +57,7 @@ class Allowance {
     const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
     return kept_back_ + seconds_per_find_ * finds < seconds_left(fraction);
   }
-  /// Of a fraction of the budget, whatever is kept back.
+  /// Time left of a fraction of the budget, without regard to reserves.
   [[nodiscard]] double seconds_left(double fraction) const {
     const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
     return fraction * seconds_.value_or(std::numeric_limits<double>::infinity()) - spent;

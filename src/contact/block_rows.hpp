@@ -8,9 +8,9 @@
 
 namespace palpate {
 
-/// Lists the rows of the clusters of a block. A block that is full is finished before its time, and goes on
-/// with the rows that are left.
-/// \tparam Finish  finish() does what the block says
+/// Collects the rows of the clusters of a block. A full block is processed at once, and then refilled with
+/// the remaining rows.
+/// \tparam Finish  finish() processes the block
 template <class Finish>
 class BlockRows {
  public:
@@ -21,10 +21,10 @@ class BlockRows {
     cluster_ = c;
     block_.first_row[c] = static_cast<std::uint32_t>(rows_);
   }
-  /// Items [begin, end); may be none.
+  /// Adds the items [begin, end); may be empty.
   void add(std::uint32_t begin, std::uint32_t end) {
     if (is_full(end - begin)) begin = add_parts(begin, end);
-    // An empty row is overwritten by the next: cheaper than to ask.
+    // An empty row is overwritten by the next: cheaper than a branch.
     block_.rows[rows_] = {begin, end};
     rows_ += begin < end ? 1 : 0;
     items_ += end - begin;
@@ -35,11 +35,12 @@ class BlockRows {
   }
 
  private:
-  /// Whether there is no room for a row of so many.
+  /// Whether there is no room for a row of `more` items.
   [[nodiscard]] bool is_full(std::uint32_t more) const {
     return items_ + more > simd::ClusterBlock::most_points || rows_ == simd::ClusterBlock::most_rows;
   }
-  /// Finishes full blocks, until there is room for [the result, end). Rare, so not where rows are added.
+  /// Processes full blocks until there is room for [result, end). Rare, and so not inlined where rows are
+  /// added.
   [[gnu::noinline]] std::uint32_t add_parts(std::uint32_t begin, std::uint32_t end) {
     while (is_full(end - begin)) {
       const std::size_t room =

@@ -21,8 +21,8 @@ struct BorderEdges::Part {
   std::span<const std::uint8_t> without;
 };
 
-/// The edges of one contact; border edges to `edge`, which goes on. What an edge is decides no branch, since
-/// nothing foretells it.
+/// Writes the edges of one contact; border edges to `edge`, which advances. No branch depends on the kind of
+/// an edge, which is unpredictable.
 void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
   const Contacts& contacts = what.table.contacts();
   const Index point = contacts.point[c];
@@ -53,7 +53,7 @@ void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
   Index room = 0;
   for (std::size_t c = 0; c < points.size(); ++c) {
     ranges_[c].begin = room;
-    room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // written ahead of
+    room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // each edge is written to both lists
   }
   resize_with_room(links_, static_cast<std::size_t>(room));
   const Part what{bodies, positions, table, without};

@@ -12,23 +12,23 @@
 
 namespace palpate {
 
-/// The edges of the points in contact, parted. Border edges connect a point in contact with a point that is
-/// not in contact with the same body (paper 3), or with another layer of it where the body is their own. The
-/// others are links between two contacts.
+/// The edges of the points in contact, in two groups. Border edges connect a point in contact with a point
+/// that is not in contact with the same body (paper 3), or, in self-contact, with a point in another layer.
+/// The others are links between two contacts.
 class BorderEdges {
  public:
   explicit BorderEdges(const Bodies& bodies);
 
   /// O(contacts x edges at a point), parallel.
-  /// \param without  (n_contacts) not zero: a contact whose border edges are left out. Empty: there are none
+  /// \param without  (n_contacts) nonzero for contacts whose border edges are left out; empty: none
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const ContactTable& table, std::span<const std::uint8_t> without = {});
 
   /// In order of (contact, edge).
   [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
-  /// edges() and this list change places.
+  /// Swaps edges() and this list.
   void swap_edges(std::vector<BorderEdge>& edges) { edges_.swap(edges); }
-  /// (n_contacts) where the links of each contact are.
+  /// (n_contacts) the range of the links of each contact.
   [[nodiscard]] std::span<const Range> ranges_of_links() const { return ranges_; }
   /// The contact at the other end of each link, in the order of edges; there are gaps between the ranges.
   [[nodiscard]] std::span<const Index> links() const { return links_; }

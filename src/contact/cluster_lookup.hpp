@@ -29,12 +29,12 @@ struct LookupContext {
 };
 
 /// Lists the candidates of clusters, block by block: the points in their boxes.
-/// \tparam Finish  finish(block, first) does what a block is for; `first` is the place of its first cluster.
+/// \tparam Finish  finish(block, first) processes a block; `first` is the index of its first cluster.
 ///                 Clusters with many candidates come in several blocks.
 template <class Finish>
 class ClusterLookup {
  public:
-  /// \param margin  by which boxes grow on all sides, in parts of a cell
+  /// \param margin  by which boxes grow on all sides, in fractions of a cell
   ClusterLookup(const LookupContext& context, std::int32_t margin, Finish finish)
       : context_(context),
         margin_(margin),
@@ -79,7 +79,7 @@ class ClusterLookup {
       prefetch(points_.points + block_.candidates[i]);
   }
 
-  /// Of the next block.
+  /// Prefetches the corners of the next block.
   void prefetch_corners(std::span<const Cluster> clusters) const {
     if (!asks_ahead_) return;
     for (const Cluster& cluster :
@@ -89,7 +89,8 @@ class ClusterLookup {
     }
   }
 
-  /// Which points in its box a cluster leaves out: those of its own body, and those of immovable bodies.
+  /// Sets which points a cluster leaves out: those of its own body, and for immovable bodies those of
+  /// immovable bodies.
   void set_names(const Cluster& cluster, simd::ClusterBox& box) const {
     const bool immovable = at(context_.may_touch.immovable, cluster.body) != 0;
     const bool itself = at(context_.may_touch.self_collision, cluster.body) != 0;

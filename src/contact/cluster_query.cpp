@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t grain = ClusterBlock::most_clusters;
 
 /// Queries clusters with the points that they look up.
-/// \param answers  of the clusters; or none
+/// \param answers  answers of the clusters; or empty
 QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
                      std::span<const Cluster> clusters, std::vector<PointInTet>& found,
                      std::span<std::uint8_t> answers = {}) {
@@ -40,7 +40,7 @@ QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
   return taker.tally();
 }
 
-/// Asks clusters about the points on their lists, block by block.
+/// Tests clusters with the points on their lists, block by block.
 class ListWork {
  public:
   ListWork(const PairContext& pairs, const simd::ClusterKernels& kernels, const NearLists& lists,
@@ -89,7 +89,7 @@ class ListWork {
     }
   }
 
-  /// How many of the first clusters make a block: whose lists follow each other, and are few enough points.
+  /// The number of first clusters that make a block: their lists are consecutive and have few enough points.
   [[nodiscard]] std::size_t clusters_of_block(std::span<const std::uint32_t> numbers) const {
     const std::span<const std::uint32_t> begin = lists_.begin();
     std::size_t n = 1;

@@ -22,8 +22,8 @@
 namespace palpate {
 
 /// Point-in-volume query for the compact grid (docs/query.md): looks up the points around clusters of tets,
-/// and tests each against all tets of a cluster at a time, in float with a bound on the error. What that
-/// cannot decide goes to the exact predicate, so it finds what PointsInTets finds.
+/// and tests each point against all tets of a cluster at once, in float with an error bound. The exact
+/// predicate decides the rest, so the result is that of PointsInTets.
 class ClusterQuery {
  public:
   explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())
@@ -32,20 +32,20 @@ class ClusterQuery {
         queue_(clusters_.clusters.size()),
         lists_(bodies, clusters_.clusters.size()) {}
 
-  /// Coherence: allows the next find() to use near lists of earlier frames. Returns whether it needs the
-  /// grid; where it does not, it may be that of an earlier frame. Without this, find() queries all clusters.
-  /// \param fixed        the positions of the next find() \param new_lattice  whether they are in another
-  /// lattice than those of the last call
+  /// Coherence: allows the next find() to use near lists of earlier frames. Returns whether find() needs the
+  /// grid; if not, the grid may be that of an earlier frame. Without this call, find() queries all clusters.
+  /// \param fixed        the positions of the next find()
+  /// \param new_lattice  whether the lattice differs from that of the last call
   bool begin_frame(const parallel::Threads& threads, const Bodies& bodies, const FixedPositions& fixed,
                    bool new_lattice);
 
-  /// The state that begin_frame() uses: the plan, and the positions that lists were made for (none without
+  /// The state that begin_frame() uses: the plan, and the positions for which lists were made (empty without
   /// lists).
   [[nodiscard]] const ListPlan& plan() const { return plan_; }
   [[nodiscard]] std::span<const simd::FixedPoint> listed_points() const {
     return plan_.has_lists() ? lists_.reference() : std::span<const simd::FixedPoint>{};
   }
-  /// Puts these back; `grid` and `fixed` hold the positions.
+  /// Restores them; `grid` and `fixed` hold the positions.
   void recall(const ListPlan::Numbers& plan, const parallel::Threads& threads, const Bodies& bodies,
               const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
 
@@ -54,15 +54,15 @@ class ClusterQuery {
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
 
-  /// The same as far as an allowance goes, in order of importance; close() the queue then. It finds what
-  /// find() finds, or less.
+  /// The same within an allowance, in order of importance; call close() of the queue afterwards. It finds a
+  /// subset of what find() finds.
   void find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
                    const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                    const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
   [[nodiscard]] ClusterQueue& queue() { return queue_; }
   [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 
-  /// In no order that means anything, but the same for every thread count.
+  /// In arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
   /// A candidate is a pair of a point in the box of a cluster, or on its list, and one of its tets; corners
   /// of the tet count.
@@ -90,7 +90,7 @@ class ClusterQuery {
   std::vector<PointInTet> found_;
   std::vector<QueryTally> tallies_;
   std::vector<std::uint8_t> upright_chunks_;
-  /// (n_bodies) 1: collides with itself, and all tets surely have a positive volume: nothing is folded.
+  /// (n_bodies) 1: has self-collision, and all tets certainly have positive volume, so nothing is folded.
   std::vector<std::uint8_t> upright_;
 };
 

@@ -16,15 +16,15 @@
 
 namespace palpate {
 
-/// Clusters in the order of their importance, for a query that may not get to all of them: those that found
-/// something when they were last asked; those that have waited for 31 detections; those that had candidates
-/// when they were last asked (the near ones), in the region of interest before elsewhere; then the others, in
-/// the region before elsewhere. In each of these classes those come first that have waited longest.
+/// Clusters in the order of their importance, for a query that may not have time for all. The classes are:
+/// clusters that found something in their last query; those that have waited for 31 detections; those with
+/// candidates in their last query (near ones), first in the region of interest; all others, first in the
+/// region of interest. In each class, the clusters that have waited longest come first.
 class ClusterQueue {
  public:
   explicit ClusterQueue(std::size_t clusters) : states_(clusters, 0) {}
 
-  /// Puts those of `all` that `takes(cluster)` in order. O(clusters).
+  /// Orders the clusters of `all` with takes(cluster). O(clusters).
   template <class Takes>
   void arrange(const Clusters& all, std::span<const Vec3> positions,
                const std::optional<InterestRegion>& region, Takes&& takes) {
@@ -48,7 +48,7 @@ class ClusterQueue {
   }
 
   [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
-  /// So many of the first found something last time.
+  /// The number of clusters at the front that found something last time.
   [[nodiscard]] std::size_t urgent() const { return urgent_; }
   /// For each of ordered(): the flags below, set by the query.
   [[nodiscard]] std::span<std::uint8_t> answers() { return answers_; }
@@ -56,8 +56,8 @@ class ClusterQueue {
   static constexpr std::uint8_t near = 2;   ///< it had candidates
   static constexpr std::uint8_t found = 4;
 
-  /// Copies the answers; clusters that were not queried age by one. Marks their bodies. Returns how
-  /// many. O(clusters).
+  /// Copies the answers; clusters that were not queried age by one. Marks their bodies. Returns their number.
+  /// O(clusters).
   std::size_t close(std::span<std::uint8_t> late_bodies);
 
   /// State of each cluster between detections: part of the saved state of a run.
@@ -72,7 +72,7 @@ class ClusterQueue {
   static constexpr std::size_t classes = 6;
   static constexpr std::uint8_t none = 0xff;
 
-  /// Class by class, the oldest first.
+  /// The sort key: by class, the oldest first.
   [[nodiscard]] static std::uint8_t place_of(std::uint8_t state, bool of_interest) {
     const bool is_near = (state & state_near) != 0;
     std::size_t importance = of_interest ? 4U : 5U;
@@ -88,23 +88,24 @@ class ClusterQueue {
   std::vector<std::uint8_t> states_;    ///< (n_clusters)
   std::vector<std::uint8_t> class_of_;  ///< (n_clusters)
   std::array<std::size_t, classes * ages + 1> count_{};
-  std::vector<std::uint32_t> number_;  ///< of ordered_
+  std::vector<std::uint32_t> number_;  ///< index, of each of ordered_
   std::vector<Cluster> ordered_;
   std::vector<std::uint8_t> answers_;
   std::size_t urgent_ = 0;
 };
 
-/// What a part of a queue may spend of an allowance, and the clusters of a chunk.
+/// The fraction of an allowance for a part of a queue, and the clusters of a chunk.
 struct QueuePart {
   std::size_t begin;
   std::size_t end;
   double fraction;
 };
 
-/// Asks the clusters of a queue, chunk by chunk in their order, until the allowance is spent. At most seven
-/// eighths of it go to clusters that found something last time while others wait, so that none waits for
-/// ever. `ask(clusters, answers, list)` asks some, and returns its tally. In tests, the clusters asked are
-/// the same for every thread count: what is done beyond them is thrown away.
+/// Queries the clusters of a queue, chunk by chunk in their order, until the allowance is spent. While others
+/// wait, at most seven eighths of it are for clusters that found something last time, so that none waits for
+/// ever. `ask(clusters, answers, list)` queries some clusters, and returns its tally. With a budget for a
+/// budget in tests, the queried clusters are the same for every thread count: results beyond them are
+/// discarded.
 template <class T>
 class QueueRun {
  public:
@@ -118,7 +119,7 @@ class QueueRun {
     const auto tests = static_cast<double>(allowance.tests());
     const std::size_t done = part(threads, queue, allowance, {0, urgent, urgent_fraction},
                                   static_cast<std::uint64_t>(urgent_fraction * tests), ask);
-    const std::uint64_t least = 1;  // a chunk of those that wait is always asked
+    const std::uint64_t least = 1;  // always one chunk of the waiting clusters
     part(threads, queue, allowance, {urgent, all, 1.0}, std::max(allowance.tests(), least), ask);
     part(threads, queue, allowance, {done, urgent, 1.0}, allowance.tests(), ask);
   }
@@ -130,9 +131,9 @@ class QueueRun {
  private:
   /// So small that a chunk is a few microseconds: the clock is read before each.
   static constexpr std::size_t grain = 16;
-  static constexpr std::size_t chunks_at_a_time = 16;  ///< in tests
+  static constexpr std::size_t chunks_at_a_time = 16;  ///< for a budget in tests
 
-  /// Returns the first that was not asked.
+  /// Returns the first cluster that was not queried.
   template <class Ask>
   std::size_t part(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance,
                    QueuePart rest, std::uint64_t tests, Ask&& ask) {
@@ -162,8 +163,8 @@ class QueueRun {
     });
   }
 
-  /// Keeps the chunks that the tests allow, the one that spends the last of them included. Returns how many:
-  /// in time, those before the first that was not asked.
+  /// Keeps the results of the chunks that a budget in tests allows, including the one that exceeds it.
+  /// Returns their number; for a budget in time, the number of chunks before the first that was not queried.
   std::size_t take(ClusterQueue& queue, Allowance& allowance, const QueuePart& now, std::uint64_t& tests) {
     std::size_t kept = 0;
     if (allowance.timed()) {

@@ -14,10 +14,10 @@ using simd::FixedPoint;
 
 namespace {
 
-/// Cells beyond which an edge counts as long. Clusters look as far around their boxes as the longest edge
-/// that is not reaches with its half.
+/// Length in cells above which an edge counts as long. Clusters search around their boxes by half the length
+/// of the longest other edge.
 constexpr std::int64_t most_cells = 4;
-/// Of a long edge.
+/// The cell of a long edge.
 constexpr Cell no_cell{-1, -1, -1};
 
 using Extent = std::array<std::int32_t, 3>;
@@ -27,7 +27,7 @@ Extent larger(const Extent& a, const Extent& b) {
 
 }  // namespace
 
-/// What find() was given.
+/// The input of find().
 struct ClusteredCrossings::Problem {
   const Bodies& bodies;
   std::span<const Vec3> positions;
@@ -42,12 +42,12 @@ struct ClusteredCrossings::Problem {
   }
   [[nodiscard]] Index body(Index edge) const { return at(contacts.body, at(border_edges, edge).contact); }
   [[nodiscard]] std::int32_t most_length() const {
-    // Numbers are below 2^30 and a few: what a cluster reaches has to fit 31 bits.
+    // Fixed positions are near or below 2^30, and the box of a cluster must fit 31 bits.
     return static_cast<std::int32_t>(std::min(most_cells << fixed.fraction_bits(), std::int64_t{1} << 29));
   }
 };
 
-/// A chunk of clusters, block by block.
+/// Processes a chunk of clusters, block by block.
 class ClusteredCrossings::Work {
  public:
   Work(const ClusteredCrossings& query, const Problem& problem, std::vector<EdgeInTriangle>& found,
@@ -114,7 +114,7 @@ class ClusteredCrossings::Work {
   bool add(Index edge, Index t, bool surely) {
     const Triangle& triangle = at(problem_.bodies.triangles(), t);
     const auto ends = problem_.ends(edge);
-    // A body's own triangles at the edge's ends: they meet it there and nowhere else.
+    // Triangles of the own body at the ends of the edge meet it only at these ends.
     const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
     if (std::any_of(triangle.begin(), triangle.end(), own)) return false;
     const auto& x = problem_.positions;
@@ -132,7 +132,7 @@ class ClusteredCrossings::Work {
   const Problem& problem_;
   simd::EdgeRows rows_;
   std::vector<EdgeInTriangle>& found_;
-  std::span<std::uint8_t> answers_;  ///< of the clusters to run; or none
+  std::span<std::uint8_t> answers_;  ///< of the clusters to query; or empty
   std::size_t block_begin_ = 0;
   QueryTally tally_;
   ClusterBlock block_;

@@ -19,16 +19,15 @@
 namespace palpate {
 
 /// Edge-triangle query for the compact grid (docs/query.md): border edges are put into a grid by the cells of
-/// their middles, and clusters of triangles look for them around their boxes, as far as the longest edge
-/// reaches. A float filter with a bound on the error comes before the exact predicate, so it finds what
-/// CrossingQuery finds.
+/// their midpoints, and clusters of triangles search for them around their boxes, by half the longest edge. A
+/// float filter with an error bound precedes the exact predicate, so the result is that of CrossingQuery.
 class ClusteredCrossings {
  public:
   explicit ClusteredCrossings(const Bodies& bodies)
       : clusters_(make_triangle_clusters(bodies)), queue_(clusters_.clusters.size()) {}
 
-  /// The next find() goes as far as an allowance does, in order of importance; close() the queue then. None:
-  /// it finds all.
+  /// Limits the next find() to an allowance, in order of importance; call close() of the queue afterwards.
+  /// Null: no limit.
   void limit(Allowance* allowance, const std::optional<InterestRegion>& region) {
     allowance_ = allowance;
     region_ = region;
@@ -36,16 +35,16 @@ class ClusteredCrossings {
   [[nodiscard]] ClusterQueue& queue() { return queue_; }
   [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 
-  /// Finds the crossings of all border edges but long ones, whose indices it appends to `left`.
+  /// Finds the crossings of all border edges except long ones, whose indices it appends to `left`.
   /// \param fixed  the positions, in `lattice`
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& lattice,
             const FixedPositions& fixed, std::vector<Index>& left);
 
-  /// In no order that means anything, but the same for every thread count.
+  /// In arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const EdgeInTriangle> found() const { return found_; }
-  /// A candidate is a pair of an edge whose box meets that of a cluster of the body it is for, and one of its
-  /// triangles.
+  /// A candidate is a pair of an edge and a triangle of the penetrated body, where the box of the edge meets
+  /// that of the triangle's cluster.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] std::size_t bytes() const {
     return grid_.bytes() + 7 * row_[0].capacity() * sizeof(std::int32_t);
@@ -68,9 +67,9 @@ class ClusteredCrossings {
   Allowance* allowance_ = nullptr;
   std::optional<InterestRegion> region_;
   CompactGrid grid_;
-  std::vector<Cell> cells_;  ///< (n_border_edges) of their middles; long edges have none
+  std::vector<Cell> cells_;  ///< (n_border_edges) of their midpoints; no_cell for long edges
   std::vector<std::array<std::int32_t, 3>> longest_of_chunk_;
-  std::array<std::int32_t, 3> longest_{};         ///< of the edges that are not long, along each axis
+  std::array<std::int32_t, 3> longest_{};         ///< extent of the other edges, along each axis
   std::array<std::vector<std::int32_t>, 7> row_;  ///< numbers of EdgeRows
   std::vector<std::uint8_t> penetrated_;          ///< (n_bodies)
   std::vector<Cluster> active_;                   ///< clusters of penetrated bodies

@@ -12,8 +12,8 @@
 
 #include "room.hpp"
 
-/// Groups of columns of the ContactTable (docs/contact-table.md): structures of arrays that list, by
-/// columns(), their arrays.
+/// Groups of columns of the ContactTable (docs/contact-table.md): structures of arrays, which list their
+/// arrays by columns().
 namespace palpate {
 
 /// Calls f(column of a, column of b) for each column of two groups of one kind.
@@ -27,13 +27,13 @@ void zip_columns(A& a, B& b, F&& f) {
   (std::make_index_sequence<std::tuple_size_v<decltype(of_a)>>{});
 }
 
-/// Gives all columns so many rows. Rows stay where none are added, else their values are lost.
+/// Sets the number of rows of all columns. If rows are added, all values are lost.
 template <class Group>
 void resize_columns(Group& group, std::size_t rows) {
   std::apply([&](auto&... column) { (resize_with_room(column, rows), ...); }, group.columns());
 }
 
-/// The same for more rows, whose values are any; all others stay.
+/// The same for more rows: new values are undefined, all others stay.
 template <class T>
 void grow_column(std::vector<T>& column, std::size_t rows) {
   make_room(column, rows);
@@ -55,13 +55,13 @@ void copy_row(const Group& from, std::size_t row_from, Group& to, std::size_t ro
   zip_columns(from, to, [&](const auto& a, auto& b) { b[row] = a[row_from]; });
 }
 
-/// The plane through which a contact leaves the body, as it was when it was last computed; see PlaneCache.
+/// The penetration plane of a contact when it was last computed; see PlaneCache.
 struct CachedPlanes {
-  std::vector<Index> tet;                      ///< that held the point; -1: there is no plane
-  std::vector<std::uint8_t> age;               ///< detections since; `oldest` where neighbours gave it
+  std::vector<Index> tet;                      ///< that contained the point; -1: no plane
+  std::vector<std::uint8_t> age;               ///< detections since then; `oldest` if it came from neighbours
   std::vector<std::array<double, 4>> weights;  ///< of the point in the tet
   std::vector<double> depth;                   ///< m
-  std::vector<Vec3> on_edges;  ///< direction times each of the edges from the tet's first corner
+  std::vector<Vec3> on_edges;  ///< products of the direction with the edges from the tet's first corner
   std::vector<double> certainty;
 
   static constexpr std::uint8_t oldest = 255;
@@ -69,14 +69,14 @@ struct CachedPlanes {
   auto columns() const { return std::tie(tet, age, weights, depth, on_edges, certainty); }
 };
 
-/// State of a contact that the response keeps from step to step. A row of zeros: it has not acted yet.
+/// State of a contact from step to step, written by the response. A row of zeros: it has not acted yet.
 struct ContactStates {
   std::vector<std::int32_t> seen;  ///< steps in a row, this one included; 0: it does not act
   std::vector<std::int32_t> lost;  ///< steps since it last acted; 0 while it does
   std::vector<std::uint8_t>
-      speculative;         ///< 1: met within the last step, and not yet there at the end of one
-  std::vector<Vec3> slip;  ///< stretch of the friction spring, m; across the direction
-  // Of the last time it acted:
+      speculative;         ///< 1: found within the last step, and not yet in contact at the end of a step
+  std::vector<Vec3> slip;  ///< extension of the friction spring, m; orthogonal to the direction
+  // When it last acted:
   std::vector<Vec3> force;              ///< along the direction, at the start of the step, N
   std::vector<Vec3> direction;          ///< unit
   std::vector<Vec3> velocity;           ///< of the point relative to the tet, at the start of the step, m/s
@@ -91,15 +91,15 @@ struct ContactStates {
   }
 };
 
-/// Cached result of the search for rims near a contact: whether there was none within reach, and none will be
-/// while nothing moves much (RimFalloff). Saves work only and never changes a result, so it is not part of
+/// Cached result of the search for rims near a contact: that there was none within reach, and will be none
+/// while points move little (RimFalloff). Saves work only and never changes a result, so it is not part of
 /// saved states.
 struct RimCache {
-  enum State : std::uint8_t { unknown, near, clear };  ///< near: there is a rim, or it is not certain
+  enum State : std::uint8_t { unknown, near, clear };  ///< near: there is a rim, or possibly one
 
-  std::vector<std::uint8_t> state;           ///< a State; of the other columns only if it is not unknown:
-  std::vector<Index> tet;                    ///< that held the point
-  std::vector<std::uint32_t> rest_of_point;  ///< number of the rest of the point's body
+  std::vector<std::uint8_t> state;  ///< a State; the other columns are valid only if it is not unknown:
+  std::vector<Index> tet;           ///< that contained the point
+  std::vector<std::uint32_t> rest_of_point;  ///< number of the rest period of the point's body
   std::vector<std::uint32_t> rest_of_tet;
   std::vector<Vec3> direction;  ///< of the contact
 

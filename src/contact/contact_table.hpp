@@ -15,20 +15,20 @@
 
 namespace palpate {
 
-/// States of contacts with their keys, sorted by (point, body): what a resumed run needs.
+/// States of contacts with their keys, sorted by (point, body): the part that a resumed run needs.
 struct ContactHistory {
   std::vector<Index> point;
   std::vector<Index> body;
   ContactStates states;
 };
 
-/// All data of contacts: one row for each (point, body), in this order. docs/contact-table.md draws
-/// it and says who writes which column.
+/// All data of contacts: one row for each (point, body), in this order. docs/contact-table.md draws it and
+/// says who writes which column.
 ///
-/// Rows in contact come first; their public columns are `Contacts`. Where states are kept, rows of contacts
-/// that have ended follow, so that one that opens and closes again is recognised. A table is made of what the
-/// query found and of the table before it: each row is matched once, and all data that follow a contact use
-/// that.
+/// Rows in contact come first; their public columns are `Contacts`. If states are kept, rows of ended
+/// contacts follow, so that a contact that opens and closes again is recognised. A table is made from the
+/// result of the query and the previous table. Each row is matched once, and all data of a contact use this
+/// match.
 class ContactTable {
  public:
   using Key = std::pair<Index, Index>;  ///< point, body
@@ -36,20 +36,20 @@ class ContactTable {
   /// Steps for which the state of an ended contact is kept.
   static constexpr std::int32_t longest_absence = 20;
 
-  /// Puts what the query found in canonical order, of several tets of one body the lowest, and matches the
-  /// rows with those of the last detection's table, of which it copies the states. Depth, direction and
-  /// certainty are zero. O(points + found + rows of `last`), parallel.
-  /// \param last  none: there is no earlier table
+  /// Sorts the result of the query (of several tets of one body the lowest is used), matches the rows with
+  /// those of the last table, and copies their states. Depth, direction and certainty are zero. O(points +
+  /// found + rows of `last`), parallel.
+  /// \param last  null: there is no previous table
   void assign(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               std::span<const PointInTet> found, const ContactTable* last = nullptr);
 
   /// The public columns, (size()) rows.
   [[nodiscard]] Contacts& contacts() { return contacts_; }
   [[nodiscard]] const Contacts& contacts() const { return contacts_; }
-  /// Edges have rows of their own kind, which follow the table where it goes.
+  /// Edge contacts are separate rows, which are moved together with the table.
   [[nodiscard]] EdgeContacts& edges() { return edges_; }
   [[nodiscard]] const EdgeContacts& edges() const { return edges_; }
-  /// The public columns without a copy; contacts() is empty until the next assign().
+  /// Moves the public columns out; contacts() is empty until the next assign().
   [[nodiscard]] Contacts take_contacts();
   /// Rows in contact.
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -66,8 +66,8 @@ class ContactTable {
   }
   /// The row of a contact, or of an ended one, or -1. O(bodies that the point is in + log(ended)).
   [[nodiscard]] Index row_of(Index point, Index body) const;
-  /// (size()) the row of each contact in the last table, -1: it has none. Rows from that table's size() on
-  /// are of contacts that had ended.
+  /// (size()) the row of each contact in the last table, -1: none. Rows from that table's size() on belong to
+  /// ended contacts.
   [[nodiscard]] std::span<const Index> previous() const { return previous_; }
 
   /// (size() rows, or none) written by PlaneCache.
@@ -78,11 +78,11 @@ class ContactTable {
   [[nodiscard]] const ContactStates& states() const { return now_.states; }
   [[nodiscard]] RimCache& rims() { return now_.rims; }
 
-  /// Gives contacts without a row one among the ended ones, with a state of zeros. Sorted keys. Rows
-  /// of those change. O(rows).
+  /// Adds rows for contacts without one, among the ended ones, with zero states. Keys must be sorted. Indices
+  /// of rows of ended contacts change. O(rows).
   void add_rows(std::span<const Key> keys);
-  /// Counts a step: contacts have been seen once more, ended ones are lost for longer, until they are
-  /// removed. A speculative contact that never was there at the end of a step leaves no trace. O(rows),
+  /// Counts a step: increments `seen` of contacts and `lost` of ended ones, which are removed after
+  /// longest_absence. A speculative contact that never existed at the end of a step is removed. O(rows),
   /// parallel.
   void begin_step(const parallel::Threads& threads);
   /// Undoes the last begin_step() and all changes of states since. O(1).
@@ -98,7 +98,7 @@ class ContactTable {
   struct OfPoint {
     Index first;
     Index count;
-    Index body;  ///< of the first; -1: there is none
+    Index body;  ///< of the first; -1: none
   };
   /// States of all rows, and keys of the ended ones.
   struct RowStates {

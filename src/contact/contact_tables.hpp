@@ -7,24 +7,24 @@
 
 namespace palpate {
 
-/// The tables of the detections that matter: of the last one, of the one before it while the next is made,
-/// and of one that is held while others follow. They change places, so that each keeps its memory.
+/// The tables of detections: of the last one, of the one before it during a detection, and of a held one.
+/// They are swapped, so that each keeps its memory.
 class ContactTables {
  public:
   [[nodiscard]] ContactTable& now() { return tables_[now_]; }
   [[nodiscard]] const ContactTable& now() const { return tables_[now_]; }
-  /// Of the detection before now(), during a detection.
+  /// During a detection: the table of the detection before.
   [[nodiscard]] const ContactTable& last() const { return tables_[last_]; }
 
-  /// A table for the next detection becomes now(); now() becomes last().
+  /// Begins a detection: now() becomes last(), and another table becomes now().
   void begin() {
     last_ = now_;
     now_ = 0;
     while (now_ == last_ || now_ == held_) ++now_;
   }
-  /// Keeps now() while others follow.
+  /// Holds a copy of now() during further detections.
   void hold() { held_ = now_; }
-  /// Back to the table that was held.
+  /// Restores the held table.
   void swap_back() {
     now_ = held_;
     release();

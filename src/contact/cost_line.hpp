@@ -9,16 +9,16 @@
 
 namespace palpate {
 
-/// Linear cost model, seconds = a + b work, of the last 32 samples: a fixed cost and a cost a unit, fitted to
-/// the last 32 times and raised until it is seldom too low (as high as all but the two highest, but at most
-/// half more than in the middle, so that times in which the system put the thread aside do not count).
+/// Linear cost model, seconds = a + b work, of the last 32 samples: a fixed cost and a cost per unit, fitted
+/// to the last 32 times and raised until it is seldom too low: above all but the two highest, but at most 1.5
+/// times the median, so that times in which the system suspended the thread do not matter.
 ///
-/// A single cost a unit does not suffice: after a time of little work a unit seems expensive, so that even
-/// less of it is thought to fit.
+/// A cost per unit alone does not suffice: after samples with little work the unit cost seems high, and then
+/// even less work is planned.
 class CostLine {
  public:
-  /// \param units  that as much as what there is in any case is taken for while all work is about as
-  /// large
+  /// \param units  assumed ratio of the fixed cost to the cost of a unit, while all samples have about the
+  ///               same work
   explicit CostLine(double units) : units_(units) {}
 
   void add(double work, double seconds) {
@@ -29,7 +29,7 @@ class CostLine {
   [[nodiscard]] double fixed() const { return fixed_; }  ///< s
   [[nodiscard]] double each() const { return each_; }    ///< s
   [[nodiscard]] double of(double work) const { return fixed_ + each_ * work; }
-  /// Before it was raised.
+  /// The fitted line before it was raised.
   [[nodiscard]] double usual(double work) const { return of(work) / raised_; }
 
  private:
@@ -39,7 +39,7 @@ class CostLine {
   };
   static constexpr std::size_t most = 32;
 
-  /// Of what samples cost beside an expectation.
+  /// Spread of the ratio of the cost of samples to an expectation.
   template <class Expected>
   [[nodiscard]] CostSpread ratios(std::size_t count, Expected&& expected) const {
     std::array<double, most> ratio{};
@@ -66,7 +66,8 @@ class CostLine {
       mean_seconds += seconds(last_[i]) / n;
     }
     if (!(mean_seconds > 0.0)) return;
-    // Of the line through their middle: towards `units` by as much as they are alike.
+    // The line through the mean of the samples. The more similar their work, the closer is its fixed cost to
+    // `units`.
     const double expected = mean_seconds / plain(mean_work);
     double square = alike * alike * plain(mean_work) * plain(mean_work);
     double product = square * expected;

@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-/// Where the border edges that are found to meet triangles cross.
+/// Computes where border edges cross the triangles that they meet.
 struct Finder {
   const Bodies& bodies;
   std::span<const Vec3> positions;
@@ -26,7 +26,7 @@ struct Finder {
     return crossing_parameter(inner_end(edge), at(positions, edge.free_point), at(positions, t0),
                               at(positions, t1), at(positions, t2));
   }
-  /// No more than there are lanes.
+  /// Computes at most as many parameters as there are lanes.
   void parameters(std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) const {
     simd::SegmentsInTriangles segments;
     for (std::size_t lane = 0; lane < found.size(); ++lane) {

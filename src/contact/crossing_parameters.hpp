@@ -14,8 +14,8 @@ struct EdgeInTriangle {
   Index triangle;
 };
 
-/// Where the edges cross: as many `crossings`, in the same order, with crossing_parameter() of each.
-/// O(crossings), parallel.
+/// Computes `crossings`, one for each pair in the same order, with its crossing_parameter(). O(crossings),
+/// parallel.
 void find_parameters(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                      const Contacts& contacts, std::span<const BorderEdge> border_edges,
                      std::span<const EdgeInTriangle> found, std::span<Crossing> crossings);

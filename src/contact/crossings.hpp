@@ -25,12 +25,12 @@ namespace palpate {
 /// Edge-triangle query (paper 3 and 4): the border edges are put into the structure by the cells they pass,
 /// and the surface triangles of the penetrated bodies search for them in the cells of their boxes.
 ///
-/// With clusters, ClusteredCrossings does that for all but long edges.
+/// With clusters, ClusteredCrossings does this for all but long edges.
 class CrossingQuery {
  public:
   void use_clusters(const Bodies& bodies) { clustered_ = std::make_unique<ClusteredCrossings>(bodies); }
 
-  /// \param fixed  the positions in the lattice, where clusters are to be used
+  /// \param fixed  fixed positions, if clusters are used
   template <class Structure>
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
@@ -65,13 +65,13 @@ class CrossingQuery {
     if (fixed != nullptr) tally_ += clustered_->tally();
   }
 
-  /// With clusters.
+  /// The query with clusters.
   [[nodiscard]] ClusteredCrossings& clustered() { return *clustered_; }
   [[nodiscard]] const ClusteredCrossings& clustered() const { return *clustered_; }
 
   /// Sorted by (border edge, triangle).
   [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
-  /// crossings() and this list change places.
+  /// Swaps crossings() and this list.
   void swap_crossings(std::vector<Crossing>& crossings) { crossings_.swap(crossings); }
   /// Crossings of border edge e: [begin()[e], begin()[e + 1]).
   [[nodiscard]] std::span<const Index> begin() const { return begin_; }
@@ -93,7 +93,7 @@ class CrossingQuery {
     });
   }
 
-  /// Finds the crossings of edges_, triangle by triangle. The structure has their places in that list.
+  /// Finds the crossings of edges_, triangle by triangle. The structure holds their indices in that list.
   template <class Structure>
   void search(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
@@ -116,7 +116,7 @@ class CrossingQuery {
       std::array<std::uint64_t, CellSlots::most> storage{};
       std::span<const std::uint64_t> chosen;
       const std::uint64_t passed = cells_passed(lattice, a, b);
-      // The name of an edge is its ends, so that the choice does not depend on which other edges there are.
+      // The hash uses the ends of the edge, so that the choice does not depend on other edges.
       if (slots.overflows(passed)) chosen = slots.choose(edge_name(in, out), passed, storage);
       std::uint64_t number = 0;
       lattice.for_each_cell_of_segment(a, b, [&](std::int32_t i, std::int32_t j, std::int32_t k) {
@@ -155,7 +155,7 @@ class CrossingQuery {
             const Vec3& t2 = at(positions, triangle[2]);
             for (const Index e : near) {
               const auto ends = ends_of(e);
-              // A body's own triangles at the edge's ends: they meet it there and nowhere else.
+              // Triangles of the own body at the ends of the edge meet it only at these ends.
               const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
               if (std::any_of(triangle.begin(), triangle.end(), own)) continue;
               const Vec3& in = at(positions, ends[0]);
@@ -174,7 +174,7 @@ class CrossingQuery {
     return (std::uint64_t{1} << 63) | (static_cast<std::uint64_t>(in) << 31) |
            static_cast<std::uint64_t>(out);
   }
-  /// The compact grid has L as a static array in approximate mode.
+  /// In approximate mode, L of the compact grid is a static array.
   template <class Footprint, class Structure>
   static void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     const CellSlots& slots, Footprint&& footprint, Structure& edges) {
@@ -205,8 +205,8 @@ class CrossingQuery {
       }
     });
   }
-  /// The lattice itself, or with cells so much larger that an edge passes at most 64 of them on average:
-  /// memory follows the number of edges, not their length. `extent(e)` is |dx| + |dy| + |dz| of edge e.
+  /// The lattice, with larger cells if needed, so that an edge passes at most 64 cells on average: memory
+  /// depends on the number of edges, not on their length. `extent(e)` is |dx| + |dy| + |dz| of edge e.
   template <class Extent>
   Lattice bounded(const parallel::Threads& threads, const Lattice& cells, std::size_t edges,
                   Extent&& extent) {
@@ -224,10 +224,10 @@ class CrossingQuery {
   }
 
   std::unique_ptr<ClusteredCrossings> clustered_;
-  std::vector<Index> edges_;  ///< border edges to be found triangle by triangle
+  std::vector<Index> edges_;  ///< border edges that are searched triangle by triangle
   QueryTally tally_;
   parallel::ChunkedList<EdgeInTriangle> lists_;
-  std::vector<EdgeInTriangle> found_;   ///< triangle by triangle, and the others
+  std::vector<EdgeInTriangle> found_;   ///< found in any way
   std::vector<EdgeInTriangle> sorted_;  ///< by (border edge, triangle)
   std::vector<Crossing> crossings_;
   std::vector<Index> begin_;

@@ -4,12 +4,12 @@
 
 namespace palpate {
 
-/// A moment from which on a result that is there is not made better any more.
+/// A time after which an existing result is not refined any more.
 class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Never.
+  /// No deadline.
   Deadline() = default;
   explicit Deadline(Clock::time_point end) : end_(end) {}
   static Deadline after_seconds(double seconds) {

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Part of the weight of a contact's edges that is lost: what comes from far counts less.
+/// Fraction of certainty that is lost at each edge, so that distant planes count less.
 constexpr double loss = 0.01;
 /// Certainty above which a mean is trusted.
 constexpr double full_certainty = 0.5;
@@ -21,7 +21,7 @@ constexpr double least_certainty = 1e-3;
 constexpr double tolerance = 1e-5;
 constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
-/// Length of the mean normal above which the planes count as one.
+/// Length of the mean normal above which the planes agree.
 constexpr double full_agreement = 0.9;
 
 }  // namespace
@@ -109,7 +109,7 @@ void DepthEstimate::next_level(Index level) {
   std::swap(frontier_, next_);
 }
 
-/// Makes each plane the mean of all that it is linked with, weighted by their certainty.
+/// Makes each plane the mean of the planes linked with it, weighted by their certainty.
 void DepthEstimate::balance(const Frame& frame) {
   solve_certainty(frame);
   resize_with_room(planes_, estimates_.size());
@@ -137,15 +137,15 @@ void DepthEstimate::balance(const Frame& frame) {
   system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
 }
 
-/// Part of the planes that reaches each contact: 1 at a crossing, less with each edge from there. Solves
-/// (W_i + sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j from the guess that all of them does.
+/// Certainty of each contact: 1 at a crossing, decreasing with each edge from there. Solves (W_i + sum_j m_ij
+/// + s_i) k_i = W_i + sum_j m_ij k_j starting at 1.
 void DepthEstimate::solve_certainty(const Frame& frame) {
   parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     const double lost = loss * link_weight * estimates_[c].edges;
     node.diagonal += lost;
     node.residual = {-lost, 0.0, 0.0, 0.0};
-    // A contact that takes the mean of its neighbours gives them nothing new.
+    // A contact with the mean of its neighbours adds no information to them.
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     if (estimates_[c].level < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal))
       leave_out(c);
@@ -157,8 +157,8 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
   });
 }
 
-/// The contact keeps its first guess, and its neighbours see that. Unreached ones keep their links, which
-/// only lead to others.
+/// Removes a contact from the system: it keeps its first guess, which its neighbours then use. Unreached
+/// contacts keep their links, which lead only to other unreached contacts.
 void DepthEstimate::leave_out(std::size_t c) {
   PlaneSystem::Node& node = system_.nodes[c];
   node.diagonal = 1.0;
@@ -195,7 +195,7 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
         search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, infinity, -1.0);
     if (found.outward == Vec3{})
       found = nearest_surface_point(frame.bodies, frame.positions, contacts.body[c], p, without);
-    if (!std::isfinite(found.distance)) found.distance = 0.0;  // a body without any surface but its own
+    if (!std::isfinite(found.distance)) found.distance = 0.0;  // the body has no other surface
     return found;
   };
   const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
@@ -224,14 +224,14 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     contacts.direction[c] = nearest().outward;
     estimate.from_surface = cancelled;
   }
-  // Where many neighbours only guess, a plane that comes from afar says too much.
+  // If many neighbours have no computed plane, a plane from far away is not reliable.
   if (estimate.level > 0 && frame.cache.spared() > 0)
     contacts.depth[c] = std::min(contacts.depth[c], estimate.bound);
   estimate.rough = rough;
-  // Rounding alone must not call a search.
+  // Rounding alone must not cause a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
   if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough) return;
-  if (std::isfinite(estimate.nearest_surface)) {  // nothing beside it is nearer
+  if (std::isfinite(estimate.nearest_surface)) {  // nothing else is nearer
     contacts.depth[c] = std::min(estimate.nearest_crossing, estimate.nearest_surface);
     if (estimate.from_surface == from_planes) estimate.from_surface = raised;
     return;
@@ -243,13 +243,13 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return bound <= enough;
   };
   if (try_direction(contacts.direction[c])) return;
-  if (bound > node.length) {  // deep: a smaller bound saves the search many tets
+  if (bound > node.length) {  // a smaller bound saves many tets of the search
     for (const Vec3& direction :
          {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
       if (try_direction(direction)) return;
     }
   }
-  bound *= 1.0 + 1e-9;  // so that the search finds it
+  bound *= 1.0 + 1e-9;  // so that the search includes it
   const SurfacePoint found =
       search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
   if (found.distance <= enough || !std::isfinite(found.distance)) return;
@@ -257,7 +257,8 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (estimate.from_surface == from_planes) estimate.from_surface = raised;
 }
 
-/// The mean of its neighbours: no deeper than they are, since their planes may not be valid further away.
+/// Uses the mean of the neighbours' planes, but no larger depth than theirs, since their planes may not be
+/// valid further away.
 void DepthEstimate::use_propagated_depth(const Frame& frame, std::size_t c) {
   Contacts& contacts = frame.table.contacts();
   Estimate& estimate = estimates_[c];
@@ -269,7 +270,7 @@ void DepthEstimate::use_propagated_depth(const Frame& frame, std::size_t c) {
   estimate.rough = true;
 }
 
-/// Not even a propagated plane: it pushes by no depth, away from the middle of its tet.
+/// Without any plane: depth 0, direction away from the centre of its tet.
 void DepthEstimate::set_unknown_depth(const Frame& frame, std::size_t c) {
   Contacts& contacts = frame.table.contacts();
   const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
@@ -282,7 +283,7 @@ void DepthEstimate::set_unknown_depth(const Frame& frame, std::size_t c) {
   estimates_[c].rough = true;
 }
 
-/// The point of a contact of a body with itself, whose own surface must not count as its exit.
+/// The point of a self-contact, whose own surface must not be its exit; else -1.
 Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];

@@ -19,35 +19,35 @@
 
 namespace palpate {
 
-/// Consistent penetration depth and direction, for each pair of a body and one that it penetrates; after
-/// Heidelberger, Teschner, Keiser, Mueller & Gross, "Consistent penetration depth estimation for deformable
-/// collision response", 2004, made continuous. docs/depth.md derives it and says where it still jumps.
+/// Consistent penetration depth and direction, for each contact; after Heidelberger, Teschner, Keiser,
+/// Mueller & Gross, "Consistent penetration depth estimation for deformable collision response", 2004, made
+/// continuous. docs/depth.md has the derivation, and where it is not continuous.
 ///
-/// Each crossing x with the outward normal n of the surface there is a plane, the exit as that border edge
-/// sees it. A contact's plane is the mean of those of its border edges and of the planes of its neighbours in
-/// contact, weighted by 1 / |x - p|^2 and 1 / |q - p|^2. Depth is the distance to the plane, direction its
-/// normal. Deviations from the paper: it averages the neighbours breadth first, each contact once; here all
-/// contacts are averages of all their neighbours at once (a linear system, with the paper's values as first
-/// guess), for only then nothing jumps where a point enters or leaves the body. Normals turn continuously
-/// along the surface. A depth is never less than the distance to the surface. Where a region has no border
-/// edge, the nearest surface point is taken. Where bodies are deep in each other, depth and direction lead
-/// out together: the point moved along its direction by its depth is outside.
+/// Each crossing x with the outward normal n of the surface there is a plane: the exit by this border edge. A
+/// contact's plane is the mean of those of its border edges and of the planes of its neighbours in contact,
+/// weighted by 1 / |x - p|^2 and 1 / |q - p|^2. Depth is the distance to the plane, direction its normal.
+/// Deviations from the paper: it averages the neighbours breadth first, each contact once; here all contacts
+/// are averages of all their neighbours at once (a linear system, with the paper's values as first guess),
+/// since only this is continuous when a point enters or leaves the body. Normals turn continuously along the
+/// surface. A depth is never less than the distance to the surface. Where a region has no border edge, the
+/// nearest surface point is used. For deep overlaps depth and direction are consistent: the point moved along
+/// its direction by its depth is outside.
 class DepthEstimate {
  public:
   explicit DepthEstimate(const Bodies& bodies);
 
   /// Fills depth, direction and certainty of all contacts; returns how often it used a fallback (the
-  /// DepthCounts). O(contacts x edges at a point x iterations + triangles +
-  /// fallbacks x tets nearer than the surface), parallel, without a deadline the same bits for every thread
-  /// count. Past the deadline, contacts use their cached plane if there is one, means are not balanced,
-  /// depths are not compared with the distance to the surface, and a depth without any plane is zero.
-  /// Contacts have border edges where `cache` says that their plane is computed. Those that use their cached
-  /// plane have depth and direction from there, and are a given plane for their neighbours.
+  /// DepthCounts). O(contacts x edges at a point x iterations + triangles + fallbacks x tets nearer than the
+  /// surface), parallel, without a deadline the same bits for
+  /// every thread count. Past the deadline, contacts use their cached plane if there is one, means are not
+  /// balanced, depths are not compared with the distance to the surface, and a depth without any plane is
+  /// zero. Only contacts whose plane is computed (by `cache`) have border edges. Others have depth and
+  /// direction of their cached plane, which is a given plane for their neighbours.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
                       const PlaneCache& cache = {}, const Deadline& deadline = {});
   [[nodiscard]] const SurfaceNormals& normals() const { return normals_; }
-  /// How a contact came to its plane.
+  /// How the plane of a contact was obtained.
   [[nodiscard]] PlaneCache::Outcome outcome(std::size_t contact) const {
     using Outcome = PlaneCache::Outcome;
     const Estimate& estimate = estimates_[contact];
@@ -69,21 +69,21 @@ class DepthEstimate {
     const PlaneCache& cache;
     const Deadline& deadline;
   };
-  /// A contact while its plane is made. What is half done stays here; columns of the table are written once.
+  /// Intermediate data of a contact. Columns of the table are written once, at the end.
   struct Estimate {
     double depth = 0.0;             ///< sum over its planes, then the first guess
-    Vec3 normal;                    ///< the same
+    Vec3 normal;                    ///< sum of normals over its planes, then the first guess
     Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
     Index without_crossing = 0;     ///< border edges
     double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
     double border_edges = 0.0;      ///< of those with a crossing
     double border_weight = 0.0;     ///< of all its crossings
     double nearest_crossing = 0.0;  ///< distance
-    double nearest_surface = 0.0;   ///< distance of what is beside it; infinite: nothing is
-    double deepest = 0.0;           ///< of the neighbours that its first guess comes from
+    double nearest_surface = 0.0;   ///< distance of the surface beside it; infinite: none
+    double deepest = 0.0;           ///< largest depth of the neighbours that its first guess comes from
     double bound = 0.0;             ///< no depth grows by more than the distance to a neighbour
-    double certainty = 1.0;         ///< part of the planes that reaches it, 0 to 1
-    double mean = 0.0;              ///< distance to its plane, the mean of all; not negative
+    double certainty = 1.0;         ///< reliability of its plane, 0 to 1
+    double mean = 0.0;              ///< distance to its plane, the mean of all planes; not negative
     double agreement = 0.0;         ///< length of the normal of that plane
     bool fixed = false;             ///< its plane is that of its crossings alone, or the cached one
     std::uint8_t from_surface = 0;  ///< a Source
@@ -98,7 +98,7 @@ class DepthEstimate {
   };
   /// Memory of a chunk of contacts.
   struct Scratch {
-    /// With room for what contacts of usual meshes need, so that steady steps ask for no more.
+    /// Reserves memory for contacts of usual meshes, so that later steps allocate none.
     Scratch() {
       crossed.reserve(1024);
       exits.reserve(1024);
@@ -107,17 +107,17 @@ class DepthEstimate {
       normals.reserve(1024);
     }
     ExitSearch search;
-    std::vector<CrossedEdge> crossed;   ///< border edges that have one crossing
+    std::vector<CrossedEdge> crossed;   ///< border edges with one crossing
     std::vector<EdgeExit> exits;        ///< (n_crossed)
-    std::vector<TrianglePoint> points;  ///< what is beside contacts
+    std::vector<TrianglePoint> points;  ///< nearest points of surface beside contacts
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };
-  /// Why depth or direction of a contact is that of the nearest surface point.
+  /// The reason why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
-  static constexpr std::size_t contacts_of_search = 64;  ///< a chunk
-  /// Squared length of an edge as weights use it: never zero, where points of tissue fall onto each other.
+  static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk
+  /// Squared length of an edge for weights; never zero, also where points coincide.
   [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
     const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
     return now >= surely_enough_ ? now : longer_distance(frame, p, q, now);
@@ -154,13 +154,13 @@ class DepthEstimate {
   Index regions_not_reached();
 
   SurfaceNormals normals_;
-  double surely_enough_;  ///< squared length of an edge that is not too short, whichever it is
+  double surely_enough_;  ///< squared length that is not too short for any edge
   PlaneSystem system_;
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by contacts that compute their plane
   std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
   std::vector<Estimate> estimates_;       ///< (n_contacts)
   std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
-  std::vector<double> deepest_;           ///< (n_contacts) of the region of each, in edges
+  std::vector<double> deepest_;           ///< (n_contacts) of its region, in edges
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< of each chunk of contacts

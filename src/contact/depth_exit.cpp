@@ -1,5 +1,5 @@
-// Depth and direction of deep contacts lead out of the body together: the last part of DepthEstimate, derived
-// in docs/depth.md.
+// Makes depth and direction of deep contacts consistent: the last part of DepthEstimate, derived in
+// docs/depth.md.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,22 +12,24 @@
 namespace palpate {
 namespace {
 
-/// Depths, in edges, up to which nothing changes and from which all of it does, by the deepest of a region.
+/// Largest depth of a region, in edges, up to which nothing changes, and from which the correction applies in
+/// full.
 constexpr double shallow = 0.2;
 constexpr double deep = 0.4;
-/// Agreement and certainty from which the mean plane counts fully.
+/// Agreement and certainty above which the mean plane has its full weight.
 constexpr double enough_agreement = 0.2;
 constexpr double enough_certainty = 0.7;
-/// How far inside the end of the mean exit is, in lengths of that exit, from which the mean has weight zero.
+/// Depth of the end of the mean exit, in lengths of that exit, at which the mean has weight zero.
 constexpr double lost_at = 2.0;
-/// The same, where a direction counts as uncertain: from there on the nearest surface may change at once.
+/// The same for a direction to count as uncertain: the nearest surface may then change discontinuously.
 constexpr double uncertain_at = 0.3;
-/// Faces within so many times the distance of the nearest count, so that the end slides over edges.
+/// Faces within this multiple of the nearest distance are included, so that the end moves continuously over
+/// edges.
 constexpr double tie = 1.6;
-/// Bound of the distance of their mean plane, in distances of the nearest: they may face any direction.
+/// Bound of the distance of their mean plane, over the nearest distance: the faces may have any orientation.
 constexpr double furthest_plane = 1.5;
-/// A mean of faces with different normals may end inside. So the exit is longer, by what the length of their
-/// mean normal lacks of one times this, up to a part of the distance.
+/// A mean of faces with different normals may end inside. So the exit is made longer by this factor times
+/// (1 - length of the mean normal), up to a fraction of the distance.
 constexpr double overshoot_by_spread = 20.0;
 constexpr double most_overshoot = 0.3;
 
@@ -35,18 +37,18 @@ constexpr double most_overshoot = 0.3;
 struct DepthExit {
   Vec3 target;
   double length = 0.0;
-  double inside = 0.0;  ///< how far inside its middle part ends; 0: it ends outside, or is lost
+  double inside = 0.0;  ///< depth of the end of its middle part; 0: it ends outside, or the walk is lost
 };
 
-/// The exit of p, a point in `tet`: straight on by `straight`, from there to the surface. `mean_part`, from
-/// 0 to 1: 0 ends at the nearest surface point, 1 at a mean of the faces that are about as near.
+/// The exit of p, a point in `tet`: first along `straight`, from there to the surface. `mean_part`, from 0 to
+/// 1: 0 ends at the nearest surface point, 1 at a mean of the faces at a similar distance.
 DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                     const Vec3& direction, double straight, double mean_part, Index without,
                     ExitSearch& search) {
   const Vec3 end = p + straight * direction;
   const ExitAhead exit = straight > 0.0 ? exit_ahead(bodies, positions, tet, p, direction, straight)
                                         : ExitAhead{.tet = tet, .distance = 0.0};
-  // Where rounding loses the walk, the exit is infinite: not used.
+  // If the walk is lost by rounding, the exit is infinite and not used.
   if (exit.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
   if (exit.leaves()) return {end, straight, 0.0};
   const SurfacePoint nearest = search.nearest(bodies, positions, exit.tet, end, without,
@@ -62,7 +64,7 @@ DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index
                        [&](Index there, std::size_t opposite, const Vec3& x, double distance) {
                          const double excess = inside / distance - inside / reach;
                          const double weight = excess * excess;
-                         if (!std::isfinite(weight)) return;  // it is at the end itself
+                         if (!std::isfinite(weight)) return;  // the face contains the end
                          const Vec3 n = face_normal(bodies, positions, there, opposite);
                          sum += weight;
                          offset += weight * dot(x - end, n);
@@ -77,8 +79,8 @@ DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index
 
 }  // namespace
 
-/// Of each connected region of contacts the deepest, in edges of the point: whether shallow contacts in it
-/// are a part of something deep. Says no where no contact is deep. O(contacts + links).
+/// Finds the largest depth in each connected region of contacts, in edges of the point, since shallow
+/// contacts may belong to a deep region. Returns false where no contact is deep. O(contacts + links).
 bool DepthEstimate::find_deepest(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const auto relative = [&](std::size_t c) { return contacts.depth[c] / system_.nodes[c].length; };

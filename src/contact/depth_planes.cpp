@@ -1,4 +1,4 @@
-// The planes of contacts: what their crossings, the surface beside them and their links give (DepthEstimate).
+// The planes of contacts from their crossings, the surface beside them and their links (DepthEstimate).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,10 +13,11 @@
 namespace palpate {
 namespace {
 
-/// Crossings that weigh so much more than all neighbours decide alone; also keeps the system well scaled.
+/// Ratio of weights above which crossings decide without the neighbours; it also keeps the system well
+/// scaled.
 constexpr double alone = 1e8;
 constexpr std::size_t few = 16;
-/// Of the squared length of an edge at rest: less is taken for that much.
+/// Least squared length of an edge, over that at rest.
 constexpr double smallest = 1e-12;
 
 double longest_squared_edge(const Bodies& bodies) {
@@ -36,7 +37,7 @@ double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, doub
   return std::max(now, smallest * squared_length(at(rest, q) - at(rest, p)));
 }
 
-/// Rows of border edges and links for each contact; there are gaps between those of links.
+/// Computes the rows of border edges and links of each contact; rows of links have gaps between them.
 void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const std::size_t n = contacts.size();
@@ -100,7 +101,7 @@ void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
   normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
 }
 
-/// Crossings of those border edges of the contacts that have one, as nearly all.
+/// Lists the crossings of border edges with exactly one, which are nearly all.
 void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
                                    Scratch& scratch) const {
   const Contacts& contacts = frame.table.contacts();
@@ -118,11 +119,11 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
   }
 }
 
-/// The mean plane of the crossings of a contact's border edges. `next_exit` is that of the next edge with one
-/// crossing, and goes on.
+/// The mean plane of the crossings of a contact's border edges. `next_exit` is the exit of the next edge with
+/// one crossing, and advances.
 void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
   const Index point = frame.table.contacts().point[c];
-  // Sums stay out of memory until they are complete.
+  // Local sums, which are written to memory once.
   double edges = 0.0;
   double border_edges = 0.0;
   double weight = 0.0;
@@ -134,7 +135,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
     nearest = std::min(nearest, exit.distance);
     if (fixed && !exit.at_point) return;
     if (exit.at_point && !fixed) {
-      // A crossing at the point itself rules out all others.
+      // With a crossing at the point itself, all others are ignored.
       fixed = true;
       weight = depth = 0.0;
       normal = {};
@@ -173,16 +174,17 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
   estimate.normal = normal;
 }
 
-/// Search distance for surface beside a contact: triangles so near that they outweigh all other planes. Where
-/// a point comes near the surface from inside, far from its border edges, its plane must change before it
-/// leaves there.
+/// Search distance for surface beside a contact: triangles within it outweigh all other planes. Where a point
+/// approaches the surface from inside, far from its border edges, its plane must change before the point
+/// leaves the body.
 double DepthEstimate::reach(const Estimate& estimate) {
-  // The same before and after a neighbour enters the body.
+  // This value does not change when a neighbour enters the body.
   const double others = estimate.edges + (estimate.border_weight - link_weight * estimate.border_edges);
   return 1.0 / std::sqrt(others);
 }
 
-/// The surface beside contacts, no more than there are lanes. Most reach no further than their tet.
+/// Finds the surface beside at most as many contacts as there are lanes. For most, the reach ends within
+/// their tet.
 void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
                                   Scratch& scratch) const {
   const Contacts& contacts = frame.table.contacts();
@@ -214,7 +216,7 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach
       });
 }
 
-/// Their planes, from the one numbered `next` on, which becomes that of the next contact.
+/// Adds their planes, from index `next` on, which then advances to the next contact.
 void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
                                 std::size_t& next) {
   Estimate& estimate = estimates_[c];
@@ -235,7 +237,7 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch
   estimate.fixed = estimate.border_weight > alone * links;
 }
 
-/// The first guess of a contact that has planes of its own: their mean.
+/// The first guess of a contact with own planes: their mean.
 void DepthEstimate::set_propagation_source(std::size_t c) {
   Estimate& estimate = estimates_[c];
   if (!(estimate.border_weight > 0.0)) return;
@@ -249,7 +251,7 @@ bool DepthEstimate::uses_cached_plane(const Frame& frame, std::size_t c, bool la
   return frame.cache.source(c) == PlaneCache::cached || (late && frame.cache.plane(c) != nullptr);
 }
 
-/// As good as a crossing at the point itself.
+/// Treated like a crossing at the point itself.
 void DepthEstimate::use_cached_plane(const Frame& frame, std::size_t c) {
   Estimate& estimate = estimates_[c];
   estimate.depth = frame.cache.plane(c)->depth;
@@ -258,7 +260,7 @@ void DepthEstimate::use_cached_plane(const Frame& frame, std::size_t c) {
   estimate.level = 0;
 }
 
-/// The neighbours in contact with the same body.
+/// Adds links to the neighbours in contact with the same body.
 void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];
@@ -275,7 +277,7 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   node.diagonal = estimate.border_weight + weight;
   const Index edges = node.end - node.begin + border_begin_[c + 1] - border_begin_[c];
   node.length = std::sqrt(static_cast<double>(edges) / estimate.edges);
-  // Relative to a point of the same body, so that far from the origin no digits are lost.
+  // Relative to a point of the same body, so that no digits are lost far from the origin.
   node.place =
       at(frame.positions, point) -
       at(frame.positions, at(frame.bodies.bodies(), at(frame.bodies.body_of_point(), point)).points.begin);

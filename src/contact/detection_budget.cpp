@@ -13,24 +13,24 @@
 namespace palpate {
 namespace {
 
-/// Of the tests, for points in tets; the rest is for edges.
+/// Fraction of the tests for points in tets; the rest is for edges.
 constexpr double points_fraction = 0.75;
-/// Of the time, what is planned with: forecasts are not always right.
+/// Fraction of the time that is planned, since forecasts are not exact.
 constexpr double planned_fraction = 0.8;
-/// Of the time, when depths have to be good enough.
+/// Fraction of the time after which depths are not refined further.
 constexpr double refining_fraction = 0.9;
-/// What contacts would have taken in a detection that had no time to refine them.
+/// Estimated cost factor of contacts in a detection that had no time to refine them.
 constexpr double unrefined_factor = 1.25;
-/// First estimate: depths cost as much in any case as for so many contacts.
+/// First estimate of the fixed cost of depths, as a number of contacts.
 constexpr double contacts_for_none = 256.0;
-/// Cost of a contact that uses its cached plane, relative to one whose depth is computed: from a profile.
+/// Cost of a contact with a cached plane, relative to one whose depth is computed; from a profile.
 constexpr double spared_fraction = 0.3;
 
-/// Fraction of the contacts whose depth is always computed: cached planes must not
-/// grow old without bound, and a new region needs some computed planes to propagate.
+/// Fraction of the contacts whose depth is always computed: so that the age of cached planes is bounded, and
+/// new regions have some computed planes to propagate.
 constexpr double least_anew = 1.0 / 32.0;
 
-/// Cost of contacts, in contacts whose depth is computed.
+/// Cost of contacts, in units of a contact whose depth is computed.
 double work_of(std::size_t contacts, std::size_t spared) {
   return static_cast<double>(contacts) - (1.0 - spared_fraction) * static_cast<double>(spared);
 }
@@ -110,8 +110,8 @@ std::size_t DetectionBudget::contacts_anew(std::size_t contacts) const {
 void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  // An interrupted detection must not seem cheap, or the next one plans even more than it has time for.
-  // A sample without contacts says nothing of their cost.
+  // An interrupted detection must not seem cheap, or the next one would plan too much. A sample without
+  // contacts has no information on their cost.
   if (counts.contacts > 0)
     after_.add(work_of(counts.contacts, spared), refining_.passed() ? unrefined_factor * after : after);
   counts.late_clusters = 0;

@@ -16,49 +16,47 @@
 
 namespace palpate {
 
-/// A Budget over detections: what each may spend, what of it is kept back for the work that follows, and what
-/// was left undone.
+/// Applies a Budget to detections: the allowance of each, the reserve for later phases, and the work left
+/// undone.
 class DetectionBudget {
  public:
-  /// Throws Error where the budget is not one number > 0, or detection is not by clusters.
+  /// Throws Error where the budget is not exactly one number > 0, or detection does not use clusters.
   DetectionBudget(const DetectionSettings& settings, std::size_t bodies);
 
-  /// At the start of a detection that may spend a fraction of the budget. A time limit does not hold for the
-  /// first: its cost is unknown.
+  /// Call at the start of a detection that may spend `fraction` of the budget. A time limit does not apply to
+  /// the first detection, whose cost is unknown.
   void begin(double fraction);
-  /// None: this detection is not limited.
+  /// Null: this detection is not limited.
   [[nodiscard]] Allowance* allowance() { return allowance_ ? &*allowance_ : nullptr; }
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
-  /// After the query of points in tets, before that of border edges.
+  /// Call after the query of points in tets, before that of border edges.
   void end_points(double seconds);
-  /// How many of so many depths there is time to compute. All, unless the budget is in milliseconds.
+  /// The number of contacts whose depth there is time to compute; all, unless the budget is in milliseconds.
   [[nodiscard]] std::size_t contacts_anew(std::size_t contacts) const;
-  /// What the crossings may spend; none: they are not limited. In time they never are: a contact whose edges
-  /// have no crossings costs more in the estimate of depths than they would, so that contacts would be left
-  /// with ever fewer.
+  /// The allowance of crossings; null: no limit. A budget in time does not limit them: a contact without
+  /// crossings costs more in the depth estimate than the crossings would, so that ever fewer would be found.
   [[nodiscard]] Allowance* begin_crossings();
-  /// Until when depths are refined; never, but for a budget in time.
+  /// The deadline of refining depths; none unless the budget is in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
-  /// At the end of a detection, with the times of its phases; without a limit, queues are empty or null.
+  /// Call at the end of a detection, with the times of its phases; without a limit, queues are empty or null.
   /// \param spared  contacts that did not compute their plane
   void end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets, ClusterQueue* triangles,
            DetectionCounts& counts);
 
-  /// (n_bodies) 1: not all of its tets, or of its triangles where it is penetrated, were asked.
+  /// (n_bodies) 1: not all of its tets (or of its triangles, if it is penetrated) were queried.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
   void set_late_bodies(const std::vector<std::uint8_t>& late) { late_bodies_ = late; }
-  /// Budget in seconds that recent detections needed to find all contacts and compute few of their depths
-  /// anew.
+  /// Time in seconds that recent detections would have needed to find all contacts and compute few depths.
   [[nodiscard]] const RecentCost& least() const { return least_; }
 
  private:
   Budget budget_;
   std::optional<Allowance> allowance_;
   Deadline refining_;
-  CostLine after_;    ///< of depths that are computed, after the queries
+  CostLine after_;    ///< cost of depths and all after the queries
   RecentCost least_;  ///< s
   double points_seconds_ = 0.0;
-  bool begun_ = false;  ///< there was a detection
+  bool begun_ = false;  ///< after the first detection
   std::vector<std::uint8_t> late_bodies_;
 };
 

@@ -16,8 +16,8 @@ std::optional<CuckooCounts> cuckoo_counts(const AnyStructure& structure) {
   return cuckoo == nullptr ? std::nullopt : std::optional(cuckoo->counts());
 }
 
-/// The domain grows beyond the bounds by this, so that it lasts for many frames and keeps the cell indices of
-/// points that do not move.
+/// The domain: bounds with a margin, so that it is valid for many frames, in which points at rest keep their
+/// cell index.
 Box padded(const Box& bounds, double cell_size) {
   const Vec3 extent = bounds.upper - bounds.lower;
   const double margin = 2.0 * cell_size;
@@ -35,7 +35,7 @@ bool too_large(const Box& domain, const Box& needed) {
 }  // namespace
 
 void Detector::State::update_domain(std::span<const Vec3> positions) {
-  // In the hope that last frame's domain will do.
+  // First try with the domain of the last frame.
   std::optional<Box> placed;
   if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(threads, lattice, positions);
   const Box bounds = placed ? *placed : bounds_of(threads, positions, in_a_tet, box_scratch);
@@ -142,7 +142,7 @@ void Detector::State::begin_budget(double fraction_of_budget) {
   budget->begin(fraction);
 }
 
-/// Contacts that there is no time for use their cached plane.
+/// Contacts that are not computed for lack of time use their cached plane.
 void Detector::State::choose_planes(std::span<const Vec3> positions) {
   plane_cache.choose_none();
   if (!caches_planes()) return;

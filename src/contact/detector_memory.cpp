@@ -1,4 +1,4 @@
-// What a later detection depends on: kept for a resumed run, or held while a step may still fail.
+// The state that later detections depend on: saved for a resumed run, or held while a step may still fail.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,7 +32,7 @@ void Detector::State::recall_budget(const DetectorMemory& memory) {
 void Detector::State::recall_coherence(const DetectorMemory& memory) {
   const std::size_t n = bodies.points_rest().size();
   const auto& points_then = memory.reference_points;
-  constexpr std::int32_t most = 1 << 30;  // as large as fixed positions become
+  constexpr std::int32_t most = 1 << 30;  // largest fixed position
   const bool fits = ListPlan::allows(memory.coherence) &&
                     points_then.size() == (memory.coherence[0] != 0 ? n : 0) &&
                     std::ranges::all_of(points_then, [](const std::array<std::int32_t, 3>& p) {
@@ -94,7 +94,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.step = memory.detections - 1;
   s.recall_budget(memory);
   s.skips_coherence = true;
-  s.tables.now() = {};  // of another time
+  s.tables.now() = {};  // belongs to another time
   s.plane_cache = {};
   detect(positions, memory.fraction);
   s.skips_coherence = false;
@@ -119,8 +119,7 @@ void Detector::State::hold() {
   held.late_bodies = budget->late_bodies();
 }
 
-/// Before border edges are found while a table is held: they and the crossings change places with memory that
-/// is free.
+/// Call before border edges are found while a table is held: swaps them and the crossings with free memory.
 void Detector::State::keep_held_lists() {
   if (!held.active || held.has_lists) return;
   border_edges.swap_edges(held.border_edges);

@@ -1,4 +1,4 @@
-// What a detector is made of, once.
+// The construction of a detector.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -75,7 +75,7 @@ Detector::State::State(const Bodies& b, const DetectionSettings& s, std::vector<
   if (settings.budget) budget = std::make_unique<DetectionBudget>(settings, bodies.bodies().size());
   if (settings.edge_contacts && bodies.body_count() > 1)
     edge_contacts = std::make_unique<EdgeContactQuery>(bodies);
-  // The slots of approximate mode are those of single tets.
+  // In approximate mode, slots belong to single tets.
   if (settings.structure == Structure::compact && !settings.cells_per_primitive) {
     cluster_query = std::make_unique<ClusterQuery>(bodies);
     crossings.use_clusters(bodies);

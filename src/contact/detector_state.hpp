@@ -30,18 +30,18 @@ namespace palpate {
 
 using AnyStructure = std::variant<UniformGrid, CompactGrid, HashGrid, CuckooGrid, BruteForce>;
 
-/// What a Detector consists of. Its functions are in detector_setup.cpp (what is made once), detector.cpp (a
-/// detection) and detector_memory.cpp (what a later detection, or a resumed run, depends on).
+/// The members of a Detector. Its functions are in detector_setup.cpp (construction), detector.cpp (a
+/// detection) and detector_memory.cpp (state for later detections and resumed runs).
 struct Detector::State {
-  /// State of clusters with a budget: how long they have waited, what they found.
+  /// State of clusters with a budget: how long they have waited, and whether they found something.
   struct Waiting {
     std::vector<std::uint8_t> tets;
     std::vector<std::uint8_t> triangles;
   };
-  /// Beside the held table: results of that detection, and what the next depended on.
+  /// Further data of a held detection: its results, and the state that the next one depends on.
   struct Held {
     bool active = false;
-    bool has_lists = false;  ///< border edges and crossings are here, since another detection began
+    bool has_lists = false;  ///< border edges and crossings are stored here, since another detection began
     std::vector<BorderEdge> border_edges;
     std::vector<Crossing> crossings;
     DetectionCounts counts;
@@ -56,11 +56,11 @@ struct Detector::State {
 
   State(const Bodies& b, const DetectionSettings& s, std::vector<std::uint8_t> i, int n);
 
-  /// Whether this detection asks with clusters of tets.
+  /// Whether this detection queries clusters of tets.
   [[nodiscard]] bool clustered() const {
     return cluster_query != nullptr && FixedPositions::represents(lattice);
   }
-  /// Whether it gains from earlier frames where it can.
+  /// Whether it uses data of earlier frames where possible.
   [[nodiscard]] bool coherent() const { return settings.coherence && !budget && clustered(); }
   [[nodiscard]] PairFilter may_touch() const {
     return {immovable, settings.self_collision, settings.ignored_pairs};
@@ -71,10 +71,10 @@ struct Detector::State {
   void count_movers(std::span<const Vec3> positions);
   void update_grid(std::span<const Vec3> positions);
   void find_points_in_tets(std::span<const Vec3> positions, const CellSlots& slots);
-  /// What this detection may spend; none: it is not limited.
+  /// The allowance of this detection; null: no limit.
   [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
   void begin_budget(double fraction_of_budget);
-  /// With a budget in time.
+  /// Whether planes are cached: with a budget in time.
   [[nodiscard]] bool caches_planes() const { return budget && settings.budget->milliseconds; }
   void choose_planes(std::span<const Vec3> positions);
   void find_edge_contacts(std::span<const Vec3> positions);
@@ -109,18 +109,18 @@ struct Detector::State {
   PointsInTets points_in_tets;
   std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
   std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
-  bool skips_coherence = false;                 ///< for this detection
-  bool skipped_grid = false;                    ///< the last detection did without
-  std::unique_ptr<DetectionBudget> budget;      ///< none: without limit
-  Allowance* crossings_limit = nullptr;         ///< of the budget; none: without limit
+  bool skips_coherence = false;                 ///< in this detection
+  bool skipped_grid = false;                    ///< the last detection used no grid
+  std::unique_ptr<DetectionBudget> budget;      ///< null: no limit
+  Allowance* crossings_limit = nullptr;         ///< of the budget; null: no limit
   Waiting waiting;                              ///< before the last detection
-  double fraction = 1.0;                        ///< of the budget, that the last detection had
-  PlaneCache plane_cache;                       ///< of the budget
+  double fraction = 1.0;                        ///< fraction of the budget in the last detection
+  PlaneCache plane_cache;                       ///< with a budget in time
   QueryTally points_tally;
   ContactTables tables;
   BorderEdges border_edges;
   CrossingQuery crossings;
-  std::unique_ptr<EdgeContactQuery> edge_contacts;  ///< none: they are not asked for
+  std::unique_ptr<EdgeContactQuery> edge_contacts;  ///< null: not wanted
   DepthEstimate depth;
 
   DetectionCounts counts;

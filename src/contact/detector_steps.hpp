@@ -8,25 +8,25 @@
 
 namespace palpate {
 
-/// What a Simulation needs of its detector beyond what users do: the table, to write states of contacts into
-/// it, and the restore after a step that failed.
+/// Access for a Simulation beyond the public interface: the table, for states of contacts, and the restore
+/// after a failed step.
 class DetectorSteps {
  public:
-  /// Of the last detection.
+  /// The table of the last detection.
   [[nodiscard]] static ContactTable& table(Detector& detector);
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
-  /// Which pairs its settings let touch. As long as the detector.
+  /// The pairs that may touch by its settings. Valid as long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
-  /// Clusters of the surfaces of its bodies; valid as long as the detector. None without edge contacts.
+  /// Clusters of the surfaces of its bodies; valid as long as the detector. Null without edge contacts.
   [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
-  /// Keeps the results of the last detection while others follow, and what the next depended on. O(clusters)
-  /// with a budget, else O(1).
+  /// Holds the results of the last detection during further ones, and the state that the next one depends on.
+  /// O(clusters) with a budget, else O(1).
   static void hold(Detector& detector);
-  /// After hold(): makes the results that were held those of the last detection again, without detecting, so
-  /// that approximate mode and budgets do not find others; the next detection finds what it would have found
-  /// then. Counts of movers are from the last detection that was made. No effect where nothing is held.
+  /// After hold(): restores the held results as those of the last detection. It makes no detection, since
+  /// approximate mode and budgets could find others. The next detection then gives the same result as without
+  /// those between. Counts of movers are from the last detection made. No effect where nothing is held.
   static void swap_back(Detector& detector);
-  /// The held results are not needed any more.
+  /// Discards the held results.
   static void release(Detector& detector);
 };
 

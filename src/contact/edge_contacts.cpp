@@ -35,7 +35,7 @@ void EdgeContactQuery::list_groups(const Bodies& bodies, std::size_t spare) {
   }
 }
 
-/// How the part of an edge between two meetings leaves the body.
+/// The shortest exit of the part of an edge between two crossings.
 LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
                                          const Meeting& in, const Meeting& out,
                                          SilhouetteSearch& search) const {
@@ -76,7 +76,7 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
     const bool enters = orient3d(x[0], x[1], x[2], a) > orient3d(x[0], x[1], x[2], b);
     meetings.push_back({triangle, crossing_parameter(a, b, x[0], x[1], x[2]), enters});
   }
-  // Where an edge passes a corner it enters and leaves at one parameter.
+  // An edge that passes a corner enters and leaves at one parameter.
   std::ranges::sort(meetings, {},
                     [](const Meeting& m) { return std::tuple(m.parameter, !m.enters, m.triangle); });
   const auto add = [&](const Meeting& in, const Meeting& out) {
@@ -104,7 +104,8 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
                             std::span<const Vec3> positions, const PairFilter& may_touch,
                             const ContactTable& contacts, EdgeContacts& found) {
   query_.find(threads, bodies, positions, may_touch, contacts);
-  // Where bodies tremble, contacts of points become some of edges: a steady run asks in its first steps only.
+  // Reserves room for edge contacts that replace contacts of points where bodies tremble, so that only the
+  // first steps allocate.
   const std::size_t spare = contacts.size();
   list_groups(bodies, spare);
   const std::size_t chunks = parallel::chunk_count(groups_.size() + spare, grain);

@@ -11,11 +11,11 @@
 
 namespace palpate {
 
-/// Finds the edge contacts among bodies, and how deep they are (docs/edges.md).
+/// Finds the edge contacts among bodies, and their depths (docs/edges.md).
 ///
-/// A part of an edge that is inside a body, with both ends of the edge outside, leaves it the shortest of
-/// three exits: across itself, over the silhouette of the surface that it enters by or leaves by, or back
-/// along itself, until one end is where it came in.
+/// A part of an edge that is inside a body, with both ends of the edge outside, leaves by the shortest of
+/// three exits: across itself, over the silhouette of the surface through which it enters or leaves, or back
+/// along itself, until one end is at its entry.
 class EdgeContactQuery {
  public:
   explicit EdgeContactQuery(const Bodies& bodies);
@@ -26,13 +26,13 @@ class EdgeContactQuery {
             const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found);
 
  private:
-  /// Where an edge meets a triangle.
+  /// A crossing of an edge and a triangle.
   struct Meeting {
     Index triangle;
     double parameter;
-    bool enters;  ///< the body, along the edge
+    bool enters;  ///< whether the edge enters the body there
   };
-  /// The hits of an edge with one body: [begin, end) of the query's.
+  /// The hits of an edge with one body: a range of the query's result.
   struct Group {
     std::size_t begin;
     std::size_t end;

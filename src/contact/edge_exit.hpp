@@ -10,16 +10,16 @@
 namespace palpate {
 
 /// Weight of a neighbour's plane, times 1 / (length of the edge)^2; the weight of a crossing at the free end
-/// of an edge is the same, so that nothing jumps where the free end enters the body.
+/// of an edge is the same, so that depth is continuous when the free end enters the body.
 inline constexpr double link_weight = 0.1;
 
 /// The exit from a body along a border edge: the weighted planes of its crossings.
 ///
 /// One crossing is the usual case. An edge that leaves, enters and leaves again has several, two of which
 /// appear or vanish together where it touches the surface. So exits count by max(0, n . e), entries against
-/// them by the same: the two cancel at the touch, and nothing jumps. Exits near the free end count more,
-/// times 1 / (1 - parameter): an edge that has just become a border edge leaves there, even if it passed
-/// other crossings.
+/// them by the same: the two cancel at the touch, and depth is continuous. Exits near the free end count
+/// more, times 1 / (1 - parameter): an edge that has just become a border edge leaves there, even if it
+/// passed other crossings.
 struct EdgeExit {
   EdgeExit() = default;
   /// \param p          the point in contact
@@ -37,7 +37,7 @@ struct EdgeExit {
   Vec3 normal;            ///< weighted sum of normals
   double nearest = 1.0;   ///< parameter of the nearest crossing
   double distance = 0.0;  ///< of the nearest crossing from p
-  bool at_point = false;  ///< a crossing is at p itself; others do not count
+  bool at_point = false;  ///< a crossing is at p itself; others are ignored
 
  private:
   void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double fraction);
@@ -51,7 +51,7 @@ struct CrossedEdge {
   double parameter;
 };
 
-/// As many `exits`: those of edges with one crossing, to the bit as one by one.
+/// Computes `exits` of edges with one crossing, with the same bits as one by one.
 void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
                 std::span<const CrossedEdge> edges, std::span<EdgeExit> exits);
 

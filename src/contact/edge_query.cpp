@@ -13,19 +13,20 @@ namespace {
 
 constexpr std::size_t clusters_of_chunk = 64;
 constexpr std::size_t groups_of_chunk = 64;
-/// Detections like the last one for which a list leaves room, and the most room, of the reach of a rim.
+/// Number of detections like the last one for which a list has a margin, and the largest margin, over the
+/// reach of a rim.
 constexpr double detections = 12.0;
 constexpr double most_room = 0.4;
 constexpr double least_room = 1e-3;
-/// Detections for which it must suffice at least: what moves faster is listed each time.
+/// Least number of detections that the margin must cover; faster pairs are listed each time.
 constexpr double fewest_detections = 3.0;
-/// Lists that are made without, where room did not pay: four times as many each time.
+/// Number of lists without a margin after a margin that did not pay; four times as many each time.
 constexpr int shortest_patience = 8;
 constexpr int longest_patience = 2048;
-/// Smaller distances are not cached, m; floats have room below.
+/// Smaller distances are not cached, m; floats can still represent them.
 constexpr double least_apart = 1e-30;
 constexpr double most_apart = 1e38;
-/// Never less than the sum of a few numbers.
+/// Factor above the rounding error of the sum of a few numbers.
 constexpr double rounding = 1.0 + 1e-12;
 
 }  // namespace
@@ -47,7 +48,7 @@ EdgeQuery::EdgeQuery(const Bodies& bodies)
   for (Index b = 0; b < bodies.body_count(); ++b) most_room_.push_back(most_room * rim_reach(bodies, b));
 }
 
-/// Where clusters and bodies are, and how they have moved.
+/// Updates boxes and motions of clusters and bodies.
 void EdgeQuery::follow(const Frame& frame) {
   if (last_.empty()) last_.assign(frame.positions.begin(), frame.positions.end());
   const Clusters& clusters = search_.clusters();
@@ -71,7 +72,7 @@ void EdgeQuery::follow(const Frame& frame) {
   }
 }
 
-/// Pairs of bodies whose boxes meet and that may touch; those that were there keep their lists.
+/// Finds pairs of bodies whose boxes meet and that may touch; existing pairs keep their lists.
 void EdgeQuery::pair_bodies(const Frame& frame) {
   body_order_.clear();
   make_room(body_order_, bodies_.size());
@@ -170,8 +171,8 @@ class EdgeQuery::Batch {
  public:
   Batch(const Frame& frame, std::vector<EdgeTriangle>& found) : frame_(frame), found_(found) {}
 
-  /// \param moved  of the group
-  /// \param apart  of the pair, for the result
+  /// \param moved  motion of the group
+  /// \param apart  distance of the pair, as a result
   void add(const EdgeTriangle& pair, double moved, float& apart) {
     const Edge& edge = at(frame_.bodies.edges(), pair.edge);
     const Triangle& triangle = at(frame_.bodies.triangles(), pair.triangle);
@@ -223,7 +224,7 @@ class EdgeQuery::Batch {
 void EdgeQuery::test(NearPair& pair, std::size_t number, Batch& batch) const {
   Group& group = pair.groups[number];
   const auto& [a, b] = group.clusters;
-  // What was listed now has not moved since.
+  // Pairs that were listed now have not moved since.
   if (pair.moved > 0.0) group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
   for (std::size_t i = group.begin; i < group.begin + group.size; ++i) {
     if (!(group.moved <= static_cast<double>(pair.apart[i])))

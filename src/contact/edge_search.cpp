@@ -16,9 +16,9 @@ constexpr std::size_t grain = 64;
 }  // namespace
 
 EdgeSearch::FloatBox::FloatBox(const Box& box) {
-  constexpr float rounding = 1.2e-7F;  // of a double that became a float, relative
+  constexpr float rounding = 1.2e-7F;  // relative rounding error of a double converted to float
   const auto down = [](double x) {
-    constexpr double most = 1e38;  // what is beyond counts as there
+    constexpr double most = 1e38;  // larger values are clamped to it
     const auto f = static_cast<float>(std::clamp(x, -most, most));
     return f - (rounding * std::abs(f) + std::numeric_limits<float>::min());
   };
@@ -34,7 +34,7 @@ void EdgeSearch::TriangleBoxes::put(const FloatBox& box, std::size_t lane) {
   }
 }
 
-/// A bit for each lane whose box meets another; written so that compilers make vectors of it.
+/// A bit for each lane whose box meets the given one; written so that compilers vectorise it.
 std::uint32_t EdgeSearch::TriangleBoxes::meeting(const FloatBox& box) const {
   std::array<std::int32_t, Cluster::most_primitives> bits{};
   for (std::size_t i = 0; i < bits.size(); ++i) {
@@ -68,7 +68,7 @@ bool EdgeSearch::is_pair(Index body, Index other) const {
   return std::ranges::binary_search(symmetric_pairs_, Pair(body, other));
 }
 
-/// Of the bodies in a pair.
+/// Computes the boxes of the bodies in a pair.
 void EdgeSearch::find_boxes(const Frame& frame) {
   Index last = -1;
   for (const Pair& pair : symmetric_pairs_) {
@@ -81,7 +81,7 @@ void EdgeSearch::find_boxes(const Frame& frame) {
   }
 }
 
-/// Clusters whose boxes meet that of the other body of a pair.
+/// Finds clusters whose boxes meet that of the other body of a pair.
 void EdgeSearch::choose_clusters(const Frame& frame) {
   active_.clear();
   make_room(active_, boxes_.size());
@@ -138,7 +138,7 @@ void EdgeSearch::list(Index cluster_of_edges, Index cluster_of_triangles,
   const Cluster& cluster = at(surface_.clusters.clusters, cluster_of_triangles);
   const Box& a = at(boxes_, cluster_of_edges);
   const Box& b = at(boxes_, cluster_of_triangles);
-  // What meets, meets where both clusters are.
+  // Edges and triangles can meet only in the common part of both clusters' boxes.
   const Box both{
       {std::max(a.lower.x, b.lower.x), std::max(a.lower.y, b.lower.y), std::max(a.lower.z, b.lower.z)},
       {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
@@ -186,8 +186,7 @@ void EdgeSearch::find(const parallel::Threads& threads, const Bodies& bodies, st
                 }
               });
   lists_.join(found_);
-  // Which clusters come in a chunk is another each time: a steady run asks for memory in its first steps
-  // only.
+  // The clusters of a chunk vary, so memory is reserved for all chunks; then only the first steps allocate.
   for (std::size_t i = 0; i < groups_.size(); i += grain) {
     const std::span<const Group> chunk = std::span(groups_).subspan(i, std::min(grain, groups_.size() - i));
     std::size_t size = 0;

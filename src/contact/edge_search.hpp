@@ -23,8 +23,8 @@ struct EdgeTriangle {
 };
 
 /// Finds the surface edges and triangles of different bodies that are near each other. Clusters of surface
-/// triangles, each with the edges that it owns, are paired where their boxes meet (a sweep along x), then
-/// edges and triangles by their boxes.
+/// triangles, each with its own edges, are paired where their boxes meet (a sweep along x), then edges and
+/// triangles by their boxes.
 class EdgeSearch {
  public:
   using Pair = std::pair<Index, Index>;  ///< of bodies, or of clusters
@@ -36,8 +36,8 @@ class EdgeSearch {
 
   explicit EdgeSearch(const Bodies& bodies);
 
-  /// All edges and triangles of these pairs of bodies whose boxes meet once each is grown by what its body
-  /// has in `grown` (n_bodies, m); maybe some more: found() and groups(), in the same order. O(surface
+  /// Finds all edges and triangles of these pairs of bodies whose boxes meet, each grown by the value of its
+  /// body in `grown` (n_bodies, m), and possibly more: found() and groups(), in the same order. O(surface
   /// triangles near the other body + pairs of clusters whose boxes meet along x), parallel.
   /// \param boxes  (n_clusters) at the same positions
   /// \param pairs  sorted, the lower body first in each
@@ -56,7 +56,7 @@ class EdgeSearch {
     std::array<float, 3> lower;
     std::array<float, 3> upper;
   };
-  /// Of the triangles of a cluster, a lane each; those beyond the last are met by nothing.
+  /// Boxes of the triangles of a cluster, one per lane; unused lanes meet nothing.
   struct TriangleBoxes {
     std::array<std::array<float, Cluster::most_primitives>, 3> lower;
     std::array<std::array<float, Cluster::most_primitives>, 3> upper;
@@ -76,7 +76,7 @@ class EdgeSearch {
   std::vector<Box> body_boxes_;                   ///< (n_bodies) the same
   std::vector<TriangleBoxes> triangle_boxes_;     ///< (n_clusters) of active ones
   std::vector<FloatBox> edge_boxes_;              ///< (n_surface_edges) of active ones, cluster by cluster
-  std::vector<std::pair<double, Index>> active_;  ///< clusters near another body, by their lower x
+  std::vector<std::pair<double, Index>> active_;  ///< clusters near another body, sorted by lower x
   parallel::ChunkedList<Pair> pair_lists_;
   std::vector<Pair> pairs_;  ///< of clusters
   parallel::ChunkedList<EdgeTriangle> lists_;

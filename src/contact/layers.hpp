@@ -4,19 +4,19 @@
 
 #include <palpate/mesh.hpp>
 
-/// Self-contact: which tets of a body are near each other because they belong together, and which because the
+/// Self-contact: distinguishes tets that are near each other because they are neighbours, and because the
 /// body is folded onto itself.
 namespace palpate {
 
-/// Whether a point lies in a tet of its own body only because tissue there is inside out or flat: a tet that
-/// has no positive volume has a point in common with the tet, and with the point or one of its neighbours.
-/// Elasticity undoes that; a force towards the surface would pull the point through the body. Exact.
-/// O(tets at the tet's corners).
+/// Whether a point is in a tet of its own body only because tissue there is inverted or flat: a tet without
+/// positive volume has a common corner with the tet, and with the point or one of its neighbours. Elastic
+/// forces undo that; a force towards the surface would pull the point through the body. Exact. O(tets at the
+/// tet's corners).
 bool is_fold(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet);
 
 /// Whether two points of an edge, each in a tet of their own body, are in the same layer of it: the tets
-/// share a corner, or the edge leads from one to the other without leaving the body. Gives the same for both
-/// orders. O(tets that the edge passes), at most 64.
+/// share a corner, or the edge leads from one to the other without leaving the body. The result does not
+/// depend on their order. O(tets that the edge passes), at most 64.
 bool same_layer(const Bodies& bodies, std::span<const Vec3> positions, Index point_a, Index tet_a,
                 Index point_b, Index tet_b);
 

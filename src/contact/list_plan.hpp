@@ -15,12 +15,12 @@ enum class FrameMode {
   listed_but_stale  ///< lists are queried where they are valid, points are looked up for the others
 };
 
-/// Decides when lists of near points pay (docs/query.md, "Coherence"): by counts only, so that it is the same
-/// on every machine. Costs are in hundredths of the cost of one cluster without lists, with its part of
-/// the grid included.
+/// Decides when lists of near points are used (docs/query.md, "Coherence"). It uses only counts, so it is the
+/// same on every machine. Costs are in hundredths of the cost of one cluster without lists, including its
+/// part of the grid.
 ///
-/// Lists that did not earn what they cost are not made again for 8 frames, then 16, and so on to 64: frames
-/// in which everything moves cost a percent or two more than without lists.
+/// Lists that cost more than they saved are not made again for 8 frames, then 16, and so on to 64. So frames
+/// in which everything moves cost only a percent or two more than without lists.
 class ListPlan {
  public:
   /// \param stale  clusters whose lists are no longer valid; ignored without lists
@@ -39,11 +39,11 @@ class ListPlan {
     memory_.waste += cost - listed_cost * n;
     memory_.became_stale = memory_.became_stale || memory_.age <= 2;
     if (memory_.waste < memory_.patience * listing_cost * n) return FrameMode::listed_but_stale;
-    // A body that never rests makes new lists stale as soon as old ones.
+    // A body that never rests makes new lists stale as quickly as old ones.
     memory_.patience = memory_.became_stale ? std::min(2 * memory_.patience, most_patience) : 1;
     return renew(n);
   }
-  /// Lists are lost.
+  /// Call when the lists are lost.
   void drop_lists(std::size_t clusters) {
     if (memory_.has_lists) close_lists(static_cast<std::int64_t>(clusters));
   }
@@ -54,7 +54,7 @@ class ListPlan {
     const Memory& m = memory_;
     return {m.has_lists, m.became_stale, m.wait, m.pause, m.patience, m.age, m.gain, m.waste};
   }
-  /// Whether a plan can have this state.
+  /// Whether these numbers are a valid state.
   [[nodiscard]] static bool allows(const Numbers& n) {
     constexpr std::int64_t most = std::int64_t{1} << 60;
     const auto within = [](std::int64_t x, std::int64_t low, std::int64_t high) {
@@ -70,12 +70,12 @@ class ListPlan {
   struct Memory {
     bool has_lists = false;
     bool became_stale = false;  ///< within two frames
-    std::int64_t wait = 1;      ///< frames before the next lists: one detection alone makes none
-    std::int64_t pause = 0;     ///< after lists that did not pay
+    std::int64_t wait = 1;      ///< frames before the next lists: a single detection makes none
+    std::int64_t pause = 0;     ///< frames to wait after lists that did not pay
     std::int64_t patience = 1;
     std::int64_t age = 0;    ///< frames since the lists were made
-    std::int64_t gain = 0;   ///< what they saved
-    std::int64_t waste = 0;  ///< what new lists would have saved
+    std::int64_t gain = 0;   ///< cost that they saved
+    std::int64_t waste = 0;  ///< cost that new lists would have saved
   };
   static constexpr std::int64_t most_pause = 64;
   static constexpr std::int64_t most_patience = 64;

@@ -11,24 +11,24 @@
 
 namespace palpate {
 
-/// For each cluster of tets the points that may get into one of them while no point of the scene is further
-/// than way() from its reference along any axis (docs/query.md, "Coherence"). The reference is the frame for
-/// which the lists were made. A body with a point further away is stale, and with it the clusters where its
-/// points are now; the others' lists stay good.
+/// For each cluster of tets, the points that may enter it while no point of the scene is further than the
+/// allowed motion from its reference along any axis (docs/query.md, "Coherence"). The reference is the frame
+/// for which the lists were made. A body with a point further away is stale, and so are the clusters near its
+/// present points. Lists of other clusters stay valid.
 class NearLists {
  public:
   NearLists(const Bodies& bodies, std::size_t clusters);
 
-  /// Makes all lists anew, for the points in context.fixed.
+  /// Makes all lists, for the points in context.fixed.
   void make(const parallel::Threads& threads, const LookupContext& context);
 
   /// Finds the clusters that are stale now, in the lattice of the reference. O(points + clusters x fast
   /// bodies).
   void update(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
               const FixedPositions& fixed);
-  /// As of the last look() or make(): none is.
+  /// By the last update(); after make() there are none.
   [[nodiscard]] std::span<const Cluster> stale() const { return stale_; }
-  /// Those that have a list that is not empty, and good; ascending.
+  /// Clusters with a valid list that is not empty; ascending.
   [[nodiscard]] std::span<const std::uint32_t> asked() const { return asked_; }
 
   [[nodiscard]] std::span<const Index> list(std::size_t cluster) const {
@@ -37,14 +37,14 @@ class NearLists {
   /// All lists, one after the other.
   [[nodiscard]] std::span<const Index> points() const { return points_; }
   [[nodiscard]] std::span<const std::uint32_t> begin() const { return begin_; }
-  /// Holds the cluster and its list while they are good.
+  /// A box that contains the cluster and its list while they are valid.
   [[nodiscard]] const simd::ClusterBox& box(std::size_t cluster) const { return boxes_[cluster]; }
 
   [[nodiscard]] std::span<const simd::FixedPoint> reference() const { return reference_; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  /// Points of one body, so few that a thread sees to them in one go.
+  /// A few points of one body: the work of one chunk.
   struct Piece {
     Range points;
     Index body;
@@ -58,7 +58,7 @@ class NearLists {
   std::size_t clusters_;
   std::vector<Piece> pieces_;
   std::vector<std::int32_t> motion_of_piece_;
-  std::int32_t max_motion_ = 0;              ///< parts of a cell that points may go
+  std::int32_t max_motion_ = 0;              ///< allowed motion of points, in fractions of a cell
   std::vector<simd::FixedPoint> reference_;  ///< (n_points)
   std::vector<simd::ClusterBox> boxes_;      ///< (n_clusters)
   std::vector<std::uint32_t> begin_;         ///< (n_clusters + 1) into points_
@@ -69,7 +69,7 @@ class NearLists {
   std::vector<Cluster> stale_;
   std::vector<std::uint8_t> is_stale_;  ///< (n_clusters)
   std::vector<std::uint8_t> is_fast_;   ///< (n_bodies)
-  /// Where the points of fast bodies are now; one box for all where there are many such bodies.
+  /// Boxes of the present points of fast bodies; one box for all if there are many such bodies.
   std::vector<simd::ClusterBox> fast_;
 };
 

@@ -52,7 +52,7 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
   };
   if (is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a) && squared_length(normal) > 0.0) return true;
   const double r2 = radius * radius;
-  // The other end belongs to the next side.
+  // The other end is tested with the next side.
   const auto is_near = [&](const Vec3& from, const Vec3& to) {
     const double l2 = squared_length(to - from);
     const double along = dot(p - from, to - from);
@@ -85,7 +85,7 @@ bool ExitSearch::is_in_table(Index tet) const {
   return table_[slot] == tet;
 }
 
-/// A tet that has not been reached.
+/// Adds a tet that has not been reached yet.
 void ExitSearch::add(Index tet) {
   reached_.push_back(tet);
   if (reached_.size() < few) return;
@@ -124,7 +124,7 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
 
 namespace {
 
-// Cosines with a direction between which a face is a side of it.
+// Range of the cosine between a direction and the normal of a side.
 constexpr double along = 0.75;  // of two faces at a right angle never both
 constexpr double against = -0.3;
 
@@ -169,8 +169,8 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
         add(neighbor);
         continue;
       }
-      // Ends of both sides move, and a relative change of a vector changes its unit vector by up to twice as
-      // much.
+      // The ends of both edges move, and a relative change of a vector changes its unit vector by at most
+      // twice as much.
       const double change = 2.0 * moved * (std::sqrt(ab2) + std::sqrt(ac2)) + 4.0 * moved * moved;
       const double rotation = 2.0 * change / std::sqrt(n2) + turned;
       const double cosine = dot(normal, direction) / std::sqrt(n2);
@@ -182,7 +182,7 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
 
 ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction, double most) {
-  constexpr int most_tets = 256;  // of a walk that rounding made a circle
+  constexpr int most_tets = 256;  // limit for a walk that became a loop by rounding
   for (int i = 0; i < most_tets; ++i) {
     const Tet& corners = at(bodies.tets(), tet);
     double exit = std::numeric_limits<double>::infinity();
@@ -225,7 +225,7 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
     const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
                                        at(positions, corners[2])};
     const Vec3 normal = normalized(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
-    if (normal == Vec3{}) continue;  // without area: its sides belong to its neighbours too
+    if (normal == Vec3{}) continue;  // without area: its edges belong to its neighbours too
     const Vec3 q = nearest_on_triangle(p, triangle);
     const double distance = length(q - p);
     if (distance >= best.distance) continue;

@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// A point of a body's surface, seen from a point inside the body.
+/// A point of a body's surface, relative to a point inside the body.
 struct SurfacePoint {
   Vec3 position;
   Vec3 outward;  ///< unit vector from the given point to it; the triangle's normal where both are the same
@@ -23,30 +23,32 @@ struct SurfacePoint {
 /// Outward unit normal of a face of a tet; zero where it has no area.
 Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite);
 
-/// Nearest point of a triangle: the foot in its plane if that is inside, else on the nearest of its sides.
+/// Nearest point of a triangle: the projection onto its plane if that is inside, else a point on the nearest
+/// edge.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
-/// Whether a triangle with that normal has a point nearer than `radius`, which its plane is not further away
-/// than: the result of nearest_on_triangle(), to rounding, without a division or a root.
+/// Whether a triangle with this normal has a point nearer than `radius`; its plane must be within `radius`.
+/// Equal to the result of nearest_on_triangle() up to rounding, without a division or a root.
 bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, double radius);
 
-/// Finds near surface points of a body by walking from tet to tet, from the one that holds the point, through
-/// the faces that are near enough. Keeps its memory between searches; one for each thread.
+/// Finds near surface points of a body by walking from tet to tet, from the tet that contains the point,
+/// through all faces that are near enough. Keeps its memory between searches; one for each thread.
 ///
 /// Where the tets of a body do not overlap the nearest point found is that of its whole surface: the straight
-/// path there stays in the body. Where they do (tissue folded onto itself) it is the nearest exit of the
-/// layer that holds the point, and not the surface of another layer that happens to pass nearby. For
-/// self-contact the tets and triangles at the searching point itself (`without`, else -1) are left out.
+/// path to it stays in the body. Where they do (tissue folded onto itself) it is the nearest exit of the
+/// layer that contains the point, and not the surface of another layer nearby. For self-contact the tets and
+/// triangles at the searching point itself (`without`, else -1) are left out.
 class ExitSearch {
  public:
-  /// With room for what a search near a surface reaches, so that steady steps ask for no more.
+  /// Reserves memory for a search near a surface, so that later steps allocate none.
   ExitSearch() {
     reached_.reserve(512);
     table_.reserve(2048);
   }
 
-  /// The nearest surface point within `radius`; of several, the one met first; none: `outward` is zero and
-  /// `distance` is `radius`. Ends at the first one as near as `enough`. O(tets nearer than the result).
+  /// The nearest surface point within `radius`; of several, the one found first; if there is none, `outward`
+  /// is zero and `distance` is `radius`. Ends at the first one within `enough`. O(tets nearer than the
+  /// result).
   SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                        Index without, double radius, double enough);
 
@@ -71,9 +73,8 @@ class ExitSearch {
   double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                           const Vec3& direction, double radius);
 
-  /// Whether distance_to_side() would find none within `radius` even if faces turned as they can where each
-  /// of their corners moves by `moved`, and `direction` by `turned`. False where it is not certain. O(tets
-  /// within the radius).
+  /// Whether distance_to_side() would find none within `radius` also after each corner has moved by `moved`,
+  /// and `direction` has changed by `turned`. False where it is not certain. O(tets within the radius).
   [[nodiscard]] bool stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                  const Vec3& p, const Vec3& direction, double radius, double moved,
                                  double turned);
@@ -88,7 +89,7 @@ class ExitSearch {
   }
 
  private:
-  /// Surface faces count where wanted(normal), which has the length of twice the area.
+  /// Only surface faces with wanted(normal) are used; the normal has the length of twice the area.
   template <class Radius, class Wanted, class Found>
   void walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p, Index without,
             Radius&& radius, Wanted&& wanted, Found&& found);
@@ -125,14 +126,14 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
       const Vec3& b = at(positions, corners[j]);
       const Vec3& c = at(positions, corners[k]);
       const Vec3 normal = cross(b - a, c - a);
-      const double to_plane = dot(a - p, normal);  // its plane is no further: quicker than the face
+      const double to_plane = dot(a - p, normal);  // distance of the plane, a cheap lower bound
       const bool flat = normal == Vec3{};
       if (to_plane * to_plane >= radius() * radius() * squared_length(normal) && !flat) continue;
       if (neighbor >= 0) {
         if (!left_out(at(bodies.tets(), neighbor)) && is_nearer(p, a, b, c, normal, radius())) add(neighbor);
         continue;
       }
-      // A face without area: its sides belong to its neighbours too.
+      // A face without area: its edges belong to its neighbours too.
       if (flat || left_out(std::array{corners[i], corners[j], corners[k]}) || !wanted(normal)) continue;
       const Vec3 q = nearest_on_triangle(p, {a, b, c});
       const double distance = length(q - p);
@@ -141,7 +142,7 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
   }
 }
 
-/// End of a straight walk in a body.
+/// The end of a straight walk in a body.
 struct ExitAhead {
   Index tet = -1;            ///< that it ends in, or leaves the body from; -1: the walk is lost
   std::size_t opposite = 4;  ///< corner opposite the face that it leaves by; 4: it ends inside
@@ -152,13 +153,14 @@ struct ExitAhead {
 /// it leaves the body. O(tets on the line).
 ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction, double most);
-/// How far the surface is on the straight line from p, a point in `tet`, along the unit vector `direction`:
-/// no nearest surface point is further. Infinite where the walk is lost. O(tets on the line).
+/// Distance to the surface on the straight line from p, a point in `tet`, along the unit vector `direction`:
+/// an upper bound of the distance to the nearest surface point. Infinite where the walk is lost. O(tets on
+/// the line).
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction);
 
-/// Nearest surface point of a whole body, not counting triangles at the point `without`; distance infinite
-/// where there is none. O(triangles of the body).
+/// Nearest surface point of a whole body, without triangles at the point `without`; distance infinite where
+/// there is none. O(triangles of the body).
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
                                    const Vec3& p, Index without = -1);
 

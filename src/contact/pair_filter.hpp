@@ -11,15 +11,15 @@
 
 namespace palpate {
 
-/// Which pairs of a point and a tet can touch: those of two bodies of which at least one can move and that
-/// are not to be ignored, and those of one body that can move and collides with itself, where the point is no
-/// corner of the tet.
+/// The pairs of a point and a tet that can touch: those of two bodies that are not ignored and of which at
+/// least one can move, and those of one movable body with self-collision, where the point is no corner of the
+/// tet.
 struct PairFilter {
   std::span<const std::uint8_t> immovable;                   ///< per body
   std::span<const std::uint8_t> self_collision;              ///< per body
   std::span<const std::array<Index, 2>> ignored_pairs = {};  ///< ascending, the lower body first in each
 
-  /// Whether these two different bodies are to be ignored. O(log ignored_pairs).
+  /// Whether contacts of these two different bodies are ignored. O(log ignored_pairs).
   [[nodiscard]] bool ignores(Index a, Index b) const {
     return !ignored_pairs.empty() && std::binary_search(ignored_pairs.begin(), ignored_pairs.end(),
                                                         std::array{std::min(a, b), std::max(a, b)});

@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-/// What the hits of a query are taken with.
+/// The input of the evaluation of hits.
 struct PairContext {
   const Clusters& clusters;
   const Bodies& bodies;
@@ -23,19 +23,19 @@ struct PairContext {
   std::span<const std::uint8_t> upright;  ///< (n_bodies) 1: no tet of a body is folded
 };
 
-/// Takes the hits of blocks: pairs that are sure are found, others go to the exact predicate; ignored
-/// bodies and folds drop out.
+/// Evaluates the hits of blocks: certain pairs are found, others go to the exact predicate; ignored bodies
+/// and folds are left out.
 class PairTaker {
  public:
   PairTaker(const PairContext& context, std::vector<PointInTet>& found) : context_(context), found_(found) {}
 
-  /// Whether something of it is found.
+  /// Returns whether a pair is found.
   bool take(const Cluster& cluster, Index point, std::uint32_t primitives);
   QueryTally& tally() { return tally_; }
 
  private:
   [[nodiscard]] bool is_inside(const PointInTet& pair) const;
-  /// Of a point of the tet's own body.
+  /// For a point of the tet's own body.
   bool is_folded(const PointInTet& pair, Index body);
 
   const PairContext& context_;

@@ -10,11 +10,12 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Of an edge of the tet: a point that has left its place by more may be beside another part of the surface.
+/// Largest distance of a point from its old place, over an edge of the tet: further away it may be beside
+/// another part of the surface.
 constexpr double furthest = 0.5;
-/// How many times as thick or thin, along the direction, a tet may become.
+/// Largest ratio by which the thickness of a tet along the direction may change.
 constexpr double most_strain = 4.0;
-/// How much sooner planes in the region of interest are computed again.
+/// Factor of age in the region of interest.
 constexpr std::size_t interest = 4;
 
 /// The edges from the first corner of a tet.
@@ -30,8 +31,8 @@ void PlaneCache::choose_none() {
   spared_ = 0;
 }
 
-/// Present position of the cached plane, seen from the point; false: no longer valid. Points of the tissue
-/// keep their product with the plane's covector, whose products with the edges are those of the direction
+/// The cached plane at present, relative to the point; false: no longer valid. Points of the tissue keep
+/// their product with the plane's covector, which has the same products with the edges as the direction had
 /// then.
 bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point, const Bodies& bodies,
                         std::span<const Vec3> positions, PenetrationPlane& plane) {
@@ -54,14 +55,14 @@ bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point
   return std::isfinite(plane.depth);
 }
 
-/// Of the contacts without a cached plane `most` compute theirs, at equal distances in their order, so that
-/// each region has some. Returns how many do.
+/// Of the contacts without a cached plane, `most` compute theirs, at equal intervals in their order, so that
+/// each region has some. Returns their number.
 std::size_t PlaneCache::choose_unknown(std::size_t most, std::size_t unknown) {
   if (most >= unknown) {
     std::ranges::replace(sources_, std::uint8_t{neighbors}, std::uint8_t{compute});
     return unknown;
   }
-  // Not always the same ones.
+  // The choice changes from detection to detection.
   std::size_t passed = rounds_ * most % unknown;
   for (std::uint8_t& source : sources_) {
     if (source != neighbors) continue;
@@ -73,14 +74,14 @@ std::size_t PlaneCache::choose_unknown(std::size_t most, std::size_t unknown) {
   return most;
 }
 
-/// The most urgent of those with a cached plane compute theirs.
+/// Of the contacts with a cached plane, the most urgent compute theirs.
 void PlaneCache::choose_most_urgent(std::size_t most) {
   std::array<std::size_t, CachedPlanes::oldest + 1> count{};
   for (std::size_t c = 0; c < sources_.size(); ++c)
     if (sources_[c] == cached) ++count[urgency_[c]];
   std::size_t least = count.size();
   while (least > 0 && count[least - 1] <= most) most -= count[--least];
-  // All of `least` and more, and some of those just below.
+  // All with urgency `least` or more, and some of the next lower urgency.
   for (std::size_t c = 0; c < sources_.size(); ++c) {
     if (sources_[c] != cached || urgency_[c] + 1U < least) continue;
     if (urgency_[c] < least && most == 0) continue;
@@ -119,7 +120,7 @@ void PlaneCache::choose(const parallel::Threads& threads, const Bodies& bodies,
   spared_ = n - static_cast<std::size_t>(std::ranges::count(sources_, std::uint8_t{compute}));
 }
 
-/// The plane of the last table stays, a detection older.
+/// Keeps the plane of the last table, one detection older.
 void PlaneCache::keep(const ContactTable& last, ContactTable& table, std::size_t contact) {
   CachedPlanes& planes = table.planes();
   copy_row(last.planes(), static_cast<std::size_t>(table.previous()[contact]), planes, contact);

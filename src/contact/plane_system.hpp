@@ -12,12 +12,12 @@
 
 namespace palpate {
 
-/// A plane of the surface that a point must leave by: its depth is offset - (p - origin) . normal. Normals
-/// are not unit where planes were averaged.
+/// A plane through which a point leaves the body: its depth is
+/// offset - (p - origin) . normal. Normals are not unit where planes were averaged.
 using Plane = std::array<double, 4>;  // offset, normal
 
-/// The weighted averages of planes on a graph: the plane of each node is the mean of the planes given to it
-/// and those of its neighbours,
+/// Weighted averages of planes on a graph: the plane of each node is the mean of its given planes and of its
+/// neighbours' planes,
 ///   (W_i + sum_j m_ij) P_i = sum_k w_ik B_ik + sum_j m_ij P_j,   W_i = sum_k w_ik, m_ij = m_ji > 0.
 ///
 /// Symmetric and positive definite where every connected part has a given plane; solved for the correction of
@@ -41,9 +41,9 @@ class PlaneSystem {
   std::vector<Node> nodes;
   std::vector<Link> links;
 
-  /// Corrections of the first guess, valid until the next solve. Ends where one more sweep of averages would
-  /// turn no normal by more than `tolerance` (radians) nor change a depth by more than `tolerance` of the
-  /// node's length, after `most` iterations, or at the deadline. Returns the iterations done. Parallel;
+  /// Corrections of the first guess, valid until the next solve. Ends when one more sweep of averages would
+  /// rotate no normal by more than `tolerance` (radians) and change no depth by more than `tolerance` times
+  /// the node's length, after `most` iterations, or at the deadline. Returns the iterations done. Parallel;
   /// without a deadline the same bits for every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   /// The same where all normals of the residuals are zero, and so those of the corrections.
@@ -53,7 +53,7 @@ class PlaneSystem {
  private:
   struct Sums {
     Plane sums{};
-    bool far = false;  ///< a node is beyond the tolerance
+    bool far = false;  ///< a node is above the tolerance
   };
   [[nodiscard]] Sums total() const;
   template <std::size_t components>

@@ -19,7 +19,7 @@ namespace palpate {
 
 /// Point-in-volume query (paper 4.2, "Parallel query"): loops over the tets in parallel and tests the points
 /// that the structure holds in the cells of the tet's box. Deviation: the paper counts in one pass and writes
-/// in a second; here each chunk writes its own list and the lists are joined in chunk order.
+/// in a second. Here each chunk writes its own list, and the lists are joined in chunk order.
 class PointsInTets {
  public:
   template <class Structure>

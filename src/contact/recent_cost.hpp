@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-/// Recent cost of an operation, as a forecast that is seldom too low: the third highest of the last 32,
-/// but at most half more than their median.
+/// Recent cost of an operation, as a forecast that is seldom too low: the third highest of the last 32, but
+/// at most 1.5 times their median.
 class RecentCost {
  public:
   void add(double cost) { last_[next_++ % last_.size()] = cost; }

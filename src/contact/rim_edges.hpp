@@ -15,30 +15,29 @@ namespace palpate {
 struct RimEdge {
   Index edge = -1;
   std::array<Index, 2> contacts{-1, -1};  ///< of its ends with the body; -1: outside
-  /// Where it leaves the body, if an end is outside: the triangle, and the place, 0 at the edge's first
-  /// point.
+  /// Its crossing, if an end is outside: the triangle, and the parameter, 0 at the edge's first point.
   Index triangle = -1;
   double parameter = 0.0;
-  double depth = 0.0;  ///< by which the edge must move to leave, m
+  double depth = 0.0;  ///< distance by which the edge must move to leave, m
   Vec3 direction;      ///< unit; along it
 };
 
-/// Finds how edges at rims leave the body (docs/edges.md). The plane of a point near a rim says little: where
-/// faces lie flush it is that of the side. The edges there determine the directions in which their own body
-/// can move. Keeps its memory between searches; one for each thread.
+/// Finds the exits of edges at rims (docs/edges.md). The plane of a point near a rim is not reliable: where
+/// faces lie flush, it is the plane of the side. The edges there determine the directions in which their own
+/// body can move. Keeps its memory between searches; one for each thread.
 class RimEdgeSearch {
  public:
-  /// What searches are made in.
+  /// The input of searches.
   struct Frame {
     const Bodies& bodies;
     std::span<const Vec3> positions;
     const ContactTable& table;
-    double reach = 0.0;  ///< m; edges deeper than that are left out
+    double reach = 0.0;  ///< m; deeper edges are left out
   };
 
-  /// A surface edge at the point of contact `c`; false where it does not leave the body in a direction that
-  /// its own body can take, or is not inside at all. O(tets along the edge + triangles, or tets, nearer than
-  /// its depth).
+  /// A surface edge at the point of contact `c`; false where there is no exit in a direction in which its own
+  /// body can move, or the edge is not inside. O(tets along the edge + triangles, or tets, nearer than its
+  /// depth).
   bool find(const Frame& frame, Index c, Index edge, RimEdge& found);
 
  private:

@@ -12,35 +12,34 @@
 
 namespace palpate {
 
-/// Distance from a side of a body from which on it is no rim, m: a quarter of the mean edge at rest.
-/// O(edges).
+/// Distance from a side of a body at which the rim ends, m: a quarter of the mean edge at rest. O(edges).
 [[nodiscard]] double rim_reach(const Bodies& bodies, Index body);
 
 /// Scale of a contact's stiffness near a rim of the body, a place where its surface turns away
-/// (ContactResponse says why): zero close to it, one from some distance on.
+/// (ContactResponse says why): zero near it, one from some distance on.
 ///
-/// Most contacts have no rim within reach, and a walk through the body to see that is most of the work of
-/// forces. So a contact whose bodies rest caches that a walk a little further found no surface that could
-/// become a side (RimCache); while no point of both bodies has moved by more than a part of that margin, it
-/// need not walk again. A body rests from one record of its positions to the next, which is made when a point
-/// has moved by `most_moved` of the reach; contacts walk further only in bodies that have rested for some
-/// steps, so that moving ones cost nothing more.
+/// Most contacts have no rim within reach, and the walk through the body to check that is most of the work of
+/// forces. So for bodies at rest the result is cached: a slightly longer walk found no surface that could
+/// become a side (RimCache). While no point of both bodies has moved by more than a fraction of that margin,
+/// no walk is needed. A rest period of a body lasts from one record of its positions to the next, which is
+/// made when a point has moved by `most_moved` of the reach. Longer walks are made only in bodies that have
+/// rested for some steps, so moving bodies have no extra cost.
 class RimFalloff {
  public:
   explicit RimFalloff(const Bodies& bodies);
 
-  /// Distance from a side from which on the scale is one, m.
+  /// Distance from a side at which the scale reaches one, m.
   [[nodiscard]] double reach(Index body) const { return rims_[static_cast<std::size_t>(body)].outer; }
 
-  /// Once before the scales at new positions: finds which bodies have moved. O(points), and nothing where
-  /// contacts are few.
+  /// Call once before the scales at new positions: finds which bodies have moved. O(points); does nothing
+  /// where contacts are few.
   void begin(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
              std::size_t contacts);
 
-  /// 0 to 1. Uses row c of the cache, or fills it; of any thread.
+  /// The scale, 0 to 1. Uses row c of the cache, or fills it. May be called from any thread.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                              std::size_t c, ExitSearch& search, RimCache& cache) const;
-  /// The same by a walk.
+  /// The same, by a walk without the cache.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                              std::size_t c, ExitSearch& search) const;
 
@@ -50,7 +49,7 @@ class RimFalloff {
     double inner = 0.0;
     double outer = 0.0;
   };
-  /// Since the last record of a body's positions.
+  /// The rest period since the last record of a body's positions.
   struct Rest {
     std::uint32_t number = 0;
     int steps = 0;
@@ -60,10 +59,10 @@ class RimFalloff {
 
   std::vector<Rim> rims_;         ///< (n_bodies)
   std::vector<Rest> rests_;       ///< (n_bodies)
-  std::vector<double> moved_;     ///< (n_bodies) by which a point of a body at rest may move, m
+  std::vector<double> moved_;     ///< (n_bodies) allowed motion of a body's points at rest, m
   std::vector<Vec3> recorded_;    ///< (n_points) positions
   std::vector<double> farthest_;  ///< scratch
-  bool compares_ = false;         ///< the last begin() did
+  bool compares_ = false;         ///< whether the last begin() compared positions
 };
 
 }  // namespace palpate

@@ -8,15 +8,15 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t most_triangles = 256;
-/// Of the length of a side: a line nearer to it than this leaves across it, whatever rounding says.
+/// Relative to the length of an edge: a line nearer to it than this leaves across it, regardless of rounding.
 constexpr double at_side = 1e-6;
 
 Vec3 across(const Vec3& a, const Vec3& d) {
   return a - dot(a, d) * d;
 }
 
-/// Displacement from the line to a side of a triangle, as seen along the line; `third` is the triangle's
-/// other corner. All relative to the line, across it.
+/// Displacement from the line to an edge of a triangle, as seen along the line; `third` is the triangle's
+/// other corner. All points are relative to the line and projected across it.
 LineExit exit_over(const Vec3& a, const Vec3& b, const Vec3& third) {
   const Vec3 ab = b - a;
   const double l2 = squared_length(ab);

@@ -9,10 +9,10 @@
 
 namespace palpate {
 
-/// How far a straight line through a body is from leaving it sideways.
+/// The shortest sideways exit of a straight line from a body.
 struct LineExit {
   double distance = 0.0;  ///< m
-  Vec3 direction;         ///< unit, across the line: moved by the distance along it, the line only touches
+  Vec3 direction;  ///< unit, across the line: after moving by the distance along it, the line only touches
 };
 
 /// A straight line that is an edge of another body.
@@ -31,11 +31,11 @@ struct EdgeLine {
 };
 
 /// Finds the nearest part of a body's silhouette, as seen along a line that enters or leaves the body: the
-/// sides between triangles with the same orientation along the line and those without. The triangles that
+/// edges between triangles that face along the line and triangles that face against it. The triangles that
 /// are connected with the one that the line crosses, with the same orientation, are searched in the order of
-/// their distance from the line. An exit that the line's own body cannot follow loses against one that it can
-/// and that is not much longer: where faces lie flush, the nearest silhouette is the side that both share.
-/// Keeps its memory between searches; one for each thread.
+/// their distance from the line. An exit that the line's own body can follow is preferred, unless it is much
+/// longer: where faces lie flush, the nearest silhouette is the common edge. Keeps its memory between
+/// searches; one for each thread.
 class SilhouetteSearch {
  public:
   SilhouetteSearch() {
@@ -43,8 +43,9 @@ class SilhouetteSearch {
     reached_.reserve(256);
   }
 
-  /// The nearest silhouette, allowances added, if that is less than `limit`; else one without a direction.
-  /// At most 256 triangles are searched. \param triangle  that the line crosses
+  /// The nearest silhouette, with allowances, if below `limit`; else a result without a direction. At most
+  /// 256 triangles are searched.
+  /// \param triangle  crossed by the line
   /// O(triangles nearer than the result, squared).
   LineExit nearest(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                    const EdgeLine& line, double limit);
@@ -53,7 +54,7 @@ class SilhouetteSearch {
   struct Reached {
     double distance;
     Index triangle;
-    Index from;  ///< the triangle that it was reached from
+    Index from;  ///< the triangle from which it was reached
   };
   struct Best {
     LineExit exit;

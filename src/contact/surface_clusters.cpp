@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// Appends what is not in another row yet, ascending.
+/// Appends items that are not in another row yet, ascending.
 class OwnedRows {
  public:
   OwnedRows(Rows& rows, std::size_t size) : rows_(rows), owned_(size, 0) {}

@@ -12,19 +12,19 @@
 namespace palpate {
 
 /// The surfaces of all bodies, in clusters of up to 16 triangles. Each surface point and edge belongs to one
-/// cluster: the first that has it as a corner or side. Fixed, as the meshes are.
+/// cluster: the first that has it as a corner or side. Constant, like the meshes.
 struct SurfaceClusters {
   explicit SurfaceClusters(const Bodies& bodies);
 
   Clusters clusters;                ///< of the surface triangles
   std::vector<Range> of_body;       ///< (n_bodies) clusters
-  Rows points;                      ///< per cluster: those that belong to it, ascending
-  Rows edges;                       ///< per cluster: the same of edges, as in Bodies::edges()
+  Rows points;                      ///< per cluster: its points, ascending
+  Rows edges;                       ///< per cluster: its edges, indices into Bodies::edges()
   std::vector<double> thickness;    ///< per cluster: least height of the tets behind its triangles at rest, m
   std::vector<double> of_thinnest;  ///< (n_bodies) least of its clusters, m
 };
 
-/// Height of the tet behind a surface triangle, over it, at rest, m; 0 where the triangle has no area.
+/// Height of the tet behind a surface triangle, at rest, m; 0 where the triangle has no area.
 [[nodiscard]] double height_behind(const Bodies& bodies, Index triangle);
 
 }  // namespace palpate

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double smooth_cosine = 0.5;  // 60 degrees
-constexpr double band = 0.05;  // fraction of the triangle's height in which the field rotates at a crease
+constexpr double band = 0.05;  // fraction of the triangle's height over which the normal rotates at a crease
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void SurfaceNormals::find_creases(const Bodies& bodies) {
   }
 }
 
-/// Groups of a point: what its triangles reach of each other over smooth edges at the point.
+/// Groups of a point: sets of its triangles that are connected over smooth edges at the point.
 void SurfaceNormals::group_corners(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
   struct Corner {
@@ -107,7 +107,7 @@ void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodi
   });
 }
 
-/// How far a point of a triangle is from the next crease, in heights of the triangle, at most 1.
+/// Distance of a point of a triangle from the next crease, in heights of the triangle, at most 1.
 double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& w) const {
   const unsigned creases = at(creases_, triangle);
   double distance = 1.0;

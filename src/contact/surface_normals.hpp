@@ -24,8 +24,8 @@ struct TrianglePoint {
 ///
 /// The corners of a triangle have the area-weighted normal of the triangles around the point that are joined
 /// by smooth edges (normals of both triangles at most 60 degrees apart at rest); between corners it is
-/// interpolated. Across a crease the field turns within a band of 5 % of the triangle's height on both sides,
-/// so it is continuous there too. So contact with a flat face is exact up to that band along its rim.
+/// interpolated. At a crease the normal rotates within a band of 5 % of the triangle's height on both sides,
+/// so it is continuous there too. Contact with a flat face is exact outside of that band along its rim.
 class SurfaceNormals {
  public:
   /// O(n log n) in triangles. `bodies` must not change afterwards.
@@ -38,15 +38,15 @@ class SurfaceNormals {
   /// Unit normal at x, a point of a triangle; zero where the triangle and all around it have no area.
   [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const;
-  /// The same for many points, `normals` of them, to the bit.
+  /// The same for many points, with the same bits.
   void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
                  std::span<Vec3> normals) const;
 
-  /// The same at any positions, without update(), to the bit. O(triangles at the corners).
+  /// The same at given positions, without update(), with the same bits. O(triangles at the corners).
   [[nodiscard]] Vec3 at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                                   const Vec3& x) const;
 
-  /// Puts the corners of a triangle, and their normals, into a lane.
+  /// Copies the corners of a triangle, and their normals, into a lane.
   void put_corners(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                    simd::TrianglePoints& points, std::size_t lane) const {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -54,7 +54,7 @@ class SurfaceNormals {
       points.corner_normal[i].put(at(group_normals_, at(corner_groups_, triangle)[i]), lane);
     }
   }
-  /// Whether the normal that was interpolated in a lane is that of the surface: near creases it is not.
+  /// Whether the interpolated normal of a lane is valid: near creases it is not.
   [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
                                      std::size_t lane) const;
 

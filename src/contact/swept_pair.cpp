@@ -9,26 +9,27 @@ namespace palpate {
 namespace {
 
 constexpr int most_advances = 10000;
-/// After so many, directions that turn are tried, too.
+/// After this number of advances, rotating directions are tried, too.
 constexpr int few_advances = 3;
 
 using EdgeCorners = std::array<std::size_t, 2>;
 
-/// A direction in which the two primitives may be nearest, and the places that it joins.
+/// A direction in which the two primitives may be nearest, and the two points at its ends.
 struct Candidate {
   Vec3 direction;                   ///< unit, or zero: none
-  std::array<double, 3> weights{};  ///< of the places
-  double distance = 0.0;            ///< of the places
-  EdgeCorners first{};              ///< the direction is across these edges, where they differ
+  std::array<double, 3> weights{};  ///< of the two points
+  double distance = 0.0;            ///< of the two points
+  EdgeCorners first{};              ///< the direction is across these edges, if they differ
   EdgeCorners second{};
 };
 
-/// Coordinates relative to a corner, so that rounding goes with the size of the pair and not with its place.
+/// Coordinates relative to a corner, so that rounding depends on the size of the pair and not on its
+/// position.
 struct LocalSweep {
   std::array<Vec3, 4> start;
   std::array<Vec3, 4> motion;
-  double rounding = 0.0;  ///< bound of that of a separation, m
-  double least = 0.0;     ///< distance below which directions are not found well enough, m
+  double rounding = 0.0;  ///< bound of the rounding error of a separation, m
+  double least = 0.0;     ///< distance below which directions are too inaccurate, m
 
   explicit LocalSweep(const SweptPoints& points) {
     const Vec3 origin = points.start[3];
@@ -45,8 +46,8 @@ struct LocalSweep {
     // difference of two by 46 u N M. N is at most 1.74. Below 1e-290 products lose bits; no mesh is so small.
     constexpr double unit = 0x1p-53;
     rounding = 64.0 * 1.74 * unit * largest + 1e-290;
-    // A direction between two places d apart is off by an angle of some u M / d; over a length of M that
-    // takes u M^2 / d from the separation: little of d where d is well above sqrt(u) M.
+    // A direction between two points at distance d has an angular error of about u M / d. Over a length of M
+    // this reduces the separation by u M^2 / d, which is small against d if d is well above sqrt(u) M.
     least = 0x1p-22 * largest + 32.0 * rounding;
   }
   [[nodiscard]] std::array<Vec3, 4> at_time(double time) const {
@@ -88,7 +89,7 @@ class Along {
     for (std::size_t i = 0; i < 4; ++i) along[i] = start_[i] + time * motion_[i];
     return separation<leading>(along);
   }
-  /// When the first pair of corners is as near as `least`, or 1; to rounding.
+  /// The time at which the first pair of corners is at distance `least`, or 1; up to rounding.
   [[nodiscard]] double time_of(double least) const {
     double time = 1.0;
     for (std::size_t i = 0; i < leading; ++i) {
@@ -106,7 +107,7 @@ class Along {
   std::array<double, 4> motion_{};
 };
 
-/// Parameter of the place of the edge (a, b) nearest to p.
+/// Parameter of the point of the edge (a, b) nearest to p.
 double parameter_on_edge(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 edge = b - a;
   const double square = squared_length(edge);
@@ -120,7 +121,7 @@ Candidate from_difference(const Vec3& difference, const std::array<double, 3>& w
   return {.direction = direction, .weights = weights, .distance = distance, .first = edge};
 }
 
-/// A direction across both, turned from the second to the first.
+/// A direction across both, oriented from the second to the first.
 Candidate across(const Vec3& normal, const Vec3& difference, const std::array<double, 3>& weights,
                  const Vec3& between_places, const EdgeCorners& first, const EdgeCorners& second) {
   const Vec3 unit = normalized(normal);
@@ -189,14 +190,14 @@ struct EdgeEdge {
     const Vec3 from = x[0] - x[2];
     const Vec3 normal = cross(u, v);
     const double square = squared_length(normal);
-    // Of nearly parallel edges both parameters are uncertain: the second goes with the first.
+    // For nearly parallel edges both parameters are inaccurate: the second is computed from the first.
     const double s = square > 0.0 ? std::clamp(dot(cross(v, from), normal) / square, 0.0, 1.0) : 0.0;
     const double r = parameter_on_edge(x[0] + s * u, x[2], x[3]);
     return across(normal, from, {s, r, 0.0}, from + s * u - r * v, {0, 1}, {2, 3});
   }
 };
 
-/// The candidate that separates most, and by how much.
+/// The candidate with the largest separation, and that separation.
 template <class Pair>
 struct Best {
   Candidate candidate{};
@@ -212,7 +213,7 @@ struct Best {
   }
 };
 
-/// The next time up to which `along` separates, proved; `now` where nothing beyond it can be.
+/// The next time up to which `along` is proved to separate; `now` where nothing can be proved.
 template <std::size_t leading>
 double advanced(const Along<leading>& along, double now, double least, double rounding) {
   if (along.separation_at(now) <= rounding) return now;
@@ -227,8 +228,8 @@ double advanced(const Along<leading>& along, double now, double least, double ro
 }
 
 /// A direction that rotates with the primitives between two times, as a quadratic in Bernstein form: the
-/// common normal of two edges, or what stays across one edge and a fixed vector. Any direction gives a valid
-/// bound; a good one is valid for long, where primitives rotate fast and approach slowly.
+/// common normal of two edges, or a direction orthogonal to one edge and a fixed vector. Any direction gives
+/// a valid bound; a good one is valid for long, where primitives rotate fast and approach slowly.
 struct RotatingDirection {
   std::array<Vec3, 3> controls;
   double longest = 0.0;
@@ -283,7 +284,7 @@ double advanced_rotating(const LocalSweep& sweep, const Candidate& candidate, do
   return next;
 }
 
-/// \param direction  at which both are apart at `time`, or zero
+/// \param direction  that separates both at `time`, or zero
 template <class Pair>
 SweptTouch touch_at(const typename Pair::Candidates& candidates, double time, const Vec3& direction) {
   const auto nearest =
@@ -306,7 +307,7 @@ std::optional<SweptTouch> first_touch(const SweptPoints& points, double toleranc
     const Along<Pair::first> along(sweep, direction);
     const bool apart = best.separation > sweep.rounding && along.separation_at(time) > sweep.rounding;
     if (apart) before = direction;
-    const bool near = !(best.separation > 0.75 * touching);  // the distance is a little more
+    const bool near = !(best.separation > 0.75 * touching);  // the true distance is a little larger
     if (near || advance == most_advances) return touch_at<Pair>(candidates, time, before);
     double next = advanced(along, time, 0.25 * touching, sweep.rounding);
     if (advance >= few_advances && next > time)

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// Where four points are at the start and at the end of a step; between, each moves along a straight line at
-/// constant speed. Of a point and a triangle (0; 1, 2, 3) or of two edges (0, 1; 2, 3).
+/// Positions of four points at the start and at the end of a step; between them, each moves along a straight
+/// line at constant speed. A point and a triangle (0; 1, 2, 3), or two edges (0, 1; 2, 3).
 struct SweptPoints {
   std::array<Vec3, 4> start;
   std::array<Vec3, 4> end;
@@ -17,34 +17,36 @@ struct SweptPoints {
 /// Where two primitives first touch.
 struct SweptTouch {
   double time = 0.0;  ///< in [0, 1] of the step; never after the first touch
-  /// Of the place of the touch: three barycentric weights in the triangle, or a parameter of each edge (0 at
-  /// its first point).
+  /// Position of the touch: three barycentric weights in the triangle, or a parameter of each edge (0 at its
+  /// first point).
   std::array<double, 3> weights{};
-  /// Unit: at `time` a plane across it lies between the two, the first on the side that it leads to. Zero
-  /// where they touch at the start of the step, so that there is no such plane.
+  /// Unit normal of a plane that separates the two at `time`; it points to the side of the first. Zero where
+  /// they touch at the start of the step, where no such plane exists.
   Vec3 direction{};
 };
 
-/// When a point and a triangle, or two edges, first touch within a step; none: they do not.
+/// The first touch of a point and a triangle, or of two edges, within a step; empty: none.
 ///
-/// Conservative: where the exact motions touch, however degenerate (coplanar, parallel, at corners, of no
-/// area or length), the result is a touch, at a time that is not after it. A touch is reported only where the
-/// two come within swept_tolerance() of each other; where the advances below are used up (10^4), within that
-/// or a 10^4th of their relative motion.
+/// Conservative: where the exact motions touch, also in degenerate cases (coplanar, parallel, at corners, no
+/// area or length), the result is a touch, at a time that is not later. A touch is reported only where the
+/// two come within swept_tolerance() of each other. If all advances (10^4) are used up, the distance is at
+/// most that, or 1e-4 of their relative motion.
 ///
 /// Method: advance in time from plane to plane. At a time, of the directions in which the two may be nearest
-/// (normal of the triangle or common normal of the edges; from each point to each edge) the one that
-/// separates them most is taken. Along it, differences of corners are linear in time; so two ends prove the
-/// whole interval free, with a bound of what rounding adds. The next time is where the proof ends. As in
-/// conservative advancement (Mirtich 1996; additive CCD: Li et al. 2021), but only motion along the direction
-/// counts, so that what slides past is dismissed at once; and where that is slow, directions that turn with
-/// the primitives prove further, by Bernstein coefficients of cubics. As in Tight-Inclusion (Wang et al., "A
-/// Large Scale Benchmark and an Inclusion-Based Algorithm for Continuous Collision Detection", 2021), nothing
-/// is dismissed without an interval that holds all values and all rounding. \param tolerance  m
+/// (normal of the triangle or common normal of the edges; from each point to each edge) the one with the
+/// largest separation is used. Along it, differences of corners are linear in time. So the values at both
+/// ends of an interval prove that it is free of contact, with a bound of rounding errors. The next time is
+/// the end of that interval. As in conservative advancement (Mirtich 1996; additive CCD: Li et al. 2021), but
+/// only motion along the direction counts, so that sliding pairs are dismissed at once. Where advances are
+/// small, directions that rotate with the primitives give longer intervals, by Bernstein coefficients of
+/// cubics. As in Tight-Inclusion (Wang et al., "A Large Scale Benchmark and an Inclusion-Based Algorithm for
+/// Continuous Collision Detection", 2021), nothing is dismissed without an interval that holds all values and
+/// all rounding.
+/// \param tolerance  m
 std::optional<SweptTouch> point_meets_triangle(const SweptPoints& points, double tolerance);
 std::optional<SweptTouch> edge_meets_edge(const SweptPoints& points, double tolerance);
 
-/// The distance within which a touch may be reported: `tolerance`, but no less than rounding asks for, 2.4e-7
+/// The distance within which a touch may be reported: `tolerance`, but at least the bound of rounding, 2.4e-7
 /// of the size of the box of both over the step.
 double swept_tolerance(const SweptPoints& points, double tolerance);
 

@@ -23,8 +23,8 @@ struct SweptContact {
   Index second = -1;  ///< the triangle, or the other edge
   double time = 0.0;  ///< in [0, 1] of the step; see SweptTouch
   std::array<double, 3> weights{};
-  /// Unit; leads the first out of the second, on the side that it came from. Where they touch at the start
-  /// of the step already, along the surfaces' normals there; zero where these cancel.
+  /// Unit; from the second to the first, on the side from which the first came. If they touch already at the
+  /// start of the step, along the surfaces' normals there; zero where these cancel.
   Vec3 direction{};
   friend bool operator==(const SweptContact&, const SweptContact&) = default;
 };
@@ -32,34 +32,36 @@ struct SweptContact {
 struct SweptSettings {
   /// m; see point_meets_triangle().
   double tolerance = 0.0;
-  /// Two clusters are tested only where points of them move against each other by more than so many times
-  /// the lesser of their local thicknesses; negative: always.
+  /// Two clusters are tested only if their relative motion is more than this times the smaller of their local
+  /// thicknesses; negative: always.
   double least_motion = 0.25;
 };
 
-/// What one query did.
+/// Counts of a query.
 struct SweptCounts {
-  std::size_t body_pairs = 0;     ///< that could pass: swept boxes meet, motion above the least
-  std::size_t cluster_pairs = 0;  ///< the same of clusters
+  std::size_t body_pairs = 0;     ///< pairs that could pass: swept boxes meet, motion above the least
+  std::size_t cluster_pairs = 0;  ///< the same for clusters
   std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
   double thinnest = 0.0;          ///< of the body pairs: least local thickness, m; 0 where there are none
 };
 
-/// Finds what passes or touches within a step: surface points of bodies against surface triangles of others,
-/// and surface edges against surface edges, moving straight between two positions. What the filters prove is
-/// in docs/continuous.md. The same bits for every thread count. Keeps its memory from step to step.
+/// Finds primitives that pass or touch each other within a step: surface points of bodies against surface
+/// triangles of others, and surface edges against surface edges, moving along straight lines between two
+/// positions. docs/continuous.md proves the filters. The same bits for every thread count. Keeps its memory
+/// from step to step.
 class SweptQuery {
  public:
   explicit SweptQuery(const Bodies& bodies);
 
-  /// All contacts of the pairs of bodies that `filter` lets (of one body: primitives that share no point),
-  /// by (kind, first, second). Positions are finite (n_points x 3). O(surface points) where nothing could
-  /// pass; else beside it O(clusters log clusters + pairs whose swept boxes meet). Until the next call.
+  /// All contacts of the pairs of bodies that `filter` allows (within a body: primitives without a common
+  /// point), sorted by (kind, first, second). Positions must be finite (n_points x 3). O(surface points)
+  /// where nothing could pass; else in addition O(clusters log clusters + pairs whose swept boxes meet).
+  /// Valid until the next call.
   std::span<const SweptContact> find(const parallel::Threads& threads, std::span<const Vec3> start,
                                      std::span<const Vec3> end, const PairFilter& filter,
                                      const SweptSettings& settings);
 
-  /// Only the pairs of bodies that could pass, for counts(). O(surface points + bodies log bodies + pairs).
+  /// Counts only the pairs of bodies that could pass. O(surface points + bodies log bodies + pairs).
   void count(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
              const PairFilter& filter, const SweptSettings& settings);
 
@@ -67,7 +69,7 @@ class SweptQuery {
   [[nodiscard]] const SurfaceClusters& surface() const { return surface_; }
 
  private:
-  /// Where corners are during the step, and the ways that they go in it.
+  /// Boxes of corners during the step, and of their displacements.
   struct Swept {
     Box places;
     Box motion;
@@ -99,9 +101,9 @@ class SweptQuery {
 
   const Bodies& bodies_;
   SurfaceClusters surface_;
-  std::vector<Swept> clusters_;       ///< swept by the step at hand
+  std::vector<Swept> clusters_;       ///< boxes in the current step
   std::vector<Swept> of_bodies_;      ///< the same
-  std::vector<Index> by_lower_;       ///< bodies, or marked clusters, by where they begin
+  std::vector<Index> by_lower_;       ///< bodies, or marked clusters, by their lower ends
   std::vector<Pair> body_pairs_;      ///< ascending
   std::vector<std::uint8_t> marked_;  ///< per cluster: meets the other body of a pair
   parallel::ChunkedList<Pair> pair_lists_;

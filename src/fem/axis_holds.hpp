@@ -32,7 +32,7 @@ inline constexpr std::uint8_t all_axes = 7;
 class AxisHolds {
  public:
   AxisHolds() = default;
-  /// \param axes  (n_points) bits, or empty: none. Of account where a point is free and not all axes are held
+  /// \param axes  (n_points) bits, or empty: none. Used where a point is free and not all axes are held
   /// \param free  (n_points) 1: moves
   /// O(n_points + tets at held points).
   AxisHolds(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes,
@@ -41,14 +41,14 @@ class AxisHolds {
   [[nodiscard]] bool any() const { return !holds_.empty(); }
   /// The dampers of a step of this length, one for each point, ascending.
   void append(double time_step, std::vector<Coupling>& couplings) const;
-  /// Right side: along held axes what brings the points to rest, where `base` is the velocity that the
-  /// solution counts from.
+  /// Sets the right side along held axes to what brings the points to rest.
+  /// \param base  velocity to which the solution is added
   void hold(double time_step, std::span<const simd::Padded3> base, std::span<simd::Padded3> right_side) const;
-  /// Sets what is along held axes to zero.
+  /// Sets the components along held axes to zero.
   void stop(std::span<Vec3> values) const;
-  /// The same, or to the negative of `base`.
+  /// The same, or sets them to the negative of `base`.
   void stop(std::span<const simd::Padded3> base, std::span<simd::Padded3> values) const;
-  /// Takes what is along held axes from other values: positions stay bit for bit.
+  /// Copies the components along held axes from other values: positions keep their bits.
   void keep(std::span<const Vec3> from, std::span<Vec3> values) const;
   /// Sets the bits of these points.
   void mark(std::span<std::uint8_t> axes_of_point) const;

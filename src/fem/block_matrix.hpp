@@ -14,18 +14,17 @@
 
 namespace palpate::fem {
 
-/// The rows of free points of a square matrix of 3x3 blocks, one row a point, in float: the pattern of the
-/// element stiffness, which is symmetric. What it leaves undone, in double, is
-/// LinearSystem::multiply_exactly().
+/// The rows of free points of a square matrix of 3x3 blocks, one row per point, in float, with the symmetric
+/// pattern of the element stiffness. LinearSystem::multiply_exactly() has exact products in double.
 ///
-/// Rows have an order of their own: along a Z-curve through the rest positions of each body, so that what is
-/// near in space is near in memory, and within windows by colour and by the number of their blocks, so that
-/// the slices of 16 rows (simd/sliced_rows.hpp) have little to fill up. No two points of an element have the
-/// same colour, and a slice has rows of one colour: a smoother can do them at once. Rows that fill up a slice
-/// have no point. Assembly gathers: each block adds up its own terms,
-/// elements ascending, so that no two threads write one block and the bits do not depend on the thread count.
-/// Rows of full bodies (Elements) come last, in slices of their own, which add up the blocks of their
-/// elements, and of smoothing domains, whose points all are in each other's rows.
+/// Rows have an order of their own: along a Z-curve through the rest positions of each body, so that
+/// neighbours in space are neighbours in memory; within windows by colour and by the number of their blocks,
+/// so that slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the
+/// same colour, and a slice has rows of one colour: a smoother can do them at once. Padding rows of a slice
+/// have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that no two
+/// threads write one block and the bits do not depend on the thread count. Rows of full bodies (Elements)
+/// come last, in slices of their own, which add up the blocks of their elements, and of smoothing domains,
+/// whose points all are in each other's rows.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other corners of its elements and
@@ -42,24 +41,24 @@ class BlockMatrix {
   void assemble(const parallel::Threads& threads, std::span<const double> diagonal);
 
   [[nodiscard]] const Elements& elements() const { return *elements_; }
-  /// Points of a point's blocks, ascending; none where it has no row.
+  /// Points of the blocks in a point's row, ascending; empty where it has no row.
   [[nodiscard]] std::span<const std::uint32_t> columns(Index point) const;
   /// Block `place` of a point's row: with columns(point)[place].
   [[nodiscard]] Matrix3 block(Index point, std::size_t place) const;
   /// The diagonal of the last assemble() (n_points).
   [[nodiscard]] std::span<const double> diagonal() const { return diagonal_; }
 
-  /// Rows, with those that fill up the last slice; there is at least one of these, the row of zeros.
+  /// Number of rows, with the padding of the last slice; at least one padding row exists, the row of zeros.
   [[nodiscard]] std::size_t row_count() const { return simd::slice_rows * slice_count(); }
   [[nodiscard]] std::size_t slice_count() const { return slot_begin_.size() - 1; }
   [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: none
   [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< -1: fills up
-  /// Slices of each colour, ascending. The last slice is of none: its rows are zero.
+  /// Slices of each colour, ascending. The last slice has no colour: its rows are zero.
   [[nodiscard]] std::span<const std::vector<std::uint32_t>> slices_of_color() const {
     return slices_of_color_;
   }
   [[nodiscard]] std::vector<Index> body_of_point() const;  ///< (n_points), 0 without an element
-  /// What products read.
+  /// The data for products.
   [[nodiscard]] simd::SlicedRows rows() const;
   /// The blocks on the diagonal, simd::slice_symmetric a slice, and the diagonal in float, 16 a slice.
   [[nodiscard]] std::span<const float> diagonal_blocks() const { return diagonal_blocks_; }

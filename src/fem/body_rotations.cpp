@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-/// An angle up to which paths are bent, rad: contacts are off by 0.3 % of the body's size.
+/// Largest angle for which paths are bent, rad: contacts then have an error of 0.3 % of the body's size.
 constexpr double bent = 0.08;
 
 Quaternion rotation_by(const Vec3& angle) {
@@ -126,7 +126,7 @@ Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::spa
   return beside < 0.5 * moved ? rotation_vector(q) : Vec3{};
 }
 
-/// Whether a turn by `angle` beyond that of the frame swells a body by much of this energy.
+/// Whether a rotation by `angle` beyond that of the frame expands a body with much of this energy.
 bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - cosine(length(angle));
   constexpr double allowed = 1e-3;

@@ -29,18 +29,18 @@ struct RigidMotion {
 
 /// Rotations of whole bodies within a step, so that a step can be solved in frames that rotate with them.
 ///
-/// A step linearised about its start moves points along straight lines: a body that turns by an angle a comes
-/// out larger by 1 - cos(a) across its axis, which linear elasticity at the start does not feel and the next
-/// step finds as strain. In a stiff body that strain holds more energy than its motion had. In a frame that
-/// turns by Q about the body's centre of mass c, the step starts from the turned body x' = c + Q (x - c) and
-/// the turned velocities Q (v - v_c), and inertia against the turn (the centrifugal force) is one of the
-/// forces: a rigid turn is exact, keeps size, energy and angular momentum. Small turns are left out, since a
-/// turn costs a pass over all elements.
+/// A step linearised about its start moves points along straight lines. So a body that rotates by an angle a
+/// becomes larger by 1 - cos(a) across its axis. Linear elasticity at the start has no energy for that, but
+/// the next step finds it as strain. In a stiff body that strain holds more energy than its motion had. In a
+/// frame that turns by Q about the body's centre of mass c, the step starts from the turned body x' = c + Q
+/// (x - c) and the turned velocities Q (v - v_c), and inertia against the turn (the centrifugal force) is one
+/// of the forces: a rigid rotation is exact, and keeps size, energy and angular momentum. Small rotations are
+/// left out, since a rotated frame costs a pass over all elements.
 ///
-/// What a solution turns a body beyond its frame is bent: points go on by that angle along arcs, not along
-/// straight lines, and their velocities turn with them. Elasticity does not feel the difference, since to a
-/// linear step it is no strain; contacts are off by up to half the angle's square of the body's size. So
-/// only larger angles are followed by another frame and another solve.
+/// For a rotation beyond that of the frame the paths are bent: points move by that angle along arcs in place
+/// of straight lines, and their velocities rotate with them. In a linear step this is no strain, so elastic
+/// forces do not change. Contacts have an error of up to half the square of the angle, over the body's size.
+/// So only larger angles need another frame and another solve.
 class BodyRotations {
  public:
   /// \param masses     of points (n_points), kg
@@ -49,10 +49,10 @@ class BodyRotations {
   BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
                 std::span<const std::uint8_t> obstacles);
 
-  /// Turns bodies as they turn at the start of a step: by the midpoint rule for a rigid body without torque.
-  /// Only those that do little else than turn, and where the swelling by the turn would hold more than a
-  /// fraction of 1e-3 of their kinetic energy: blocks of a pile that rock a little do not need it.
-  /// O(n_points). \param positions, velocities  (n_points x 3) at the start
+  /// Rotates the frames of bodies by their motion at the start of a step, with the midpoint rule for a rigid
+  /// body without torque. Only bodies whose motion is mostly a rotation, and where the expansion would hold
+  /// more than 1e-3 of their kinetic energy: blocks that rock a little in a pile do not need it. O(n_points).
+  /// \param positions, velocities  (n_points x 3) at the start
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
   /// Turns bodies as a solution does that moves the points by `velocities` in the step that has begun, where
@@ -82,11 +82,11 @@ class BodyRotations {
   /// What inertia accelerates a point by in its rotated frame, m/s^2: outwards by the centrifugal force, less
   /// what turns the body as a whole, which its frame does already.
   [[nodiscard]] Vec3 inertial_acceleration(Index body, const Vec3& position) const;
-  /// What the mean velocity over the step has more than the velocity at its end.
+  /// The mean velocity over the step minus the velocity at its end.
   [[nodiscard]] Vec3 excess_velocity(Index body, const Vec3& position) const;
 
  private:
-  /// A body at the start of the step, and how its frame turns.
+  /// A body at the start of the step, and the rotation of its frame.
   struct Frame {
     Vec3 center{};
     Vec3 velocity{};
@@ -98,7 +98,7 @@ class BodyRotations {
     Vec3 angular_acceleration{};  ///< at the end, of a rigid body without torque: Euler's equations
     Vec3 correction{};            ///< angular velocity that keeps the angular momentum: Q turns that, too
   };
-  /// A body whose points go along arcs, from where its frame has turned them to.
+  /// A body whose points move along arcs, from their positions in the rotated frame.
   struct Bend {
     Vec3 angle{};           ///< along the axis, rad; zero: none
     Quaternion rotation{};  ///< by it

@@ -13,7 +13,7 @@
 
 namespace palpate::fem {
 
-/// What couplings have of the nodes of a level: the relative velocity that an unknown makes.
+/// Parts of couplings at the nodes of a level: the relative velocity per unknown.
 struct CouplingParts {
   struct Part {
     std::uint32_t node = 0;
@@ -28,11 +28,11 @@ struct CouplingParts {
   }
   /// The part of a coupling at a node, which is made where there is none yet.
   Part& part(std::size_t coupling, std::uint32_t node);
-  /// Room for so many parts of each coupling, which `most` has; none is used yet.
+  /// Reserves `most` parts for each coupling; none is used yet.
   void reset(std::size_t couplings, const std::vector<std::uint32_t>& most);
 };
 
-/// Blocks in float as the kernels read them.
+/// Blocks in float, in the layout of the kernels.
 struct PaddedBlocks {
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint32_t> columns;
@@ -61,7 +61,8 @@ class CoarseLevel {
   [[nodiscard]] std::span<simd::Six> right_side() { return right_side_; }
   [[nodiscard]] std::span<simd::Six> solution() { return solution_; }
 
-  /// Takes the couplings over from parts(), hands them on. \param next  nullptr: this is the coarsest.
+  /// Copies the couplings from parts(), and passes them to the next level.
+  /// \param next  nullptr: this is the coarsest.
   void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
   /// Two cycles of Gauss-Seidel and the levels below for the solution, from zero; exact on the coarsest.
   void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);

@@ -7,7 +7,7 @@
 namespace palpate::fem {
 namespace {
 
-/// Fractions of the goal: for the estimate, and for the drift of the float residual from the true one.
+/// Fractions of the goal: for the estimated error, and for the drift of the float residual from the true one.
 constexpr double estimated_fraction = 0.9;
 constexpr double drift_fraction = 0.1;
 /// Of the estimate of the error from the changes of the solution, with multigrid.
@@ -95,7 +95,7 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
   if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
-  // Never so late that the cap leaves multigrid no room.
+  // Never so late that the cap leaves too few iterations for multigrid.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
   if (automatic && report.jacobi_iterations < most) {
     run.change_at = most;

@@ -23,16 +23,16 @@ struct SolveGoal {
   /// relative to the right side.
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
-  /// Iterations of block Jacobi that an earlier solve has not been enough with (SolveReport); 0: none.
+  /// Iterations of block Jacobi that did not suffice in an earlier solve (SolveReport); 0: none.
   int jacobi_iterations = 0;
-  /// Exactly so many iterations, whatever the error; 0: as many as the tolerance asks for.
+  /// Exact number of iterations, regardless of the error; 0: until the tolerance is reached.
   int fixed_iterations = 0;
-  /// Where what the tolerance is relative to is smaller, these are.
+  /// Lower bounds of what the tolerance is relative to.
   double least_scale = 0.0;     ///< of the solution
   double least_residual = 0.0;  ///< of the right side
 };
 
-/// How a linear system was solved.
+/// The result of solving a linear system.
 struct SolveReport {
   int iterations = 0;  ///< products with the matrix after the first
   double relative_residual =
@@ -41,23 +41,23 @@ struct SolveReport {
   /// which no error by mass exceeds.
   double relative_error = 0.0;
   bool multigrid = false;  ///< the preconditioner was multigrid, at least in the end
-  /// Of block Jacobi that automatic has not been enough with so far, for the next solve: it begins with
-  /// multigrid where that takes no more products than these.
+  /// Iterations of block Jacobi that did not suffice with Preconditioner::automatic so far. The next solve
+  /// begins with multigrid where that needs no more products.
   int jacobi_iterations = 0;
   bool converged = false;  ///< the goal is reached
-  int solves = 1;          ///< that all iterations are of
+  int solves = 1;          ///< number of solves with these iterations
 };
 
 /// Preconditioned conjugate gradients (Hestenes & Stiefel, J. Res. NBS 49 (1952), with a preconditioner as in
-/// Saad, "Iterative Methods for Sparse Linear Systems", 2nd ed., algorithm 9.1), in three passes an
+/// Saad, "Iterative Methods for Sparse Linear Systems", 2nd ed., algorithm 9.1), in three passes per
 /// iteration: the product with p^T A p, the update of solution, residual and preconditioned residual with all
-/// sums, the next direction. Sums have a fixed order: the same bits for every thread count. Keeps its memory
-/// between solves.
+/// sums, the next direction. Sums have a fixed order, so the bits are the same for every thread count. Keeps
+/// its memory between solves.
 ///
-/// Iterations are in float, on a residual scaled to about 1, with a float matrix. What they add up to is
-/// checked in double: where the true residual is further from theirs than the goal allows, it takes its place
-/// (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations go on, until
-/// both agree. Where the stiffness is so large that a float matrix does not do, products are made in double.
+/// Iterations are in float, on a residual scaled to about 1, with a float matrix. Their sum is checked in
+/// double: if the true residual differs from that of the iterations by more than the goal allows, it replaces
+/// it (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations continue
+/// until both agree. If the stiffness is too large for a float matrix, products are in double.
 ///
 /// A - diag(m) is positive semi-definite, so that for an error e of residual r |e| <= |e|_A <= |r|: the
 /// residual is a bound, and the first two say what ErrorEstimate means for the speeds.
@@ -67,10 +67,9 @@ class ConjugateGradients {
   ///
   /// \param b  (n_points), zero at points that are not free
   /// \param x  (n_points): a guess on entry, zero at points that are not free; the solution on return. A
-  /// guess
-  ///           that is worse than zero, by its residual, is dropped.
-  /// \param multigrid  nullptr: there is none, whatever the goal says
-  /// \param positions   (n_points), for its update()
+  ///           guess that is worse than zero, by its residual, is dropped.
+  /// \param multigrid  nullptr: no multigrid, regardless of the goal
+  /// \param positions  (n_points), for its update()
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
@@ -82,7 +81,7 @@ class ConjugateGradients {
   static int patience(const LinearSystem& system);
 
  private:
-  /// A solve that has begun.
+  /// State of a solve.
   struct Run {
     const parallel::Threads& threads;
     LinearSystem& system;

@@ -27,7 +27,7 @@ struct ContactLaw {
   [[nodiscard]] double resistance(double time_step) const { return damping + time_step * stiffness; }
 };
 
-/// What all contacts of a step have in common.
+/// Data common to all contacts of a step.
 struct StepFriction {
   double coefficient = 0.0;  ///< Coulomb's mu, >= 0
   double time_step = 0.0;    ///< s, > 0

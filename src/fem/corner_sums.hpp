@@ -13,10 +13,10 @@
 
 namespace palpate::fem {
 
-/// Sums at points over the corners of the elements there, in two steps, so that it never goes
-/// through memory corner by corner: each chunk of elements adds up what it has for each of its points, while
-/// that is in the first cache, and each point adds up what chunks have for it. Both in a fixed order: the
-/// same bits for every thread count.
+/// Sums at points over the corners of their elements, in two steps, so that values of corners stay in the
+/// first-level cache: each chunk of elements adds up its values for each of its points, then each point adds
+/// up the results of the chunks. Both sums have a fixed order, so the bits are the same for every thread
+/// count.
 class CornerSums {
  public:
   static constexpr std::size_t chunk = 128;  ///< elements
@@ -27,7 +27,7 @@ class CornerSums {
   /// O(n_elements + n_points).
   CornerSums(std::span<const Tet> corners, std::size_t point_count);
 
-  /// Takes the values of chunk `number`, elements [chunk * number, chunk * (number + 1)); of the last one as
+  /// Adds the values of chunk `number`, elements [chunk * number, chunk * (number + 1)); of the last one as
   /// many as there are. Chunks are independent of each other.
   void take(std::size_t number, const Values& values);
   /// Sums of all points (n_points), once every chunk has been taken; zero at points without elements.

@@ -43,7 +43,7 @@ struct Coupling {
 class CouplingSystem {
  public:
   /// Takes the couplings of a step; the span must stay valid until the next call. O(n_points + n_couplings).
-  /// \param free  (n_points) 1: takes part; all points of couplings are in [0, n_points)
+  /// \param free  (n_points) 1: is free; all points of couplings are in [0, n_points)
   void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return couplings_.size(); }
@@ -51,9 +51,9 @@ class CouplingSystem {
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
   /// Phase 2: a free point's part of W x.
   [[nodiscard]] Vec3 product(Index point) const;
-  /// Makes ready for products in float with vectors in this order. O(n_rows + n_couplings).
+  /// Prepares products in float with vectors in this order. O(n_rows + n_couplings).
   /// \param row_of_point  (n_points), -1 where a point is left out
-  /// \param row_count     rows, those that only fill up included
+  /// \param row_count  number of rows, including padding
   void order(std::span<const Index> row_of_point, std::size_t row_count);
   /// Phase 1 in float, as order() has it, and what phase 2 reads.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
@@ -75,7 +75,7 @@ class CouplingSystem {
   [[nodiscard]] SymmetricMatrix3 weight(std::size_t coupling) const;
 
  private:
-  /// What a point takes of a coupling.
+  /// The part of a coupling at a point.
   struct Entry {
     Index coupling = 0;
     double coefficient = 0.0;

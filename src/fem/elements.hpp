@@ -23,11 +23,11 @@
 
 namespace palpate::fem {
 
-/// One value of each of N kinds per element, kind by kind.
+/// N arrays with one value per element each.
 template <std::size_t N>
 using Columns = std::array<simd::AlignedVector<double>, N>;
 
-/// How an element is deformed, and what its stress follows from; see Elements.
+/// The deformation of an element, and the data of its stress; see Elements.
 struct ElementDeformation {
   Matrix3 gradient;                   ///< F
   Matrix3 rotation;                   ///< R
@@ -42,7 +42,7 @@ struct ElementDeformation {
   HyperelasticLaw law;
 };
 
-/// Tets of all bodies that deform, numbered body by body, the obstacles' left out, in the order in which the
+/// Tets of all bodies that deform, numbered body by body without obstacles, in the order in which the
 /// curve of row_order.hpp first meets them: what is near in space is near in memory.
 ///
 /// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
@@ -159,7 +159,7 @@ class Elements {
   /// Elastic energy of an element that is not smoothed at these positions, J, with what viscosity stores;
   /// needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
-  /// How an element is deformed at these positions; needs no update().
+  /// The deformation of an element at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
   /// Displacements of points from rest (n_points), as kernels read them.
   [[nodiscard]] std::vector<simd::Padded3> displacements(const parallel::Threads& threads,

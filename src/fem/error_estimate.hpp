@@ -11,12 +11,12 @@ namespace palpate::fem {
 /// sum of d_l .. d_k is a lower bound of |e_l|_A^2, and the better the more iterations follow l. Meurant,
 /// Papez & Tichy, "Accurate error estimation in CG", Numer. Algorithms 88 (2021), section 4: how far d_k
 /// alone is from |e_k|_A^2 is taken from the iterations before, |e_k|^2 ~ S d_k with S the largest ratio of
-/// that sum to d_l, over the l since the sum was 10^4 times what d_k is. Deviation: theirs finds how long to
-/// wait; this takes S d_k as the estimate, with no wait.
+/// that sum to d_l, over the l since the sum was 10^4 times what d_k is. Deviation: their method determines a
+/// delay; here S d_k is the estimate, without a delay.
 class ErrorEstimate {
  public:
   void clear();
-  /// Takes d_k of the next iteration. O(k).
+  /// Adds d_k of the next iteration. O(k).
   void add(double decrease);
   /// Estimate of |e_k|_A before the iteration of the last add(): the error now is smaller. Infinite before
   /// there are enough iterations for an estimate.
@@ -31,12 +31,12 @@ class ErrorEstimate {
 /// The error of conjugate gradients by mass, where each iteration lowers it a lot: from the sizes of the
 /// changes of the solution, whose sum bounds it. The changes to come are taken to be as those that have been,
 /// |e_k| ~ S |change k|, with S the largest ratio of the sum of all changes from one on to that change, over
-/// the late ones. Where the energy of the error says how stiff the tissue is, this says how far points are
-/// from where they should be.
+/// the late ones. The energy norm of the error depends on the stiffness of the tissue; this estimate is the
+/// error of positions.
 class ChangeEstimate {
  public:
   void clear();
-  /// Takes the size of the next change. O(k).
+  /// Adds the size of the next change. O(k).
   void add(double size);
   /// Estimate of the error before the last change: it is smaller now. Infinite before there are enough.
   [[nodiscard]] double error() const { return error_; }

@@ -37,7 +37,7 @@ std::vector<std::uint8_t> marked_ends(Index n_points, std::span<const Index> fro
   return ends;
 }
 
-/// Of the pieces of a mesh: (n_points) the lowest point of the piece.
+/// Connected pieces of a mesh: (n_points) the lowest point of each piece.
 std::vector<Index> pieces_of(const fem::ScalarTets& tets, std::size_t n_points) {
   std::vector<Index> parent(n_points);
   std::iota(parent.begin(), parent.end(), Index{0});
@@ -69,7 +69,7 @@ void check_pieces(const fem::ScalarTets& tets, std::span<const std::uint8_t> end
   }
 }
 
-/// Where there is no direction: the mean of those of tets that share a point, from tet to tet.
+/// Fills tets without a direction by the mean of tets with a common point, repeatedly.
 void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) {
   std::vector<Index> open;
   for (Index tet = 0; tet < tets.size(); ++tet)
@@ -113,7 +113,7 @@ std::vector<Vec3> fibres_between(const Bodies& bodies, Index body, std::span<con
     gradients.push_back(tets.gradient(tet, field));
     largest = std::max(largest, length(gradients.back()));
   }
-  constexpr double rounding = 1e-10;  // of the largest: less is no direction
+  constexpr double rounding = 1e-10;  // relative to the largest gradient: smaller ones give no direction
   for (Vec3& gradient : gradients)
     gradient = length(gradient) > rounding * largest ? normalized(gradient) : Vec3{};
   fill_gaps(bodies, own.tets, gradients);

@@ -11,7 +11,7 @@ namespace palpate::fem {
 /// Linear tets of one body for a field with one number at each point: the gradients of the shape functions.
 class ScalarTets {
  public:
-  /// \param points  (n_points x 3), kept in no way
+  /// \param points  (n_points x 3), not stored
   /// \param tets    of positive volume, indices less `first_point` are those of `points`
   ScalarTets(std::span<const Vec3> points, std::span<const Tet> tets, Index first_point);
 

@@ -6,7 +6,7 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
-/// What points and bodies have of the materials of their tets. Materials are checked by the caller.
+/// Properties of points and bodies from the materials of their tets. Materials are checked by the caller.
 namespace palpate::fem {
 
 /// Volume of a tet at rest, m^3: a sixth of the determinant of its edges as columns, as Elements have it.
@@ -21,8 +21,8 @@ namespace palpate::fem {
 [[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
                                                 std::span<const double> masses);
 
-/// Of each body its own material, with the mean of the instantaneous Young's modulus over its tets by volume:
-/// as stiff as contacts meet it. O(n_tets).
+/// For each body its own material, with the instantaneous Young's modulus averaged over its tets by volume:
+/// the stiffness for contacts. O(n_tets).
 [[nodiscard]] std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials);
 
 }  // namespace palpate::fem

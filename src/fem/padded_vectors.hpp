@@ -17,7 +17,7 @@ inline simd::Padded3 padded(const Vec3& a) {
   return {a.x, a.y, a.z, 0.0};
 }
 
-/// Into a row of four.
+/// Stores a vector in a row of four.
 inline void store(const Vec3& a, double* row) {
   row[0] = a.x;
   row[1] = a.y;
@@ -25,12 +25,12 @@ inline void store(const Vec3& a, double* row) {
   row[3] = 0.0;
 }
 
-/// Of a row, in vectors by slices.
+/// Position of a row in vectors by slices.
 inline std::size_t place_of(std::size_t row) {
   return simd::slice_values * (row / simd::slice_rows) + row % simd::slice_rows;
 }
 
-/// factor value, into a row.
+/// Stores factor times value in a row.
 inline void set_row(std::span<float> vector, std::size_t row, const Vec3& value, double factor = 1.0) {
   float* place = &vector[place_of(row)];
   place[0] = static_cast<float>(factor * value.x);

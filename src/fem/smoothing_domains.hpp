@@ -71,9 +71,9 @@ class SmoothingDomains {
     std::uint32_t domain = 0;
     std::uint32_t place = 0;
   };
-  /// Of a point, domains ascending; none where nothing is smoothed there.
+  /// Entries of a point, domains ascending; empty where no tet is smoothed.
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
-  /// Where the first of them is among all entries.
+  /// Index of the first of them among all entries.
   [[nodiscard]] std::size_t first_entry(Index point) const {
     return entry_begin_[static_cast<std::size_t>(point)];
   }

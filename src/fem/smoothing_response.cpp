@@ -1,4 +1,4 @@
-// What smoothing domains answer to displacements: stress, energy, viscosity and stiffness.
+// The response of smoothing domains to displacements: stress, energy, viscosity and stiffness.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,7 +29,7 @@ double SmoothingDomains::modulus(std::size_t domain) const {
   return is_node(domain) ? tet.lambda : tet.mu;
 }
 
-/// The least of its tets': one that is inverted frees the whole domain.
+/// The least fraction of its tets: one inverted tet reduces the bulk modulus of the whole domain.
 double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
   double least = 1.0;
   if (!is_node(domain)) return least;

@@ -34,13 +34,13 @@ struct Box {
   }
 };
 
-/// Largest coordinate, without its sign.
+/// Largest absolute coordinate.
 inline double largest(const Box& box) {
   return std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z), std::abs(box.upper.x),
                    std::abs(box.upper.y), std::abs(box.upper.z)});
 }
 
-/// A box and all that is no further from it than `by`, whatever rounding does.
+/// The box grown by `by` on all sides, rounded outwards.
 inline Box grown(const Box& box, double by) {
   constexpr double rounding = 4e-16;
   const double more = by + rounding * (largest(box) + by);
@@ -48,8 +48,8 @@ inline Box grown(const Box& box, double by) {
   return {box.lower - d, box.upper + d};
 }
 
-/// The furthest that a point of one can be from a point of the other, never too short. Coordinates may be
-/// rounded: what boxes have in common does not make it shorter.
+/// An upper bound on the distance between a point of one box and a point of the other, also when coordinates
+/// are rounded.
 inline double furthest(const Box& a, const Box& b) {
   const Vec3 d{std::max(a.upper.x - b.lower.x, b.upper.x - a.lower.x),
                std::max(a.upper.y - b.lower.y, b.upper.y - a.lower.y),

@@ -17,7 +17,7 @@ inline double squared_distance(const Box& a, const Box& b) {
   return squared_length(Vec3{gap(&Vec3::x), gap(&Vec3::y), gap(&Vec3::z)});
 }
 
-/// Boxes in a binary tree, halved at the median of their middles along the longest side.
+/// A binary tree of boxes, split at the median of their centres along the longest side.
 class BoxTree {
  public:
   /// O(n log n).
@@ -26,8 +26,8 @@ class BoxTree {
     if (!order_.empty()) build(0, order_.size());
   }
 
-  /// Calls visit(i) for each box i that may be nearer than so much: within() is asked again and again, so
-  /// that it may become less. Nearer parts come first.
+  /// Calls visit(i) for each box i whose squared distance may be below within(). within() is called again for
+  /// each node, so visit() may reduce it. Nearer nodes come first.
   template <class Within, class Visit>
   void for_each_within(const Box& box, Within&& within, Visit&& visit) const {
     if (!nodes_.empty()) walk(0, box, within, visit);

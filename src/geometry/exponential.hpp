@@ -2,8 +2,8 @@
 
 namespace palpate {
 
-/// Exponential and logarithm for all code that changes the simulated state: like trigonometry.hpp, only from
-/// operations that IEEE 754 rounds, in the order written, so that every machine returns the same bits.
+/// Exponential and logarithm for all code that changes the simulated state. Like trigonometry.hpp, they use
+/// only operations that IEEE 754 rounds, in the order written. So every machine returns the same bits.
 
 /// e^x; relative error below 2e-15 (tested). 0 below -708, infinite above 709; NaN for NaN.
 [[nodiscard]] double exponential(double x);

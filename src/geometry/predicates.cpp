@@ -13,8 +13,8 @@ namespace palpate {
 namespace {
 
 namespace mp = boost::multiprecision;
-// 512 bits live inside the number: enough for coordinates of one scene, so the usual exact call allocates
-// nothing.
+// 512 bits are stored inside the number. That is enough for coordinates of one scene, so the usual exact call
+// allocates nothing.
 using Integer = mp::number<mp::cpp_int_backend<512>, mp::et_off>;
 
 /// A 3x3 determinant in double with a bound on its absolute error.
@@ -38,7 +38,7 @@ Filtered orient3d_filtered(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
                            std::abs(v.z) * (std::abs(wxuy) + std::abs(wyux)) +
                            std::abs(w.z) * (std::abs(uxvy) + std::abs(uyvx));
   using Bound = simd::OrientationBound;
-  // A product that underflows is wrong by less than the smallest normal number, then multiplied by a z
+  // The error of a product that underflows is below the smallest normal number; it is then multiplied by a z
   // difference.
   const double underflow = Bound::tiny * (4.0 + std::abs(u.z) + std::abs(v.z) + std::abs(w.z));
   return {value, Bound::relative * permanent + underflow};
@@ -57,8 +57,8 @@ Scaled scaled(double x) {
   return {static_cast<std::int64_t>(std::ldexp(fraction, 53)), exponent - 53};
 }
 
-/// det[b - a, c - a, d - a] times a positive power of two, exactly. `exponent` is one for all calls to be
-/// compared.
+/// det[b - a, c - a, d - a] times a positive power of two, exactly. Calls whose results are compared must use
+/// the same `exponent`.
 Integer exact_determinant(const std::array<Vec3, 4>& corners, int exponent) {
   const auto integer = [exponent](double x) {
     const Scaled s = scaled(x);
@@ -116,8 +116,8 @@ int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 }
 
 bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  // Replacing one corner by p must never turn the tet around. All signs zero means that the tet has no
-  // volume.
+  // Replacing one corner by p must never change the orientation of the tet. All signs zero means that the tet
+  // has no volume.
   bool positive = false;
   bool negative = false;
   const auto has_both_signs = [&](int sign) {
@@ -129,14 +129,15 @@ bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, co
       has_both_signs(orient3d(a, b, p, d)) || has_both_signs(orient3d(a, b, c, p))) {
     return false;
   }
-  // The four volumes add up to that of the tet: all of one sign or zero, and one not zero, is inside.
+  // The four volumes add up to that of the tet. So p is inside if all have one sign or are zero, and one is
+  // not zero.
   return positive || negative;
 }
 
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
   const int side_a = orient3d(t0, t1, t2, a);
   const int side_b = orient3d(t0, t1, t2, b);
-  if (side_a == side_b) return false;  // both beyond, or (0, 0) in the plane
+  if (side_a == side_b) return false;  // both on one side, or (0, 0): both in the plane
   bool positive = false;
   bool negative = false;
   for (const int sign : {orient3d(a, b, t0, t1), orient3d(a, b, t1, t2), orient3d(a, b, t2, t0)}) {
@@ -154,7 +155,7 @@ double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Ve
     return std::clamp(fa.value / (fa.value - fb.value), 0.0, 1.0);
   }
   const int exponent = common_exponent(std::array<Vec3, 5>{a, b, t0, t1, t2});
-  // The ends are on different sides, or one is in the plane: distances from it, without their signs, add up.
+  // The ends are on different sides, or one is in the plane, so the absolute distances from the plane add up.
   const Integer to_a = mp::abs(exact_determinant({t0, t1, t2, a}, exponent));
   const Integer to_b = mp::abs(exact_determinant({t0, t1, t2, b}, exponent));
   return std::clamp(ratio(to_a, to_a + to_b), 0.0, 1.0);
@@ -173,8 +174,7 @@ std::array<double, 4> barycentric_weights(const Vec3& p, const Vec3& a, const Ve
   const double orientation = determinant(b - a, c - a, d - a) < 0.0 ? -1.0 : 1.0;
   double sum = 0.0;
   for (double& x : w) sum += x = std::max(0.0, orientation * x);
-  if (!(sum >
-        0.0)) {  // a sliver whose volumes all round to zero: any point of it is as near as rounding can tell
+  if (!(sum > 0.0)) {  // a sliver whose volumes all round to zero: rounding cannot distinguish its points
     return {0.25, 0.25, 0.25, 0.25};
   }
   for (double& x : w) x /= sum;

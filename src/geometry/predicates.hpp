@@ -8,15 +8,15 @@
 /// input.
 ///
 /// A floating-point filter with a proven error bound (Shewchuk, "Adaptive precision floating-point arithmetic
-/// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call; what it cannot
-/// decide goes to integers of any length (Boost.Multiprecision). Deviation: instead of Shewchuk's expansions,
-/// and with a term that keeps the bound valid under underflow.
+/// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call. Integers of any
+/// length (Boost.Multiprecision) decide the rest. Deviation: instead of Shewchuk's expansions, and with a
+/// term that keeps the bound valid under underflow.
 namespace palpate {
 
 /// Sign (-1, 0, +1) of det[b - a, c - a, d - a]: six times the signed volume of the tet (a, b, c, d).
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-/// Whether p lies in the closed tet (boundary counts), for either orientation; a tet of zero volume contains
+/// Whether p lies in the closed tet (boundary counts), for both orientations. A tet of zero volume contains
 /// nothing.
 bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
@@ -25,7 +25,8 @@ bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, co
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
 /// Where a segment that meets a triangle (see above) crosses its plane: a + t (b - a), t in [0, 1], with a
-/// relative error of t and of 1 - t of about 1e-9 however flat the triangle or grazing the segment.
+/// relative error of t and of 1 - t of about 1e-9, also for slender triangles and for segments almost
+/// parallel to the plane.
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
 /// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 to

@@ -35,14 +35,15 @@ inline Vec3 rotated(const Quaternion& rotation, const Vec3& a) {
   return a + rotation.scalar * t + cross(rotation.vector, t);
 }
 
-/// From a (share 0) to b (share 1) the shorter way round, at constant angular speed: slerp.
+/// Spherical linear interpolation (slerp) from a (fraction 0) to b (fraction 1) along the shorter arc.
 inline Quaternion between(const Quaternion& a, Quaternion b, double fraction) {
   double cosine_between = a.scalar * b.scalar + dot(a.vector, b.vector);
   if (cosine_between < 0.0) {
     b = {-b.scalar, -b.vector};
     cosine_between = -cosine_between;
   }
-  // Near each other the sine of the angle loses its digits, and the straight line is the arc to rounding.
+  // For nearly equal rotations the sine of the angle loses its digits, and linear interpolation is exact to
+  // rounding.
   constexpr double nearly_equal = 1.0 - 1e-9;
   double part_a = 1.0 - fraction;
   double part_b = fraction;

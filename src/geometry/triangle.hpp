@@ -14,7 +14,7 @@ inline std::array<Vec3, 3> corners_of(std::span<const Vec3> positions, const Tri
   return {at(positions, t[0]), at(positions, t[1]), at(positions, t[2])};
 }
 
-/// Twice the area long, to the side from which the corners are seen counter-clockwise.
+/// A normal of length twice the area, to the side from which the corners are seen counter-clockwise.
 inline Vec3 area_vector(const std::array<Vec3, 3>& corners) {
   return cross(corners[1] - corners[0], corners[2] - corners[0]);
 }
@@ -23,7 +23,7 @@ inline Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
   return area_vector(corners_of(positions, t));
 }
 
-/// Weights of a point of a triangle, none negative, sum 1; all the same where it has no area.
+/// Weights of a point of a triangle, none negative, sum 1; all equal where the triangle has no area.
 /// \param area  area_vector() of the corners
 inline std::array<double, 3> weights_in(const std::array<Vec3, 3>& corners, const Vec3& area, const Vec3& x) {
   std::array<double, 3> w{};

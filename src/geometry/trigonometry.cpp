@@ -11,11 +11,11 @@
 namespace palpate {
 namespace {
 
-/// pi / 2 and pi less their doubles.
+/// pi / 2 and pi minus their values rounded to double.
 constexpr double half_pi_rest = 0x1.1a62633145c07p-54;
 constexpr double pi_rest = 2.0 * half_pi_rest;
 
-/// An angle less the nearest multiple of pi / 2, as the unevaluated sum of two doubles.
+/// An angle minus the nearest multiple of pi / 2, as the unevaluated sum of two doubles.
 struct Reduced {
   double head = 0.0;
   double tail = 0.0;         ///< below half a unit in the last place of the head
@@ -34,7 +34,7 @@ Reduced reduced(double angle) {
   const double a = angle - n * part[0];
   const double b = n * part[1];
   const double first = a - b;
-  // The rounding error of that (Knuth's TwoSum).
+  // The rounding error of this difference (Knuth's TwoSum).
   const double back = first - a;
   const double lost = (a - (first - back)) - (b + back);
   const double second = lost - n * part[2];

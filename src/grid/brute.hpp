@@ -7,7 +7,8 @@
 
 namespace palpate {
 
-/// All pairs: every query visits every primitive. The oracle of the other structures, with their interface.
+/// All pairs: every query visits every primitive. The reference for the other structures, with the same
+/// interface.
 class BruteForce {
  public:
   template <class Footprint>

@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-/// How the coordinates of a cell become one number of at most 63 bits: eq. 1 of the paper, or Z-order. Both
-/// grow with each coordinate, so the corners of a range have its lowest and highest index.
+/// Maps the coordinates of a cell to one number of at most 63 bits: eq. 1 of the paper, or Z-order. Both grow
+/// with each coordinate, so the corners of a range have its lowest and highest index.
 class CellIndex {
  public:
   explicit CellIndex(Order order = Order::linear) : order_(order) {}

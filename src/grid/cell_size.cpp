@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-/// Work of one lookup of a row of cells in units of the work of one point met there; about their times in the
-/// query: clusters look at many points at a time.
+/// Work of one lookup of a row of cells, in units of the work of testing one point. About the ratio of their
+/// times in the query, where clusters test many points at a time.
 constexpr double work_of_lookup = 3.0;
 constexpr double work_of_cluster_lookup = 10.0;
 /// Work of a point in the update of the grid, in the same units.
@@ -66,7 +66,7 @@ class Trial {
   }
 
  private:
-  /// Of a tet or a cluster.
+  /// The cells that the box of a tet or cluster covers.
   [[nodiscard]] CellRange range_of(const Lattice& lattice, std::size_t n) const {
     if (clusters_ == nullptr) return lattice.cells_of(box_of(positions_, bodies_.tets()[n]));
     Box box;
@@ -76,7 +76,7 @@ class Trial {
 
   const parallel::Threads& threads_;
   const Bodies& bodies_;
-  const Clusters* clusters_;  ///< that ask; or none
+  const Clusters* clusters_;  ///< of the query; null where it works on single tets
   std::span<const Vec3> positions_;
   std::span<const std::uint8_t> included_;
   std::vector<Box> scratch_;
@@ -111,7 +111,7 @@ CellSizeChoice choose_automatically(const parallel::Threads& threads, const Bodi
 }  // namespace
 
 void check_cell_size(const CellSize& wanted) {
-  // So that what is computed from it stays finite.
+  // Keeps all values computed from it finite.
   constexpr double most = 1e150;
   const double* length = std::get_if<double>(&wanted);
   if (length == nullptr || (*length > 0.0 && *length <= most)) return;

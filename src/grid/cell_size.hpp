@@ -18,12 +18,13 @@ void check_cell_size(const CellSize& wanted);
 /// at rest, or (automatic) the one with the least work at `positions` (n_points x 3).
 ///
 /// Automatic tries lengths from half the smallest to twice the largest mean edge length of a body, each twice
-/// the last, then the two beside the best. For each it builds the grid of the points and counts, for a sample
-/// of at most 20000 tets, or clusters where those ask, the rows of cells to look up and the points met there.
-/// Counts, not times, decide, so the choice is the same on every machine. The paper's rules serve bodies of
-/// like elements; where elements differ a hundredfold the mean makes large tets cover a million cells and the
-/// maximum puts whole bodies into one cell. `wanted` has passed check_cell_size(). `included` marks points
-/// (n_points); `clusters`: those of the query; none where single tets ask. O(n_points) for each length tried.
+/// the last, then the two beside the best. For each length it builds the grid of the points. Then it counts
+/// the rows of cells to look up and the points found there, for a sample of at most 20000 tets (or clusters,
+/// if the query uses them). The choice depends on counts and not on times, so it is the same on every
+/// machine. The paper's rules suit bodies with elements of similar size. Where sizes differ a hundredfold,
+/// the mean makes large tets cover a million cells, and the maximum puts whole bodies into one cell. `wanted`
+/// must have passed check_cell_size(). `included` marks points (n_points); `clusters` are those of the query,
+/// null where it works on single tets. O(n_points) for each length tried.
 CellSizeChoice choose_cell_size(const parallel::Threads& threads, const Bodies& bodies,
                                 std::span<const Vec3> positions, std::span<const std::uint8_t> included,
                                 const CellSize& wanted, const Clusters* clusters = nullptr);

@@ -8,10 +8,10 @@
 
 namespace palpate {
 
-/// Approximate collision detection (paper 5): a primitive has K slots for the cells that it covers. One that
-/// covers more divides its slots among them by random choice; the cells left out are counted, and what only
-/// they would have shown is missed. The choice is a hash of (primitive, step, slot), so it has the same bits
-/// for every thread count, and changes from step to step so that no cell is left out for good.
+/// Approximate collision detection (paper 5): a primitive has K slots for the cells that it covers. If it
+/// covers more, K of them are chosen at random. Cells left out are counted; contacts that only they would
+/// have shown are missed. The choice is a hash of (primitive, step, slot). So it is the same for every thread
+/// count, and changes from step to step, so that no cell is left out for ever.
 class CellSlots {
  public:
   static constexpr int most = 27;
@@ -23,17 +23,17 @@ class CellSlots {
   /// K; 0 where every cell has a slot.
   [[nodiscard]] int count() const { return slots_; }
   [[nodiscard]] bool exact() const { return slots_ == 0; }
-  /// Whether a footprint of so many cells has more cells than slots.
+  /// Whether a footprint of `cells` cells has more cells than slots.
   [[nodiscard]] bool overflows(std::uint64_t cells) const {
     return slots_ != 0 && cells > static_cast<std::uint64_t>(slots_);
   }
-  /// How many of `cells` are left out.
+  /// The number of cells that are left out.
   [[nodiscard]] std::uint64_t left_out(std::uint64_t cells) const {
     return overflows(cells) ? cells - static_cast<std::uint64_t>(slots_) : 0;
   }
 
-  /// K different numbers out of [0, cells), ascending, each subset as likely as any other (Floyd's algorithm;
-  /// Bentley & Floyd, "A sample of brilliance", 1987). For footprints that overflow. O(K^2).
+  /// K different numbers of [0, cells), ascending; all subsets are equally likely (Floyd's algorithm; Bentley
+  /// & Floyd, "A sample of brilliance", 1987). For footprints that overflow. O(K^2).
   [[nodiscard]] std::span<const std::uint64_t> choose(std::uint64_t primitive, std::uint64_t cells,
                                                       std::array<std::uint64_t, most>& chosen) const;
 

@@ -24,8 +24,8 @@ void CompactGrid::sort_entries(const parallel::Threads& threads, std::uint32_t l
     comparison_sort_(threads, entries_);
     return;
   }
-  // Primitives of several cells have no last order to repair. Entries were written in order of their
-  // references, so a stable sort by key alone gives the order of words.
+  // Primitives that cover several cells have no previous order to repair. Entries were written in order of
+  // their references, so a stable sort by key alone gives the order of words.
   radix_sort_(threads, entries_, entry_key_bit, make_entry(largest_key, 0));
 }
 
@@ -34,7 +34,8 @@ void CompactGrid::index_entries(const parallel::Threads& threads) {
   const std::size_t blocks = std::size_t{last_key >> start_shift_} + 1;
   cell_begin_.resize(blocks + 1);
   const auto block_of = [&](std::size_t e) { return std::size_t{cell_key_of(entries_[e]) >> start_shift_}; };
-  // Entry e starts every block from that of its predecessor (exclusive) to its own: each is written once.
+  // Entry e writes the starts of all blocks after that of its predecessor, up to its own. So each start is
+  // written once.
   const std::size_t n = entries_.size();
   parallel::for_each(threads, n + 1, std::size_t{1} << 14, [&](std::size_t e) {
     const std::size_t first = e == 0 ? 0 : block_of(e - 1) + 1;
@@ -45,9 +46,9 @@ void CompactGrid::index_entries(const parallel::Threads& threads) {
 }
 
 Sort CompactGrid::sort_points(const parallel::Threads& threads) {
-  // The last order is that of the last build. Whether that was the last frame must not show.
+  // Skipped frames must not affect results: the order of the last build is not repaired.
   if (std::exchange(skipped_, false)) point_sort_.forget();
-  // Where a start serves one key, sorting and C go together.
+  // If each start belongs to one key, the sort also computes C.
   std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;
   const PointSort::Result result =
       point_sort_.update(threads, keys_, key_of(index_.last()) + 1, entries_, starts);

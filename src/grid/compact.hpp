@@ -27,34 +27,35 @@ namespace palpate {
 /// construction of uniform grids", 2009): count the cells that each primitive covers, write an entry (cell,
 /// reference) for each, sort L by cell, and take the cell starts C from it.
 ///
-/// Deviation: C is bounded. In a domain of more than most_cells_for(primitives) cells, one start of C serves
-/// 2^start_shift() consecutive keys, and a query finds its keys among them by bisection in L, which stays
-/// sorted. A key is the cell index while that fits the 32 bits of an entry; in still larger domains
-/// 2^key_shift() cells share a key, and a query visits primitives of cells beside its own (candidates are
-/// tested anyway, so contacts stay exact).
+/// Deviation: C is bounded. In a domain of more than most_cells_for(primitives) cells, one start of C is
+/// common to 2^start_shift() consecutive keys. A query finds its keys among them by bisection in L, which
+/// stays sorted. A key is the cell index while that fits the 32 bits of an entry; in still larger domains
+/// 2^key_shift() cells have the same key. A query then also visits primitives of neighbouring cells. Contacts
+/// stay exact, since all candidates are tested.
 ///
-/// A structure, as the queries use it, has build(), for_each() and bytes(); see also brute.hpp.
+/// Queries need build(), for_each() and bytes() of a structure; see also brute.hpp.
 class CompactGrid {
  public:
   explicit CompactGrid(Order order = Order::linear, Sort sort = Sort::adaptive)
       : index_(order), sort_(sort), point_sort_(sort) {}
 
   /// Rebuilds the grid over `count` primitives. `footprint(p, emit)` must call emit(i, j, k) for each cell
-  /// that primitive p covers, and do the same both times it is called. O(entries + primitives).
+  /// that primitive p covers, and the same cells in both calls. O(entries + primitives).
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
 
   /// Approximate mode (paper 5): as build(), but L is a static array with `slots` entries for each primitive,
-  /// of which `footprint` fills at most so many. The others are marked unused by a key beyond that of any
-  /// cell, which puts them last. Nothing is counted first. O(count x slots).
+  /// of which `footprint` fills at most `slots`. Unused entries get a key above that of all cells, and are
+  /// sorted to the end. No counting pass is needed. O(count x slots).
   template <class Footprint>
   void build_slots(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                    std::size_t slots, Footprint&& footprint);
 
   /// Rebuilds the grid over `count` points: `cell_of(p)` gives the cell of point p, or none for a point that
-  /// is left out. One entry a point at most, so last frame's order can be put right (Sort::repair) instead
-  /// of sorted anew. Returns the sort that was used. O(points + cells) at most for counting and repair.
+  /// is left out. A point has at most one entry, so the order of the last frame can be repaired
+  /// (Sort::repair) instead of a full sort. Returns the sort that was used. O(points + cells) at most for
+  /// counting and repair.
   template <class CellOf>
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
@@ -63,34 +64,36 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
   /// The same for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
-  /// In place of building for a frame that needs no grid: only counts movers. L and C stay; the next build
-  /// sorts anew.
+  /// Call in place of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
+  /// build does a full sort.
   void skip_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
-  /// Points whose key changed since the frame before the last one built or skipped; all of the first.
+  /// Movers of the last frame (built or skipped): points whose key changed since the frame before. All points
+  /// in the first frame.
   [[nodiscard]] std::size_t movers() const { return movers_; }
-  /// Of Sort::adaptive.
+  /// The switch of Sort::adaptive.
   [[nodiscard]] SortSwitch& adaptive_switch() { return point_sort_.adaptive_switch(); }
   [[nodiscard]] const SortSwitch& adaptive_switch() const { return point_sort_.adaptive_switch(); }
   /// Whether each key is one cell.
   [[nodiscard]] bool distinguishes_cells() const { return key_shift_ == 0; }
 
-  /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several comes as
-  /// often. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and never more than
-  /// O(entries).
+  /// Calls visit(reference) for each entry in the cells of `range`; a primitive that covers several of them
+  /// is visited several times. O(rows of cells + visits) in linear order, O(cells + visits) in Z-order, and
+  /// never more than O(entries).
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
   /// Calls visit(begin, end) for intervals of L, none twice, that hold all entries in the cells of `range`,
-  /// and maybe others: where the range has more cells than there are entries. In time as for_each().
+  /// and possibly other entries, where the range has more cells than there are entries. Same cost as
+  /// for_each().
   template <class Visit>
   void for_each_interval(const CellRange& range, Visit&& visit) const;
 
-  /// Whether these hold no others.
+  /// Whether for_each_interval() gives no other entries.
   [[nodiscard]] bool finds_only(const CellRange& range) const {
     return distinguishes_cells() && !reads_entries(range);
   }
 
-  /// Asks for the memory that for_each_interval() reads first.
+  /// Prefetches the memory that for_each_interval() reads first.
   void prefetch_rows(const CellRange& range) const {
 #if defined(__GNUC__)
     if (index_.order() != Order::linear || range.along(1) * range.along(2) > most_prefetched) return;
@@ -135,7 +138,7 @@ class CompactGrid {
     return static_cast<std::uint32_t>(index >> key_shift_);
   }
   [[nodiscard]] Interval within(Interval block, std::uint32_t first, std::uint32_t last) const;
-  /// The entries with first <= key <= last.
+  /// The interval of the entries with first <= key <= last.
   [[nodiscard]] Interval entries_of(std::uint32_t first, std::uint32_t last) const {
     const Interval block{cell_begin_[first >> start_shift_],
                          cell_begin_[std::size_t{last >> start_shift_} + 1]};
@@ -167,7 +170,7 @@ class CompactGrid {
   std::vector<std::uint32_t> cell_begin_;
   std::vector<std::size_t> chunk_begin_;
   std::vector<std::uint32_t> keys_;         ///< of points
-  std::vector<std::uint32_t> keys_before_;  ///< of the last frame, where that was skipped
+  std::vector<std::uint32_t> keys_before_;  ///< of the last frame, if it was skipped
   std::vector<double> mover_scratch_;
   bool skipped_ = false;
   std::size_t movers_ = 0;
@@ -263,7 +266,7 @@ inline bool CompactGrid::reads_entries(const CellRange& range) const {
   return blocks_of(range).count() > entries_.size();
 }
 
-/// Where each cell has its own start, a row needs two of them and nothing else.
+/// If each cell has its own start, a row is given by two starts.
 template <class Visit>
 void CompactGrid::visit_rows(const CellRange& range, Visit&& visit) const {
   const auto length = static_cast<std::size_t>(range.along(0));
@@ -276,8 +279,8 @@ void CompactGrid::visit_rows(const CellRange& range, Visit&& visit) const {
   }
 }
 
-/// A row of cells along x is one interval of L. Rows ascend, so a key that two of them share is left out of
-/// the second.
+/// A row of cells along x is one interval of L. Rows ascend, so a key common to two rows is left out of the
+/// second.
 template <class Visit>
 void CompactGrid::visit_linear(const CellRange& range, Visit&& visit) const {
   std::uint64_t next = 0;
@@ -294,8 +297,8 @@ void CompactGrid::visit_linear(const CellRange& range, Visit&& visit) const {
   }
 }
 
-/// The cells of a key are a box, here a block, so the keys of a range are those of a range of blocks.
-/// Neighbours along x that follow each other on the curve are one interval of L.
+/// The cells of a key form a block, so the keys of a range are those of a range of blocks. Neighbours along x
+/// that are consecutive on the curve are one interval of L.
 template <class Visit>
 void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {
   const auto part = [&](std::size_t axis, std::int32_t block) {

@@ -24,7 +24,7 @@ std::uint32_t entry_in(std::uint64_t word) {
 }  // namespace
 
 std::uint64_t CuckooGrid::seed_of(std::uint64_t user, int attempt) const {
-  // Odd multiples of the golden ratio keep different (user, attempt) apart before they are mixed.
+  // Odd multiples of the golden ratio give different (user, attempt) different values before mixing.
   return mixed(mixed(parameters_.seed + 0x9e3779b97f4a7c15U * (user + 1)) +
                static_cast<std::uint64_t>(attempt));
 }
@@ -52,7 +52,7 @@ void CuckooGrid::insert_entries(const parallel::Threads& threads) {
     ++counts_.growths;
     buckets += (buckets + 3) / 4;
   }
-  const std::size_t keys = std::exchange(counts_.cells, 0);  // queries find nothing, rather than a part
+  const std::size_t keys = std::exchange(counts_.cells, 0);  // so that queries find nothing, and not a part
   throw Error("cuckoo grid", "", "no place for each of " + std::to_string(keys) + " cells",
               "one within the limits for new functions and larger tables");
 }
@@ -66,7 +66,7 @@ void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {
   split_clashes(threads);
 }
 
-/// Different cells with the same 32 bits may lie mixed in the run of this hash: sorts such runs by cell.
+/// Cells with the same 32 bits of hash may be mixed in the sorted entries: sorts such runs by cell.
 void CuckooGrid::split_clashes(const parallel::Threads& threads) {
   const auto cell = [&](std::uint64_t word) { return entries_[entry_in(word)].cell; };
   clash_lists_.fill(threads, words_.size(), grain,
@@ -137,14 +137,14 @@ bool CuckooGrid::fill_tables(const parallel::Threads& threads) {
   return filled;
 }
 
-/// All keys of a bucket are put into sub-table 0, those that were evicted there into sub-table 1, and so on:
-/// round i puts those evicted in round i - 1 into sub-table i mod 3.
+/// All keys of a bucket are inserted into sub-table 0, the evicted ones into sub-table 1, and so on: round i
+/// puts those evicted in round i - 1 into sub-table i mod 3.
 CuckooGrid::BucketResult CuckooGrid::fill_bucket(std::size_t bucket) {
   const auto keys =
       std::span(keys_).subspan(bucket_begin_[bucket], bucket_begin_[bucket + 1] - bucket_begin_[bucket] + 1);
   const std::size_t size = 3 * parameters_.table_slots;
   const auto slots = std::span(slots_).subspan(bucket * size, size);
-  // While keys move, a slot holds the number of its key in `begin`.
+  // During the insertion, `begin` of a slot holds the number of its key.
   const auto homeless = std::span(homeless_).subspan(bucket_begin_[bucket], keys.size() - 1);
   BucketResult result;
   while (!result.filled && result.functions < parameters_.most_functions) {

@@ -33,20 +33,20 @@ struct CuckooParameters {
 /// bucket then finds, on its own, a place for each of its keys in one of three sub-tables, with hash
 /// functions of its own. A key leads to (start, count) in the array of references.
 ///
-/// How the distinct keys are found is left open there; here the entries are sorted (radix) by the 32 bits of
-/// the first hash. That puts equal keys side by side, the references of a key in one interval in ascending
-/// order, and the keys of a bucket (the leading part of the hash) in one interval too.
+/// The paper does not say how distinct keys are found. Here the entries are sorted (radix) by the 32 bits of
+/// the first hash. Then equal keys are adjacent, the references of a key are one ascending interval, and the
+/// keys of a bucket (the leading part of the hash) are one interval too.
 ///
-/// Deviations: within a bucket keys go one after the other, so that the result is the same for every number
-/// of threads, and the three sub-tables of a bucket lie side by side. Where new hash functions do not help,
-/// the table grows. All functions come from a counter-based hash of (seed, attempt).
+/// Deviations: within a bucket keys are inserted one after the other, so that the result is the same for
+/// every number of threads. The three sub-tables of a bucket are adjacent in memory. If new hash functions do
+/// not help, the table grows. All functions come from a counter-based hash of (seed, attempt).
 class CuckooGrid {
  public:
   explicit CuckooGrid(Order order = Order::linear, const CuckooParameters& parameters = {})
       : parameters_(parameters), index_(order) {}
 
-  /// As CompactGrid::build. Expected O(entries). Throws Error where most_growths did not suffice, which takes
-  /// parameters made for it.
+  /// As CompactGrid::build. Expected O(entries). Throws Error where most_growths did not suffice, which
+  /// happens only with special parameters.
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
@@ -56,9 +56,9 @@ class CuckooGrid {
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
 
-  /// What the last build needed.
+  /// Counts of the last build.
   [[nodiscard]] const CuckooCounts& counts() const { return counts_; }
-  /// What a query reads, and what only the construction needs.
+  /// Memory that a query reads, and memory of the construction.
   [[nodiscard]] std::size_t bytes() const {
     return slots_.capacity() * sizeof(Slot) + seeds_.capacity() * sizeof(std::uint64_t) +
            references_.capacity() * sizeof(Index) + keys_.capacity() * sizeof(Key) +
@@ -71,7 +71,7 @@ class CuckooGrid {
     std::uint64_t cell;
     Index reference;
   };
-  /// A cell and where its references begin; they end where those of the next key begin.
+  /// A cell and the begin of its references, which end at the begin of the next key.
   struct Key {
     std::uint64_t cell;
     std::uint32_t begin;
@@ -136,7 +136,7 @@ class CuckooGrid {
   std::vector<Entry> entries_;               ///< by reference
   std::vector<std::uint64_t> words_;         ///< (entries) first hash and index of the entry
   std::vector<BucketResult> results_;        ///< (buckets)
-  std::vector<std::uint32_t> homeless_;  ///< (keys) those of a bucket that have no slot yet, in its interval
+  std::vector<std::uint32_t> homeless_;  ///< (keys) keys without a slot yet, in the interval of their bucket
   std::vector<std::size_t> chunk_begin_;
   parallel::ChunkedList<Key> key_lists_;
   parallel::ChunkedList<std::uint32_t> clash_lists_;

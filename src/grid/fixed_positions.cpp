@@ -11,10 +11,10 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 2048;
-/// Of what is done so fast that a second thread would come too late for fewer.
+/// Grain of loops with little work per item.
 constexpr std::size_t light_grain = 8192;
 
-/// Numbers stay below 2^30 and a few: differences fit 32 bits with a sign.
+/// Keeps numbers near or below 2^30, so that differences fit signed 32 bits.
 int fraction_bits_of(const Lattice& lattice) {
   const Cell& size = lattice.size();
   const auto most = static_cast<std::uint32_t>(std::max({size[0], size[1], size[2]}));
@@ -51,7 +51,7 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
         bounds_[chunk] =
             simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
       });
-  // Points that are left out may be anywhere.
+  // Excluded points may have any position: it is set to zero.
   for (const std::uint32_t p : absent_) points_[p] = {0, 0, 0, points_[p].name};
   if (!absent_.empty()) return std::nullopt;
   Box box;

@@ -16,42 +16,41 @@
 
 namespace palpate {
 
-/// Positions as fixed-point numbers of parts of a cell, and those of the points of a grid beside its L
-/// (docs/query.md).
+/// Positions as fixed-point numbers in fractions of a cell; also in the order of a grid's L (docs/query.md).
 ///
 /// A number is floor((x - lower) / cell size x 2^fraction_bits()), computed in double: below 2^31, monotone
-/// in x, and wrong by less than 1 + 2^-20 in any difference of two. The cell of a point is its number without
+/// in x, and the error of a difference of two is below 1 + 2^-20. The cell of a point is its number without
 /// the fraction.
 class FixedPositions {
  public:
   /// \param included  per point; the others have no fixed position
-  /// \param marks       per point: whether its name gets simd::marked
+  /// \param marks  per point: whether its index gets the flag simd::marked
   FixedPositions(std::span<const std::uint8_t> included, std::span<const std::uint8_t> marks);
 
   /// Whether the numbers of a lattice stay finite: all but cells smaller than 1e-290.
   [[nodiscard]] static bool represents(const Lattice& lattice);
-  /// Copies the positions (n_points x 3) of a frame, and gives the box of the included ones; none
-  /// where one of them may not be finite or is beyond largest_coordinate. Means nothing unless the box is in
-  /// the domain of the lattice. Parallel, O(n).
+  /// Copies the positions (n_points x 3) of a frame, and returns the box of the included points; none where a
+  /// coordinate may not be finite or is beyond largest_coordinate. Valid only if the box is in the domain of
+  /// the lattice. Parallel, O(n).
   std::optional<Box> place(const parallel::Threads& threads, const Lattice& lattice,
                            std::span<const Vec3> positions);
-  /// Copies the numbers of points, their names stay, in a lattice with the same parts.
+  /// Copies new fixed positions of points and keeps their indices. The lattice must have the same
+  /// fraction_bits().
   void set_points(std::span<const std::array<std::int32_t, 3>> numbers);
-  /// The keys of all points, linear cell indices below 2^31; those that are left out have no_key. Parallel,
-  /// O(n).
+  /// The keys of all points, linear cell indices below 2^31; excluded points have no_key. Parallel, O(n).
   void write_linear_keys(const parallel::Threads& threads, std::vector<std::uint32_t>& keys) const;
-  /// Puts points in the order of L, `entries`. Parallel, O(entries).
+  /// Copies points in the order of L, `entries`. Parallel, O(entries).
   void put_in_order(const parallel::Threads& threads, std::span<const Entry> entries);
 
   [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
-  /// In the order of L.
+  /// The points in the order of L.
   [[nodiscard]] simd::PointRows in_order() const {
     return {points_.data(), words_.data(), names_.data(), coarse_shift()};
   }
   [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
-  /// Of coarse coordinates.
+  /// The shift of coarse coordinates.
   [[nodiscard]] int coarse_shift() const { return std::max(fraction_bits_ - simd::Coarse::cell_bits, 0); }
-  /// The cell of a fixed position; that of Lattice::cell_of().
+  /// The cell of a fixed position; equal to Lattice::cell_of().
   [[nodiscard]] Cell cell_of(const simd::FixedPoint& p) const {
     return {std::min(p.x >> fraction_bits_, size_[0] - 1), std::min(p.y >> fraction_bits_, size_[1] - 1),
             std::min(p.z >> fraction_bits_, size_[2] - 1)};

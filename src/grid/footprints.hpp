@@ -12,8 +12,8 @@ namespace palpate {
 /// The first two steps of the parallel construction (paper 4.2, Kalojanov & Slusallek 2009): counts the cells
 /// that each primitive covers, then writes one entry for each, in order of primitives.
 ///
-/// `footprint(p, emit)` calls emit(i, j, k) for each cell that primitive p in [0, count) covers, the same
-/// both times. `reserve(n)` is called once, with the number of entries; `write(e, p, cell)` once for each
+/// `footprint(p, emit)` calls emit(i, j, k) for each cell that primitive p in [0, count) covers, the same in
+/// both passes. `reserve(n)` is called once, with the number of entries; `write(e, p, cell)` once for each
 /// entry e < n, from any thread. `chunk_begin` is scratch. O(entries).
 template <class Footprint, class Reserve, class Write>
 void write_footprints(const parallel::Threads& threads, std::size_t count,
@@ -41,7 +41,7 @@ void write_footprints(const parallel::Threads& threads, std::size_t count,
   });
 }
 
-/// Throws Error where a structure would have more entries than 32 bits count.
+/// Throws Error where the number of entries does not fit 32 bits.
 void require_countable(std::size_t entries);
 
 }  // namespace palpate

@@ -22,7 +22,7 @@ void HashGrid::clear(std::size_t primitives) {
   constexpr std::size_t fewest = 64;
   const std::size_t n = std::max(primitives, fewest);
   if (head_.size() < 2 * n || head_.size() > 16 * n) {
-    // Room to grow before the next change: the table stays as it is over many frames.
+    // More slots than needed, so that the table keeps its size over many frames.
     std::size_t slots = 4 * n + 1;
     while (!is_prime(slots)) ++slots;
     head_.resize(slots);

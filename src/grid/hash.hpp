@@ -12,10 +12,10 @@ namespace palpate {
 /// Spatial hashing (Teschner et al., "Optimized spatial hashing for collision detection of deformable
 /// objects", 2003; paper 4.3, eq. 3), chained, built by one thread as in the paper.
 ///
-/// Each link holds the coordinates of its cell, so that cells with the same hash stay apart. Deviations:
-/// cells count from the corner of the domain, not from the origin; the lists are index chains in one array
-/// that is reused, so a steady build allocates nothing; the table has a prime number of slots, at least twice
-/// and at most 16 times as many as primitives.
+/// Each link holds the coordinates of its cell, so that cells with the same hash are distinguished.
+/// Deviations: cells are counted from the corner of the domain, not from the origin; the lists are index
+/// chains in one array that is reused, so a steady build allocates nothing; the table has a prime number of
+/// slots, at least twice and at most 16 times as many as primitives.
 class HashGrid {
  public:
   /// As CompactGrid::build. O(entries + slots).
@@ -23,7 +23,7 @@ class HashGrid {
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
              Footprint&& footprint);
 
-  /// Calls visit(reference) for each entry in the cells of `range`, the latest inserted of a cell first.
+  /// Calls visit(reference) for each entry in the cells of `range`, in a cell the last inserted first.
   /// Expected O(cells + visits), and never more than O(entries) steps where there are more cells.
   template <class Visit>
   void for_each(const CellRange& range, Visit&& visit) const;
@@ -35,7 +35,7 @@ class HashGrid {
   }
 
  private:
-  /// One primitive in one cell.
+  /// An entry of a list: one primitive in one cell.
   struct Link {
     std::uint64_t cell;  ///< its coordinates, 21 bits each
     Index reference;

@@ -21,7 +21,7 @@ double cells_along(double extent, double cell_size) {
 
 Lattice::Lattice(const Box& bounds, double cell_size)
     : domain_(bounds), lower_(bounds.lower), cell_size_(cell_size) {
-  // 21 bits an axis: an index fits 63 bits, and coordinates are exact in the footprints.
+  // 21 bits per axis: an index fits 63 bits, and footprints compute coordinates exactly.
   constexpr double most_along = 2097152.0;
   const Vec3 extent = bounds.upper - bounds.lower;
   const double longest = std::max({extent.x, extent.y, extent.z});

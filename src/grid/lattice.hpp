@@ -31,9 +31,9 @@ struct CellRange {
   [[nodiscard]] std::uint64_t count() const { return along(0) * along(1) * along(2); }
 };
 
-/// Memory that follows the number of cells is kept below this many cells for `primitives`: 8 for each, and
-/// 65536 in any case. Larger domains share cells in blocks (compact), have larger ones (uniform), or keep
-/// only those in use (hash, cuckoo).
+/// Limit on the number of cells for which memory is allocated: 8 for each primitive, but at least 65536. In
+/// larger domains, blocks of cells have one start (compact), cells are larger (uniform), or only cells in use
+/// are stored (hash, cuckoo).
 constexpr std::uint64_t most_cells_for(std::size_t primitives) {
   return std::max<std::uint64_t>(65536, 8 * std::uint64_t{primitives});
 }
@@ -42,9 +42,9 @@ constexpr std::uint64_t most_cells_for(std::size_t primitives) {
 class Lattice {
  public:
   Lattice() = default;
-  /// A domain that holds `bounds`, with cells of size d = `cell_size` > 0. Where an axis would have more than
-  /// 2^21 cells, d grows by doubling until it has not; doublings() says how often. Contacts do not depend on
-  /// it, only the time to find them.
+  /// A domain that holds `bounds`, with cells of size d = `cell_size` > 0. If an axis had more than 2^21
+  /// cells, d is doubled until it fits; doublings() says how often. Contacts do not depend on d, only the
+  /// time to find them.
   Lattice(const Box& bounds, double cell_size);
 
   /// The cell of a point; one outside the domain gets the nearest cell. Monotone in each coordinate even in
@@ -62,7 +62,7 @@ class Lattice {
                 static_cast<std::uint64_t>(size_[1]) * static_cast<std::uint64_t>(cell[2]));
   }
   [[nodiscard]] std::uint64_t cell_count() const { return linear_index({0, 0, size_[2]}); }
-  /// How often d had to be doubled for the coordinates to fit 21 bits.
+  /// How often d was doubled to make coordinates fit 21 bits.
   [[nodiscard]] int doublings() const { return doublings_; }
   [[nodiscard]] const Cell& size() const { return size_; }
   [[nodiscard]] double cell_size() const { return cell_size_; }
@@ -102,7 +102,8 @@ Box bounds_of(const parallel::Threads& threads, std::span<const Vec3> positions,
 
 template <class Visit>
 void Lattice::for_each_cell_of_segment(const Vec3& a, const Vec3& b, Visit&& visit) const {
-  // In cell units. Rounding moves a position by far less than `slack` (coordinates have at most 21 bits).
+  // In units of a cell. The rounding error of a position is far below `slack` (coordinates have at most 21
+  // bits).
   constexpr double slack = 1e-6;
   const std::array<double, 3> p{scaled(a.x, lower_.x), scaled(a.y, lower_.y), scaled(a.z, lower_.z)};
   const std::array<double, 3> q{scaled(b.x, lower_.x), scaled(b.y, lower_.y), scaled(b.z, lower_.z)};
@@ -118,7 +119,7 @@ void Lattice::for_each_cell_of_segment(const Vec3& a, const Vec3& b, Visit&& vis
   };
   const auto clip = [&](std::size_t axis, const Part& part, std::int32_t cell) {
     const double step = q[axis] - p[axis];
-    if (std::abs(step) < 2.0 * slack) return part;  // all of it is in this slab or within slack of it
+    if (std::abs(step) < 2.0 * slack) return part;  // it is all in this slab, or within `slack` of it
     const double t0 = (static_cast<double>(cell) - slack - p[axis]) / step;
     const double t1 = (static_cast<double>(cell) + 1.0 + slack - p[axis]) / step;
     return Part{std::max(part.begin, std::min(t0, t1)), std::min(part.end, std::max(t0, t1))};

@@ -23,7 +23,7 @@ void UniformGrid::clear(const Cell& size, std::size_t primitives) {
     if (index_.last() < most) break;
   }
   if (cells_.size() <= index_.last()) {
-    cells_.clear();  // all empty: not worth moving
+    cells_.clear();  // all are empty: no need to copy them
     cells_.resize(index_.last() + 1);
   }
 }
@@ -56,7 +56,7 @@ void UniformGrid::insert(std::uint64_t cell, Index reference) {
     used_.push_back(cell);
     array.begin = allocate_block(smallest_block);
   } else if (blocks_[array.begin + array.size - 1] == reference) {
-    return;  // this primitive covers several cells of the lattice that are one here
+    return;  // the primitive covers several lattice cells that belong to one cell of this grid
   } else if (array.size >= smallest_block && std::has_single_bit(array.size)) {
     const std::uint32_t larger = allocate_block(2 * array.size);
     std::copy_n(blocks_.begin() + array.begin, array.size, blocks_.begin() + larger);
@@ -67,7 +67,8 @@ void UniformGrid::insert(std::uint64_t cell, Index reference) {
 }
 
 void UniformGrid::keep_some_room(std::size_t capacity_before) {
-  // Growth by doubling asks for up to twice the blocks; what is far beyond that is left from other frames.
+  // Growth by doubling allocates up to twice the needed blocks. Much more than that is left from earlier
+  // frames.
   constexpr std::size_t most_spare = 8;
   keep_room(blocks_, capacity_before, blocks_.size() / 8);
   if (blocks_.capacity() > std::max<std::size_t>(65536, most_spare * blocks_.size())) {

@@ -18,9 +18,8 @@ namespace palpate {
 ///
 /// Deviations: where the domain has more than most_cells_for(primitives) cells, 2^shift() of them along each
 /// axis are one cell of this grid, so that memory is bounded. The dynamic arrays are blocks of one common
-/// list: one that is full moves to a block of twice the size and leaves its own to others. So a primitive
-/// that comes to a cell where none was before asks for no memory, and none is left behind in cells where
-/// primitives have been.
+/// list. A full array moves to a block of twice the size, and its old block is reused. So entering an empty
+/// cell allocates no memory, and cells that become empty keep none.
 class UniformGrid {
  public:
   explicit UniformGrid(Order order = Order::linear) : index_(order) {}
@@ -53,7 +52,7 @@ class UniformGrid {
 
   void clear(const Cell& size, std::size_t primitives);  ///< empties the cells of the last build
   void insert(std::uint64_t cell, Index reference);
-  /// A block of `size` (a power of two) items: one that was left, or new at the end of the list.
+  /// A block of `size` (a power of two) items: a free one, or a new one at the end of the list.
   [[nodiscard]] std::uint32_t allocate_block(std::uint32_t size);
   void leave_block(std::uint32_t begin, std::uint32_t size);
   void keep_some_room(std::size_t capacity_before);
@@ -63,7 +62,7 @@ class UniformGrid {
   std::vector<CellArray> cells_;
   std::vector<std::uint64_t> used_;  ///< indices of the cells that are not empty
   std::vector<Index> blocks_;
-  /// By log2 of their size: the first of the blocks that were left. Each holds where the next begins.
+  /// The first free block, by log2 of its size. Each free block holds the position of the next.
   std::array<Index, 32> left_blocks_{};
 };
 

@@ -28,7 +28,7 @@ fs::path follow_links(const fs::path& path) {
   return failed ? path : target;
 }
 
-/// Hidden, and unique among the processes and threads that may write to the same folder.
+/// A hidden name, unique among processes and threads that write to the same folder.
 fs::path temporary_beside(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   std::string name{'.'};  // appended to: g++ 12 warns, wrongly, of "." + string

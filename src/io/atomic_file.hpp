@@ -5,11 +5,12 @@
 
 namespace palpate::io {
 
-/// A file that appears whole or not at all: written under a temporary name in its own folder, then renamed.
+/// A file that appears complete or not at all: written under a temporary name in its own folder, then
+/// renamed.
 ///
-/// Readers see the old content or the new, also if the process is killed in between (across a power cut only
-/// after sync(): else nothing is forced to the disk). A symbolic link is followed, so that its target is
-/// replaced and not the link.
+/// Readers see the old content or the new, also if the process is killed in between (for a power cut this
+/// holds only after sync(), since nothing else forces data to the disk). A symbolic link is followed, so that
+/// its target is replaced and not the link.
 class AtomicFile {
  public:
   /// Opens the temporary. Throws Error naming `path` if its folder does not exist or cannot be written, or if
@@ -22,7 +23,7 @@ class AtomicFile {
 
   /// Appends bytes. Throws Error naming the path when the system refuses them (disk full, quota, size limit).
   void write(std::string_view bytes);
-  /// Waits until what is written is on the disk. Throws Error naming the path.
+  /// Waits until the written bytes are on the disk. Throws Error naming the path.
   void sync();
   /// Closes and renames to the final path. Throws Error naming the path; the old content is then still there.
   /// To be called once.
@@ -37,8 +38,8 @@ class AtomicFile {
 /// Replaces the content of `path` by `bytes`, whole or not at all. Throws as AtomicFile does.
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// Creates a folder and those above it. Throws Error naming `path` if it cannot, for instance where a file is
-/// in the way.
+/// Creates a folder and those above it. Throws Error naming `path` if it cannot, for instance where a file
+/// has that name.
 void create_folder(const std::filesystem::path& path);
 
 }  // namespace palpate::io

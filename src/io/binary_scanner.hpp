@@ -9,9 +9,9 @@
 
 namespace palpate::io {
 
-/// Takes numbers out of bytes of either byte order; the twin of TextScanner for the binary parts of a file.
+/// Reads numbers from bytes of either byte order; like TextScanner, for binary parts of a file.
 ///
-/// Every function throws Error naming the source and byte where the bytes end too soon or the number is not
+/// Every function throws Error naming the source and byte where the bytes end too early or the number is not
 /// allowed.
 class BinaryScanner {
  public:
@@ -23,7 +23,7 @@ class BinaryScanner {
   [[nodiscard]] std::size_t position() const { return position_; }
   [[nodiscard]] std::size_t bytes_left() const { return bytes_.size() - position_; }
 
-  /// The next 32-bit or 64-bit signed integer; `what` says in words what was to come.
+  /// The next 32-bit or 64-bit signed integer; `what` names the expected item in messages.
   std::int64_t integer32(const char* what);
   std::int64_t integer64(const char* what);
   /// A finite float64.
@@ -34,7 +34,7 @@ class BinaryScanner {
   /// them.
   Index count(const char* what, std::size_t bytes_each);
 
-  /// Throws at the first byte of the last number taken.
+  /// Throws Error at the first byte of the last number read.
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
 
  private:

@@ -25,7 +25,7 @@ constexpr bool is_blank(char c) {
 
 }  // namespace
 
-/// Decodes the next four digits; false, and nothing taken, where there are none.
+/// Decodes the next four digits; returns false and reads nothing where there are none.
 bool ByteStream::decode_group() {
   std::uint32_t bits = 0;
   std::size_t digits = 0;

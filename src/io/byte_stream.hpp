@@ -6,9 +6,10 @@
 
 namespace palpate::io {
 
-/// Bytes taken one part after the other from a text that holds them as they are or in base64.
+/// Reads bytes in parts from a text that has them raw or in base64.
 ///
-/// Base64 may be padded in the middle, as VTK pads its header and its data apart; blanks between are skipped.
+/// Base64 may be padded in the middle, since VTK pads its header and its data separately; blanks between are
+/// skipped.
 class ByteStream {
  public:
   ByteStream(std::string_view text, bool is_base64) : text_(text), is_base64_(is_base64) {}
@@ -22,7 +23,7 @@ class ByteStream {
 
   std::string_view text_;
   bool is_base64_;
-  std::string decoded_;  ///< the bytes of the last group that are not taken yet
+  std::string decoded_;  ///< bytes of the last group that were not returned yet
 };
 
 }  // namespace palpate::io

@@ -7,19 +7,18 @@
 
 namespace palpate::io {
 
-/// What colours of values stand for: from `least` (dark) to `most` (bright).
+/// A colour scale from `least` (dark) to `most` (bright).
 struct ColourScale {
   double most = 1.0;   ///< above `least`; larger values have its colour
   std::string label;   ///< of the legend, ASCII: "displacement, mm"
   double least = 0.0;  ///< smaller values have its colour
 };
 
-/// The colour of a value: viridis (van der Walt & Smith 2015), whose brightness grows evenly, so that people
-/// with any colour blindness read it as others do, and so do prints in grey. Interpolated between eleven of
-/// its colours.
+/// The colour of a value: viridis (van der Walt & Smith 2015), whose brightness grows evenly, so that it can
+/// be read with any colour blindness and in grey prints. Interpolated between eleven of its colours.
 std::array<float, 3> scale_colour(double value, const ColourScale& scale);
 
-/// Draws the scale into the right side of an image, with numbers at both ends and half way. `bottom`
+/// Draws the scale into the right side of an image, with numbers at both ends and in the middle. `bottom`
 /// rows of the image are left free. Throws Error if the font cannot be drawn.
 void draw_scale(Image& image, const ColourScale& scale, int bottom);
 

@@ -5,8 +5,8 @@
 
 namespace palpate::io {
 
-/// Throws Error for all but a regular file that is there: reading a folder fails late, reading a pipe or a
-/// device may never end. Throws for a pointer of git-LFS too, which is no file of its format.
+/// Throws Error unless the path is an existing regular file: reading a folder fails late, and reading a pipe
+/// or a device may never end. Throws for a pointer of git-LFS too, which is no file of its format.
 ///
 /// \param expected  what should have been there, for the message ("a Gmsh mesh file")
 void require_regular_file(const std::filesystem::path& path, const std::string& expected);

@@ -44,7 +44,7 @@ constexpr std::array<GmshCellType, 33> cell_types{{{1, "line", 2},
                                                    {92, "hexahedron64", 64},
                                                    {93, "hexahedron125", 125}}};
 
-/// high - low; unsigned, because the difference of two int64 may not be one.
+/// high - low; unsigned, because the difference of two int64 may overflow.
 std::uint64_t distance(std::int64_t low, std::int64_t high) {
   return static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
 }
@@ -68,7 +68,8 @@ void GmshNodeNumbers::finish(const std::string& source) {
   if (twice != numbers_.end()) {
     throw Error(source, fmt::format("node {}", twice->first), "this number twice", "each node number once");
   }
-  constexpr std::size_t longest_table = 8;  // entries a node: past that the search costs less than the memory
+  constexpr std::size_t longest_table =
+      8;  // entries per node: beyond that a search is cheaper than the memory
   if (numbers_.empty()) return;
   const std::uint64_t last = distance(numbers_.front().first, numbers_.back().first);
   if (last / longest_table >= numbers_.size()) return;

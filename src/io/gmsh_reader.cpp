@@ -23,7 +23,7 @@ enum class Version { v1, v2, v40, v41 };
 
 class GmshReader {
  public:
-  /// \param name  of $ElementData whose vectors are read too; or empty
+  /// \param name  name of the $ElementData whose vectors are read too; or empty
   explicit GmshReader(TextScanner& scanner, std::string name = {})
       : scanner_(scanner), name_(std::move(name)) {
     mesh_.source = scanner.source();
@@ -38,7 +38,7 @@ class GmshReader {
     return std::move(mesh_.file);
   }
 
-  /// After read(): the vector of the element that each tet is of.
+  /// After read(): for each tet, the vector of its element.
   [[nodiscard]] std::vector<Vec3> vectors_of_tets() const {
     if (!step_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
     std::vector<Vec3> vectors;
@@ -54,7 +54,7 @@ class GmshReader {
   }
 
  private:
-  /// The format section; version 1 has none and shows itself by its first section.
+  /// Reads the format section. Version 1 has none, and is recognised by its first section.
   void read_head() {
     while (scanner_.peek() == "$Comments" || scanner_.peek() == "$COMMENTS")
       skip_to_end(scanner_.word("").substr(1));
@@ -136,7 +136,7 @@ class GmshReader {
     in_binary([&](BinaryScanner& binary) { read_elements_2(binary, count, mesh_); });
   }
 
-  /// Data of the wanted name; false, and nothing taken but the head, where it is another or of another time.
+  /// Reads data of the wanted name; returns false, after the header, where name or time step differ.
   bool read_data() {
     if (read_name() != name_) return false;
     skip_line_end();
@@ -175,7 +175,7 @@ class GmshReader {
     return name;
   }
 
-  /// Runs `read` on the bytes behind this line and goes on behind what it took.
+  /// Runs `read` on the bytes after this line and continues after what it read.
   template <class Read>
   void in_binary(Read read) {
     skip_line_end();
@@ -192,7 +192,7 @@ class GmshReader {
     scanner_.skip_line();
   }
 
-  /// Format 1 writes $END, later ones $End; files that mix them (comments in format 1) are no harm.
+  /// Format 1 writes $END, later ones $End; files that mix them (comments in format 1) are accepted.
   void skip_to_end(std::string_view name) {
     const std::string_view text = scanner_.text();
     const auto end_from = [&](std::string_view end) {
@@ -218,7 +218,7 @@ class GmshReader {
   Version version_ = Version::v1;
   std::string name_;
   std::map<std::int64_t, Vec3> vectors_;
-  std::optional<std::int64_t> step_{};  ///< time step of the data, once there was some
+  std::optional<std::int64_t> step_{};  ///< time step of the data; empty before the first data
   bool binary_ = false;
   bool swapped_ = false;
   bool has_nodes_ = false;

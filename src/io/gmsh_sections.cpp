@@ -48,7 +48,8 @@ std::int64_t in_range(Scanner& scanner, const char* what, std::int64_t value, st
   return value;
 }
 
-/// The least bytes of a record of so many ints, size_ts and doubles; in ASCII a digit and a separator each.
+/// The least size of a record with these numbers of ints, size_ts and doubles; in ASCII a digit and a
+/// separator each.
 template <class Scanner>
 constexpr std::size_t least_bytes(std::size_t ints, std::size_t sizes, std::size_t doubles) {
   return is_binary<Scanner> ? 4 * ints + 8 * (sizes + doubles) : 2 * (ints + sizes + doubles);
@@ -64,7 +65,7 @@ const GmshCellType& read_cell_type(Scanner& scanner) {
   return *type;
 }
 
-/// Reads the nodes of one element, with `take` for one number; keeps the corners of those with a volume.
+/// Reads the nodes of one element, with `take` for each number; keeps the corners of volume elements.
 template <class Scanner, class Take>
 void read_element(Scanner& scanner, std::int64_t number_of_it, const GmshCellType& type, Take take,
                   GmshMesh& mesh) {

@@ -10,15 +10,15 @@
 
 namespace palpate::io {
 
-/// What the sections of a Gmsh file are read into.
+/// The data read from the sections of a Gmsh file.
 struct GmshMesh {
   std::string source;
   MeshFile file;
   GmshNodeNumbers numbers;
-  std::vector<std::int64_t> element_of_tet;  ///< number of the element that each tet is of
+  std::vector<std::int64_t> element_of_tet;  ///< number of each tet's element
 };
 
-/// Reads the inside of one section, from behind the line of its name up to before its $End line.
+/// Reads the content of one section, from after the line of its name up to its $End line.
 ///
 /// Scanner is TextScanner for ASCII files or BinaryScanner for binary ones: the two differ only in how a
 /// number is written. (Except for the elements of version 2, where the binary form groups them; there are two
@@ -41,8 +41,8 @@ void read_elements_1(TextScanner& scanner, Index count, GmshMesh& mesh);
 void read_elements_2(TextScanner& scanner, Index count, GmshMesh& mesh);
 void read_elements_2(BinaryScanner& scanner, Index count, GmshMesh& mesh);
 
-/// Rows of $ElementData of three components: the vector of each element by its number. A row that comes again
-/// takes the place of the first.
+/// Reads rows of $ElementData with three components: the vector of each element by its number. A later row
+/// replaces an earlier one of the same element.
 template <class Scanner>
 void read_vectors(Scanner& scanner, Index count, std::map<std::int64_t, Vec3>& vectors);
 

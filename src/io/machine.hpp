@@ -5,7 +5,7 @@
 
 namespace palpate::io {
 
-/// What a run needs to be compared with another: the machine it ran on and the build that ran.
+/// Machine and build of a run, to compare it with others.
 struct Machine {
   std::string cpu;         ///< model name as the system gives it, "unknown" where it gives none
   int cores = 0;           ///< hardware threads that this process may use

@@ -34,7 +34,7 @@ constexpr std::array<CellSection, 12> cell_sections{{{"Edges", "line", 2},
                                                      {"Pentahedra", "wedge", 6},
                                                      {"Pyramids", "pyramid", 5}}};
 
-/// Bytes that a record of n one-digit numbers takes at the least, with a separator behind each.
+/// The least size of a record of n numbers: one digit and a separator each.
 constexpr std::size_t least_bytes(int numbers) {
   return 2 * static_cast<std::size_t>(numbers);
 }
@@ -85,8 +85,8 @@ class MeditReader {
     }
   }
 
-  /// Takes cells with a volume and counts others; of all else (normals, corners, what later versions may
-  /// add) skips the numbers.
+  /// Reads cells with a volume and counts others. Skips the numbers of all other sections (normals, corners,
+  /// those of later versions).
   void read_cells(std::string_view keyword) {
     const auto section = std::ranges::find(cell_sections, keyword, &CellSection::keyword);
     if (section == cell_sections.end()) return skip_numbers();

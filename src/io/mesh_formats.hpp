@@ -7,14 +7,15 @@
 
 #include <palpate/io/mesh_reader.hpp>
 
-/// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
+/// The readers of read_mesh(), one per format, with the guarantees of read_mesh().
 namespace palpate::io {
 
 /// Gmsh MSH file format 1, 2 to 2.2, 4.0 and 4.1 (Gmsh reference manual, "MSH file format"); 3 is refused.
 MeshFile read_gmsh(const std::filesystem::path& path);
 
 /// Medit ASCII (INRIA RT-0253, "MEDIT: an interactive mesh visualization software", appendix). The closing
-/// keyword End is required: nothing else distinguishes a whole file from one that was cut in its last number.
+/// keyword End is required: nothing else distinguishes a complete file from one that was cut in its last
+/// number.
 MeshFile read_medit(const std::filesystem::path& path);
 
 /// TetGen .node and .ele (TetGen manual, "File formats"), given by either path. Numbering starts at 0 or 1
@@ -27,13 +28,13 @@ MeshFile read_tetgen(const std::filesystem::path& path);
 MeshFile read_vtk_legacy(const std::filesystem::path& path);
 
 /// VTK XML unstructured grid (VTK file formats, "XML file formats"): ASCII, binary, appended raw or base64;
-/// plain, zlib, LZ4 or LZMA; both byte orders and header types. Pieces are joined; points that they share are
-/// not merged.
+/// plain, zlib, LZ4 or LZMA; both byte orders and header types. Pieces are joined; equal points of two pieces
+/// are not merged.
 MeshFile read_vtu(const std::filesystem::path& path);
 /// The same of the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
-/// What is behind read_cell_vectors(), one a format; each keeps its promises.
+/// The readers of read_cell_vectors(), one per format, with its guarantees.
 std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name);
 std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name);
 std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name);

@@ -17,7 +17,7 @@
 namespace palpate::io {
 namespace {
 
-constexpr int tile = 16;  // pixels a side: the work of one chunk
+constexpr int tile = 16;  // pixels along a side: the work of one chunk
 
 void expect(bool holds, const std::string& where, const std::string& found, const std::string& expected) {
   if (!holds) throw Error("picture", where, found, expected);
@@ -56,14 +56,14 @@ void check(const PictureSubject& subject, const PictureSettings& settings) {
          "a position");
 }
 
-/// Maps the subject into a sphere of radius 1 around the origin, whatever its units.
+/// Maps the subject into a sphere of radius 1 around the origin, for all units.
 struct Frame {
   Vec3 centre;
   double radius = 1.0;
   [[nodiscard]] Vec3 operator()(const Vec3& point) const { return (1.0 / radius) * (point - centre); }
 };
 
-/// The light of a corner: that of its value where it has one, else that of its body.
+/// The light of a corner: from its value if it has one, else from the colour of its body.
 Light corner_light(const PictureSubject& subject, const PictureSettings& settings, Index point) {
   if (settings.scale && !subject.values.empty() && std::isfinite(at(subject.values, point)))
     return to_light(scale_colour(at(subject.values, point), *settings.scale));

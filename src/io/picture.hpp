@@ -19,25 +19,25 @@ namespace palpate::io {
 /// Red, green and blue in sRGB, each in [0, 1].
 using Colour = std::array<float, 3>;
 
-/// The colour that a body has unless it is given one: six colours that people with any of the usual colour
-/// blindnesses can tell apart (after Okabe & Ito 2008), in turn. None is close to the red of contact points.
+/// The colour that a body has unless it is given one: six colours that can be distinguished with the usual
+/// kinds of colour blindness (after Okabe & Ito 2008), repeated. None is close to the red of contact points.
 Colour default_colour(Index body);
 
 /// The red of contact points, which have a white rim.
 inline constexpr Colour contact_colour{0.82F, 0.06F, 0.10F};
 
-/// How a picture is taken.
+/// Settings of a picture.
 struct PictureSettings {
   int width = 1280;            ///< pixels, >= 16
   int height = 960;            ///< pixels, >= 16; the lowest eighteenth is the caption's, if any
   std::optional<Vec3> camera;  ///< none: a three-quarter view from above (z is up) that just holds all bodies
-  std::optional<Vec3> target;  ///< what the given camera looks at; none: the centre of all bodies
+  std::optional<Vec3> target;  ///< where the given camera looks; none: the centre of all bodies
   bool edges = true;           ///< draw the edges of the surface triangles
   std::optional<ColourScale> scale{};  ///< of the subject's values; none: bodies have their own colours
-  std::string caption;                 ///< one line at the bottom, ASCII; smaller where it is too wide
+  std::string caption;                 ///< one line at the bottom, ASCII; in a smaller font if it is too wide
 };
 
-/// What is on a picture. Borrows everything.
+/// The content of a picture. Spans must outlive it.
 struct PictureSubject {
   std::span<const Vec3> positions;        ///< (n_points x 3)
   std::span<const Triangle> triangles;    ///< (n_triangles x 3), counter-clockwise seen from outside
@@ -49,20 +49,20 @@ struct PictureSubject {
       edges{};  ///< (n_triangles) sides that are edges, as in CutSurface; empty: all
 };
 
-/// Takes a picture by casting rays: needs no display and no graphics card.
+/// Renders a picture by ray casting: needs no display and no graphics card.
 ///
 /// Nine samples a pixel, a soft shadow, and ambient occlusion from a pattern that depends on the pixel alone,
-/// so that the bytes are the same for every thread count. Contact points are seen through what is in front of
-/// them, the fainter the deeper they lie behind it. Triangles with a position that is not finite are left
-/// out. Throws Error if settings or array lengths do not fit, or if no triangle is left. About O(pixels log
-/// n_triangles).
+/// so that the bytes are the same for every thread count. Contact points are visible through bodies in front
+/// of them, fainter with the distance behind the surface. Triangles with a position that is not finite are
+/// left out. Throws Error if settings or array lengths do not fit, or if no triangle is left. About O(pixels
+/// log n_triangles).
 ///
 /// Not to be called from several threads at once (VTK's fonts are shared).
 Image render_picture(const PictureSubject& subject, const PictureSettings& settings,
                      const parallel::Threads& threads);
 
-/// Takes a picture of the surfaces of all bodies at `positions` (n_points x 3) and writes it as PNG, whole or
-/// not at all. `contact_points` may be empty, and so may `body_colours` (else n_bodies). Throws as
+/// Renders a picture of the surfaces of all bodies at `positions` (n_points x 3) and writes it as PNG, whole
+/// or not at all. `contact_points` may be empty, and so may `body_colours` (else n_bodies). Throws as
 /// render_picture() and write_png() do.
 void render_picture(const std::filesystem::path& path, const Bodies& bodies, std::span<const Vec3> positions,
                     std::span<const Index> contact_points, std::span<const Colour> body_colours,

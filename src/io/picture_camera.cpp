@@ -74,7 +74,7 @@ Camera fit_camera(std::span<const Vec3> points, int width, int height) {
     nearest = std::max(nearest, -z);
   }
   const double distance = std::max((right + left) / (2.0 * slope_x), (top + bottom) / (2.0 * slope_y));
-  // A single point, or a line along the view, asks for no distance at all.
+  // A single point, or a line along the view, gives a distance of zero.
   const double safe_distance = std::max(distance, nearest + 1e-2);
   camera.position = ((right - left) / 2.0) * camera.right + ((top - bottom) / 2.0) * camera.up -
                     safe_distance * camera.forward;

@@ -32,8 +32,8 @@ struct Camera {
 /// The camera that looks from `position` to `target`, with z up (y, when it looks along z).
 Camera aim_camera(const Vec3& position, const Vec3& target, int width, int height);
 
-/// The nearest camera with a three-quarter view from above that has all points inside the frame less a
-/// margin. Exact: each side of the view pyramid touches its extreme point, or the margin is wider. O(n).
+/// The nearest camera with a three-quarter view from above that sees all points within the frame minus a
+/// margin. Exact: each side of the view pyramid touches its extreme point, or has a wider margin. O(n).
 Camera fit_camera(std::span<const Vec3> points, int width, int height);
 
 }  // namespace palpate::io

@@ -32,7 +32,7 @@ class Cutter {
  private:
   static constexpr std::uint8_t all_edges = 7;
 
-  /// Height above the plane: positive is taken away.
+  /// Height above the plane; what is positive is removed.
   [[nodiscard]] double height(Index p) const { return dot(at(result_.points, p) - settings_.point, normal_); }
 
   /// A new point where the segment from a, in front of the plane, to b, behind it, meets the plane.
@@ -51,7 +51,7 @@ class Cutter {
     result_.edges.push_back(edges);
   }
 
-  /// The part of a triangle behind the plane, a triangle or two.
+  /// Adds the part of a triangle behind the plane: one or two triangles.
   void add_clipped(const Triangle& t) {
     std::vector<Index> corners;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -64,7 +64,7 @@ class Cutter {
     add_polygon(corners);
   }
 
-  /// Where the plane goes through a tet: a triangle, or a quadrilateral with the points between in turn.
+  /// Adds the section of a tet with the plane: a triangle or a quadrilateral.
   void add_face(const Tet& tet) {
     std::vector<Index> front;
     std::vector<Index> behind;
@@ -82,14 +82,14 @@ class Cutter {
     add_polygon(corners);
   }
 
-  /// Counter-clockwise seen from what is taken away.
+  /// Orients corners counter-clockwise as seen from the removed side.
   void face_front(std::vector<Index>& corners) const {
     const Vec3& a = at(result_.points, corners[0]);
     const Vec3 normal = cross(at(result_.points, corners[1]) - a, at(result_.points, corners[2]) - a);
     if (dot(normal, normal_) < 0.0) std::ranges::reverse(corners);
   }
 
-  /// A convex polygon of three or four corners, its diagonal no edge.
+  /// Adds a convex polygon of three or four corners. Its diagonal is not drawn as an edge.
   void add_polygon(const std::vector<Index>& c) {
     if (c.size() == 3) add({c[0], c[1], c[2]}, all_edges);
     if (c.size() != 4) return;

@@ -9,15 +9,15 @@
 
 namespace palpate::io {
 
-/// What a picture shows of the bodies, and how they are cut open.
+/// Which bodies a picture shows, and which are cut open.
 struct CutSettings {
   std::vector<std::uint8_t> shown;  ///< (n_bodies); a body with 0 is left out
-  std::vector<std::uint8_t> cut;    ///< (n_bodies); a body with 1 loses what lies in front of the plane
+  std::vector<std::uint8_t> cut;    ///< (n_bodies); a body with 1 loses its part in front of the plane
   Vec3 point;                       ///< of the plane
-  Vec3 normal;                      ///< of the plane, any length: towards what is taken away
+  Vec3 normal;                      ///< of the plane, any length, towards the removed side
 };
 
-/// The surface of what is left, with faces where the plane goes through tets.
+/// The remaining surface, with faces where the plane cuts tets.
 struct CutSurface {
   std::vector<Vec3> points;  ///< (n x 3)
   std::vector<Triangle> triangles;

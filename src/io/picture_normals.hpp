@@ -9,8 +9,8 @@
 namespace palpate::io {
 
 /// Unit normals of triangle corners (n_triangles x 3), for shading: the mean, weighted by area, of the
-/// triangles at that point that turn from this one by less than 35 degrees, so that round things look round
-/// and boxes keep their edges. Zero for triangles without area. O(n_triangles x triangles a point).
+/// triangles at that point whose normals differ from this one by less than 35 degrees. So round shapes look
+/// round and boxes keep their edges. Zero for triangles without area. O(n_triangles x triangles a point).
 std::vector<std::array<Vec3, 3>> corner_normals(std::span<const Vec3> points,
                                                 std::span<const Triangle> triangles);
 

@@ -37,8 +37,8 @@ using Geometry = std::unique_ptr<RTCGeometryTy, void (*)(RTCGeometry)>;
 
 }  // namespace
 
-// One build thread: the tree, and with it the choice between two surfaces at the same distance, is the same
-// each time.
+// One build thread, so that the tree is the same each time, and with it the choice between two surfaces at
+// the same distance.
 RayScene::RayScene() : device_(rtcNewDevice("threads=1")) {
   if (!device_) throw Error("picture", "", "no Embree device", "a processor that Embree supports");
   scene_.reset(rtcNewScene(device_.get()));

@@ -9,15 +9,15 @@
 
 namespace palpate::io {
 
-/// What a ray meets first.
+/// The first hit of a ray.
 struct RayHit {
   double distance = 0.0;
   Index primitive = 0;
-  double u = 0.0;  ///< weight of a triangle's second corner
-  double v = 0.0;  ///< weight of its third
+  double u = 0.0;  ///< barycentric weight of the second corner
+  double v = 0.0;  ///< weight of the third corner
 };
 
-/// Triangles or spheres that rays are cast against, by Embree. Queries may come from several threads at once.
+/// Triangles or spheres for ray casting, by Embree. Queries may come from several threads at once.
 class RayScene {
  public:
   /// Throws Error if Embree refuses (out of memory).
@@ -27,7 +27,7 @@ class RayScene {
 
   /// The first primitive that the ray meets, if any.
   [[nodiscard]] std::optional<RayHit> first_hit(const Vec3& origin, const Vec3& direction) const;
-  /// Whether anything lies on the ray within `distance`.
+  /// Whether the ray hits anything within `distance`.
   [[nodiscard]] bool blocked(const Vec3& origin, const Vec3& direction, double distance) const;
 
  private:

@@ -12,8 +12,8 @@ namespace palpate::io {
 namespace {
 
 constexpr double offset = 1e-4;           // secondary rays start this far above a surface
-constexpr double occlusion_reach = 0.45;  // how far away things darken a corner
-constexpr int occlusion_rays = 4;         // a sample
+constexpr double occlusion_reach = 0.45;  // distance within which surfaces darken a corner
+constexpr int occlusion_rays = 4;         // rays per sample
 constexpr double sun_size = 0.10;         // radius of the light as a slope: how soft shadows are
 constexpr double sun = 0.80;
 constexpr double sky = 0.47;
@@ -52,7 +52,7 @@ double mean_edge_length(std::span<const Vec3> points, std::span<const Triangle> 
   return std::max(smallest, sum / (3.0 * static_cast<double>(triangles.size())));
 }
 
-/// A number in [0, 1) for each pixel that is spread evenly over neighbours, so that the noise that is left is
+/// A number in [0, 1) for each pixel, evenly distributed over neighbouring pixels, so that noise is
 /// fine-grained (interleaved gradient noise, Jimenez 2014).
 double pixel_noise(double x, double y) {
   return fraction(52.9829189 * fraction(0.06711056 * x + 0.00583715 * y));
@@ -71,11 +71,11 @@ double line_distance(const ScreenPoint& a, const ScreenPoint& b, double x, doubl
 struct Painter::Ray {
   Vec3 origin;
   Vec3 direction;
-  double x, y;  // where it meets the image
+  double x, y;  // where the ray meets the image
 };
 
-/// The random choices of one sample: a sequence that fills the square evenly (R2, Roberts 2018), turned by an
-/// own offset in each pixel.
+/// The random choices of one sample: a low-discrepancy sequence (R2, Roberts 2018) with an own offset in each
+/// pixel.
 struct Painter::Pattern {
   double offset_u, offset_v;
   int sample;
@@ -138,7 +138,7 @@ Light Painter::sample(int pixel_x, int pixel_y, int index) const {
   return with_dot(light, *dot_hit, hit ? hit->distance : std::numeric_limits<double>::infinity(), ray);
 }
 
-/// White below, a breath of blue above, and the shadow of the bodies on a ground that is not drawn otherwise.
+/// White below, a slight blue above, and the shadow of the bodies on an invisible ground.
 Light Painter::background(const Ray& ray, const Pattern& pattern) const {
   const Light top{0.84, 0.88, 0.93};
   const Light paper = mix(top, {1.0, 1.0, 1.0}, smooth_step(0.0, 0.75, ray.y / in_.height));
@@ -175,7 +175,7 @@ Light Painter::surface(const RayHit& hit, const Ray& ray, const Pattern& pattern
              0.75 * edge_strength(hit.primitive, ray.x, ray.y));
 }
 
-/// 1 on the edge of a triangle, 0 away from it; fades out where triangles are too small for lines.
+/// 1 on the edge of a triangle, 0 away from it; fades where triangles are too small for lines.
 double Painter::edge_strength(Index triangle, double x, double y) const {
   const Triangle& t = at(in_.triangles, triangle);
   const ScreenPoint& a = at(screen_, t[0]);
@@ -195,7 +195,7 @@ double Painter::edge_strength(Index triangle, double x, double y) const {
          smooth_step(2.0 * line_width_, 12.0 * line_width_, height);
 }
 
-/// A red disc with a white rim: opaque at the surface, fainter the more edge lengths of body lie before it.
+/// A red disc with a white rim: opaque at the surface, fainter with its depth in edge lengths.
 Light Painter::with_dot(const Light& behind, const RayHit& dot_hit, double surface_distance,
                         const Ray& ray) const {
   const Vec3 to_centre = at(in_.dots, dot_hit.primitive) - ray.origin;
@@ -207,7 +207,8 @@ Light Painter::with_dot(const Light& behind, const RayHit& dot_hit, double surfa
   return mix(behind, core ? to_light(contact_colour) : Light{1.0, 1.0, 1.0}, strength * (core ? 1.0 : 0.85));
 }
 
-/// Part of the half space above a place that nothing near blocks, weighted by the cosine.
+/// Fraction of the half space above a place without near surfaces, weighted by the cosine (ambient
+/// occlusion).
 double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& pattern) const {
   const Vec3 helper = std::abs(normal.x) < 0.5 ? Vec3{1.0, 0.0, 0.0} : Vec3{0.0, 1.0, 0.0};
   const Vec3 side = normalized(cross(normal, helper));
@@ -224,7 +225,7 @@ double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& p
   return static_cast<double>(open) / occlusion_rays;
 }
 
-/// 1 where the light reaches a place, 0 where not; soft over the samples of a pixel.
+/// 1 where a place is lit, 0 in shadow; the mean over the samples of a pixel gives soft shadows.
 double Painter::lit(const Vec3& place, const Pattern& pattern) const {
   const auto [u, v] = pattern.at(0, 1);
   const double radius = sun_size * std::sqrt(v);

@@ -19,11 +19,12 @@ using Light = Vec3;
 Light to_light(const Colour& colour);
 std::uint8_t to_byte(double light);
 
-/// Samples a pixel is the mean of: a grid of samples_per_side squared places in it.
+/// A pixel is the mean of samples_per_side^2 samples on a grid.
 inline constexpr int samples_per_side = 3;
 
-/// Colours the places of an image: surfaces, edges, dots, shadows and background. Everything lies in a sphere
-/// of about radius 1 around the origin, so that offsets and reach of rays have one scale. Borrows nothing.
+/// Computes the colours of an image: surfaces, edges, dots, shadows and background. Everything is in a sphere
+/// of radius about 1 around the origin, which gives the scale for offsets and lengths of rays. Holds copies
+/// of its data.
 class Painter {
  public:
   struct Input {
@@ -39,7 +40,7 @@ class Painter {
   };
   explicit Painter(Input input);
 
-  /// Light of sample 0 .. samples_per_side^2 - 1 of a pixel. Depends on its arguments alone.
+  /// Light of sample 0 .. samples_per_side^2 - 1 of a pixel. Depends only on its arguments.
   [[nodiscard]] Light sample(int pixel_x, int pixel_y, int index) const;
 
  private:
@@ -57,13 +58,13 @@ class Painter {
   Vec3 to_light_;
   double ground_z_ = 0.0;
   double mean_edge_ = 0.0;
-  double few_dots_ = 0.0;                     ///< towards 1 for few dots, 0 for many: few are drawn stronger
-  double line_width_ = 0.0;                   ///< pixels, on each side of an edge
-  std::vector<std::array<Vec3, 3>> normals_;  ///< (n_triangles x 3): of each corner, smooth but for creases
+  double few_dots_ = 0.0;    ///< near 1 for few dots, 0 for many: few dots are drawn stronger
+  double line_width_ = 0.0;  ///< pixels, on each side of an edge
+  std::vector<std::array<Vec3, 3>> normals_;  ///< (n_triangles x 3): of each corner, smooth except at creases
   std::vector<ScreenPoint> screen_;           ///< (n_points): where points appear
   std::vector<double> dot_radii_;             ///< (n_dots)
   RayScene surfaces_;
-  std::optional<RayScene> dots_;  ///< none without dots
+  std::optional<RayScene> dots_;  ///< empty without dots
 };
 
 }  // namespace palpate::io

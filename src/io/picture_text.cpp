@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::uint8_t ink = 62;  // dark grey
 
-/// What VTK's built-in font can draw: ASCII. A UTF-8 character beyond it becomes one '?', a control character
-/// a space.
+/// Converts to ASCII, which is all that VTK's built-in font can draw. A UTF-8 character beyond it becomes one
+/// '?', a control character a space.
 std::string printable(const std::string& text) {
   std::string clean;
   for (const char c : text) {

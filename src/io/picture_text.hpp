@@ -6,15 +6,15 @@
 
 namespace palpate::io {
 
-/// On which side of the given place a text lies.
+/// The side of the given position on which a text is drawn.
 enum class TextSide { right, left };
 
 /// Width in pixels of a text. Characters beyond ASCII become '?': VTK's built-in font has no others. Throws
 /// Error if the font cannot be drawn.
 int text_width(const std::string& text, int font_size);
 
-/// Writes a text in dark grey, centred on row `y`, on a side of column `x`; what is beyond the image is left
-/// out. Throws as text_width().
+/// Writes a text in dark grey, centred on row `y`, on a side of column `x`; clipped at the image border.
+/// Throws as text_width().
 void draw_text(Image& image, const std::string& text, int font_size, int x, int y,
                TextSide side = TextSide::right);
 

@@ -10,7 +10,7 @@ namespace palpate::io {
 namespace {
 
 constexpr const char* what = "a frame of a run";
-/// More is no array of ours.
+/// Our arrays never have more.
 constexpr std::int64_t most_components = 64;
 
 }  // namespace

@@ -12,12 +12,12 @@ struct PointArrayInfo {
   int components = 1;
 };
 
-/// The arrays at the points of the one piece of a frame, in the order of the file. Throws Error for what is
-/// no whole .vtu file.
+/// The arrays at the points of the one piece of a frame, in the order of the file. Throws Error for anything
+/// but a complete .vtu file.
 std::vector<PointArrayInfo> list_point_arrays(const std::filesystem::path& path);
 
-/// The numbers of one of them (n_points x components); NaN is allowed. Empty where there is none of that
-/// name. Throws Error where it is cut off or damaged. O(file size).
+/// The numbers of one of them (n_points x components); NaN is allowed. Empty where no array has that name.
+/// Throws Error where it is cut off or damaged. O(file size).
 std::vector<double> read_point_array(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace palpate::io

@@ -12,8 +12,8 @@ struct SeriesFrame {
 };
 
 /// The frames that a ParaView collection (.pvd) lists, in its order. Throws Error naming the file and line
-/// for what is no collection, times that do not grow, and files that are not in the folder of the collection
-/// or below it. The frames themselves are not read. O(size of the file).
+/// where the file is no collection, times do not grow, or a frame is not in the folder of the collection or
+/// below it. The frames themselves are not read. O(size of the file).
 std::vector<SeriesFrame> read_series(const std::filesystem::path& collection);
 
 }  // namespace palpate::io

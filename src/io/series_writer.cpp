@@ -55,7 +55,7 @@ std::string collection_text(const std::vector<double>& times, const std::vector<
   return text + "  </Collection>\n</VTKFile>\n";
 }
 
-/// A frame that cannot be removed is no error yet: that shows when a new frame is to take its place.
+/// A frame that cannot be removed is no error here: the error appears when a new frame replaces it.
 void remove_frames(const fs::path& folder, std::size_t kept) {
   std::error_code ignored;
   std::set<std::string> stay;
@@ -79,7 +79,7 @@ SeriesWriter::SeriesWriter(fs::path folder, std::string name, std::vector<double
     std::error_code ignored;
     if (!fs::is_regular_file(frame_path(frame), ignored)) missing_.push_back(frame);
   }
-  // First the list, then the frames: at no moment does the collection name a file that is not there.
+  // First the list, then the frames: so the collection never names a missing file.
   write_atomically(collection_path_, collection_text(times_, missing_));
   remove_frames(folder_ / frames_folder, times_.size());
 }

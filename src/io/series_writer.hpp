@@ -8,10 +8,9 @@
 
 namespace palpate::io {
 
-/// Writes the frames of a run and the ParaView collection that gives each its time:
+/// Writes the frames of a run, and the ParaView collection with their times:
 ///
-///     FOLDER/NAME.pvd
-///     FOLDER/frames/frame_000000.vtu, frame_000001.vtu, ...
+/// FOLDER/NAME.pvd FOLDER/frames/frame_000000.vtu, frame_000001.vtu, ...
 ///
 /// The .pvd is replaced, whole, after each frame, so that an interrupted run leaves a series that opens and
 /// lists only complete frames.
@@ -20,8 +19,8 @@ class SeriesWriter {
   /// Creates the folders, an empty collection, and removes the frames (frame_*.vtu, six digits or more) that
   /// an earlier run left in FOLDER/frames. Throws Error naming the path that cannot be created or written.
   ///
-  /// \param times  of the frames that a run that goes on has written: they stay. One whose file is gone is
-  ///               left out of the collection: missing_frames().
+  /// \param times  times of the frames of a resumed run, which stay. A frame whose file is missing is left
+  ///               out of the collection: missing_frames().
   SeriesWriter(std::filesystem::path folder, std::string name, std::vector<double> times = {});
 
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
@@ -31,9 +30,9 @@ class SeriesWriter {
   void add(double time, VtuData data);
 
   [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }
-  /// In the collection.
+  /// Number of frames in the collection.
   [[nodiscard]] std::size_t frame_count() const { return times_.size() - missing_.size(); }
-  /// Of all frames that were written, also of deleted ones.
+  /// Times of all frames that were written, also of deleted ones.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
   /// Numbers of frames that had been deleted when the run was resumed, ascending.
   [[nodiscard]] const std::vector<std::size_t>& missing_frames() const { return missing_; }

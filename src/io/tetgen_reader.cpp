@@ -15,7 +15,7 @@
 namespace palpate::io {
 namespace {
 
-constexpr std::int64_t most_attributes = 1000;  // far beyond any real file; a larger count is a damaged one
+constexpr std::int64_t most_attributes = 1000;  // far above real files; a larger count is damage
 
 std::int64_t optional_integer(TextScanner& scanner, const char* what, std::int64_t low, std::int64_t high,
                               std::int64_t absent) {
@@ -39,7 +39,7 @@ struct Nodes {
 };
 
 Nodes read_nodes(TextScanner& scanner) {
-  // Each record has a number, three coordinates, and a byte between any two.
+  // A record has at least a number, three coordinates, and a byte between any two.
   const Index count = scanner.count("the number of points", 8);
   optional_integer(scanner, "the dimension (only 3 is read)", 3, 3, 3);
   const auto attributes = optional_integer(scanner, "the number of attributes", 0, most_attributes, 0);
@@ -83,7 +83,7 @@ void read_elements(TextScanner& scanner, Index first_point, MeshFile& file) {
   if (!scanner.at_end()) end_record(scanner, "the end of the file behind the last tet");
 }
 
-/// The .node and the .ele file, given either; the other's extension is in upper case if this one's is.
+/// The .node and the .ele file, from the path of either; both extensions have the same case.
 std::pair<std::filesystem::path, std::filesystem::path> pair_of(const std::filesystem::path& path) {
   const char letter = path.extension().string().at(1);
   const bool upper = letter == 'N' || letter == 'E';

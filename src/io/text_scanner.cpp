@@ -25,7 +25,7 @@ std::string_view without_plus(std::string_view word) {
   return word;
 }
 
-/// Of a number that from_chars() calls out of range: whether it is too small rather than too large.
+/// For a number that from_chars() reports as out of range: whether it is too small (and not too large).
 bool is_tiny(std::string_view word) {
   const auto exponent = word.find_first_of("eE");
   if (exponent != std::string_view::npos) return word.substr(exponent + 1).starts_with('-');
@@ -139,7 +139,7 @@ Vec3 TextScanner::point() {
 
 Index TextScanner::count(const char* what, std::size_t bytes_each) {
   const std::int64_t value = integer(what);
-  // One byte more than is left: the last item needs no separator behind it.
+  // One byte more than is left, since the last item needs no separator.
   const std::size_t room = (bytes_left() + 1) / bytes_each;
   const auto most =
       std::min<std::int64_t>(static_cast<std::int64_t>(room), std::numeric_limits<Index>::max());

@@ -9,11 +9,10 @@
 
 namespace palpate::io {
 
-/// Splits a text into words and numbers, the same in every locale, and gives the line of each for
-/// messages.
+/// Splits a text into words and numbers, the same in every locale, and gives the line of each for messages.
 ///
-/// Words are separated by blanks and line ends (LF or CRLF). Every function that takes something throws Error
-/// naming the source and line where it is not there; `what` says in words what was to come ("the x of point
+/// Words are separated by blanks and line ends (LF or CRLF). Every reading function throws Error naming the
+/// source and line where the item is missing; `what` names the expected item in messages ("the x of point
 /// 3").
 class TextScanner {
  public:
@@ -34,14 +33,14 @@ class TextScanner {
   bool at_end();
   /// Skips blanks and a comment, but no line end; true if nothing is left on the line.
   bool at_line_end();
-  /// Moves behind the next line end (or to the end of the text).
+  /// Moves to after the next line end (or to the end of the text).
   void skip_line();
 
-  /// The next word; `what` as in the class's text.
+  /// The next word; `what`: see the class.
   std::string_view word(const char* what);
-  /// The next word without taking it; empty at the end of the text.
+  /// The next word, without advancing; empty at the end of the text.
   std::string_view peek();
-  /// Takes the next word, which must be this one.
+  /// Reads the next word, which must be `expected`.
   void keyword(std::string_view expected);
   /// A finite number. Too small for a double is 0, too large is refused.
   double number(const char* what);
@@ -50,17 +49,17 @@ class TextScanner {
   std::int64_t integer(const char* what, std::int64_t low, std::int64_t high);
   /// Three finite numbers.
   Vec3 point();
-  /// How many items of at least `bytes_each` bytes follow: refused where the rest of the text cannot hold
-  /// them.
+  /// Reads a count of items of at least `bytes_each` bytes each: refused where the rest of the text cannot
+  /// hold them.
   Index count(const char* what, std::size_t bytes_each);
-  /// A point number in [first, first + n_points), less `first`.
+  /// Reads a point number in [first, first + n_points) and subtracts `first`.
   Index point_index(Index first, Index n_points);
 
-  /// Throws for the last word taken: found that word, expected this.
+  /// Throws Error for the last word: found that word, expected this.
   [[noreturn]] void fail(const std::string& expected) const;
-  /// Throws at the line of the last word taken.
+  /// Throws Error at the line of the last word.
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
-  /// Throws where the text ended too soon.
+  /// Throws Error for a text that ends too early.
   [[noreturn]] void fail_end(const std::string& expected) const;
 
  private:
@@ -70,16 +69,15 @@ class TextScanner {
   std::string_view text_;
   char comment_;
   std::size_t position_ = 0;
-  std::string_view
-      last_;  ///< the last word taken; a view into text_, from which its line is found when one is asked for
+  std::string_view last_;  ///< the last word; a view into text_, from which its line is computed when needed
 };
 
 /// A word from a file in double quotes, shortened, with unprintable bytes as \xNN, so that a message stays
 /// one line.
 std::string in_quotes(std::string_view word);
 
-/// Refuses a text that ends right behind a word. For formats without an end mark: a file cut inside its last
-/// number would otherwise pass as a whole one with another number.
+/// Throws Error for a text that ends directly after a word. For formats without an end mark: a file cut
+/// inside its last number would otherwise pass as a whole one with another number.
 void require_line_end(const std::string& source, std::string_view text);
 
 }  // namespace palpate::io

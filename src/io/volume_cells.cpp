@@ -57,7 +57,7 @@ class TetAppender {
     mesh_.tets.push_back(tet);
   }
 
-  /// The tets of a face of the cell and of the cell's lowest corner, which is not on it.
+  /// Appends the tets between a face of the cell and the cell's lowest corner, which is not on that face.
   void append_face(std::span<const Index> face, Index lowest) {
     const auto first = static_cast<std::size_t>(std::ranges::min_element(face) - face.begin());
     for (std::size_t i = 1; i + 1 < face.size(); ++i) {

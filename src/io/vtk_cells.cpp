@@ -16,8 +16,8 @@ namespace {
 
 struct CellType {
   std::int64_t number;
-  std::string_view kind;  ///< our word, the same as in other formats
-  int corners;            ///< 0 where the type leaves it open
+  std::string_view kind;  ///< our name, the same as in other formats
+  int corners;            ///< 0 where the number varies
 };
 
 constexpr std::int64_t voxel = 11;
@@ -140,7 +140,7 @@ class CellAppender {
     }
     std::array<Index, 8> points{};
     for (std::size_t i = 0; i < wanted; ++i) points[i] = first_point + static_cast<Index>(corners[i]);
-    if (type == voxel) {  // its corners are in the order of a lattice
+    if (type == voxel) {  // its corners are in lattice order
       std::swap(points[2], points[3]);
       std::swap(points[6], points[7]);
     }

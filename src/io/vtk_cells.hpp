@@ -11,21 +11,21 @@ namespace palpate::io {
 
 /// The cells of a VTK file as its arrays give them.
 struct VtkCells {
-  std::vector<std::int64_t> connectivity;  ///< point numbers of all cells, one cell behind the other
+  std::vector<std::int64_t> connectivity;  ///< point numbers of all cells, one cell after the other
   std::vector<std::int64_t> ends;          ///< (n_cells): where in connectivity each cell ends
   std::vector<std::int64_t> types;         ///< (n_cells): VTK's numbers
 };
 
-/// Appends the tets among the cells to the mesh, and those of other cells with a volume; counts the rest.
-/// Point numbers get `first_point` added. Returns how many tets each cell became.
+/// Appends tets, and the tets of other volume cells, to the mesh; counts all other cells. `first_point` is
+/// added to point numbers. Returns the number of tets of each cell.
 ///
-/// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) for ends
-/// that do not ascend to the length of the connectivity, unknown types, a number of corners that the type
-/// does not have, and point numbers outside [0, n_points).
+/// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) where
+/// ends do not ascend to the length of the connectivity, a type is unknown, a number of corners does not fit
+/// the type, or a point number is outside [0, n_points).
 std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points,
                                     std::int64_t first_cell, const std::string& source, MeshFile& file);
 
-/// Appends the vector of each cell (n_cells x 3 numbers) once for each tet that the cell became.
+/// Appends the vector of each cell (n_cells x 3 numbers) once for each of its tets.
 void append_cell_vectors(std::span<const double> values, std::span<const Index> tets_of_cells,
                          std::vector<Vec3>& vectors);
 

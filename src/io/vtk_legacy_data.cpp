@@ -13,7 +13,7 @@
 namespace palpate::io {
 namespace {
 
-/// Names of arrays have blanks and the like as %20.
+/// Decodes the name of an array: blanks and special characters are written as %20.
 std::string decoded(std::string_view word) {
   constexpr std::string_view digits = "0123456789ABCDEF";
   std::string name;
@@ -27,7 +27,8 @@ std::string decoded(std::string_view word) {
   return name;
 }
 
-/// Goes through the point and cell data of a file up to one array (VTK file formats, "Dataset attributes").
+/// Reads through the point and cell data of a file up to a wanted array (VTK file formats, "Dataset
+/// attributes").
 class LegacyDataReader {
  public:
   LegacyDataReader(TextScanner& scanner, const VtkLegacyFile& file, const std::string& name)
@@ -83,10 +84,10 @@ class LegacyDataReader {
   std::size_t count_of(const char* what) {
     return static_cast<std::size_t>(scanner_.integer(what, 0, std::numeric_limits<Index>::max()));
   }
-  /// ASCII files have colours as numbers from 0 to 1.
+  /// In ASCII files, colours are numbers from 0 to 1.
   static const ScalarType& colours() { return *scalar_type("unsigned_char"); }
 
-  /// Components are often left out.
+  /// The number of components is often omitted.
   void read_scalars(const std::string& name) {
     const ScalarType& type = numbers_.read_type();
     const std::size_t components = scanner_.at_line_end() ? 1 : count_of("the number of components");

@@ -46,7 +46,7 @@ class LegacyFileReader {
     numbers_.set_binary(file_.binary);
   }
 
-  /// False at the first section that no mesh data follows.
+  /// Reads a section; false at the first section after the mesh.
   bool read_section() {
     const std::string name = upper_case(scanner_.peek());
     if (name == "POINT_DATA" || name == "CELL_DATA") return false;
@@ -124,7 +124,7 @@ class LegacyFileReader {
     has_offsets_ ? read_cells_with_offsets(cells) : read_cells_with_counts(cells);
   }
 
-  /// Before version 5: each cell is its number of corners and those.
+  /// Before version 5: each cell is its number of corners, then the corners.
   void read_cells_with_counts(VtkCells& cells) {
     const Index count = scanner_.count("the number of cells", numbers_.least_bytes(4));
     const Index size = scanner_.count("the size of the cell list", numbers_.least_bytes(4));
@@ -169,7 +169,7 @@ class LegacyFileReader {
     return numbers_.integers(static_cast<std::size_t>(count), type, "a number of a cell");
   }
 
-  /// A field before the mesh, as VTK writes the time step.
+  /// Skips a field before the mesh, in which VTK writes the time step.
   void skip_field() {
     scanner_.word("the name of a field");
     const Index arrays = scanner_.count("the number of arrays", 8);

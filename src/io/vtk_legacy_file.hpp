@@ -22,13 +22,13 @@ struct VtkLegacyFile {
 };
 
 /// Reads an unstructured grid or PolyData, ASCII or binary, of file versions up to 5.1 (VTK file formats,
-/// "Simple legacy formats"). Data after the cells (point and cell data) are not read, vertices and
-/// lines of PolyData are passed over. An ASCII file must end with a line end: the format has no end mark.
-/// Throws Error naming the line or byte.
+/// "Simple legacy formats"). Data after the cells (point and cell data) are not read, vertices and lines of
+/// PolyData are skipped. An ASCII file must end with a line end: the format has no end mark. Throws Error
+/// naming the line or byte.
 VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);
 
 /// The cell data of that name with three components (VECTORS, NORMALS or an array of a FIELD): n_cells x 3
-/// finite numbers, of the file that `file` was read from. Throws Error where there is none, and as above.
+/// finite numbers, of the file that `file` was read from. Throws Error where it does not exist, and as above.
 std::vector<double> read_vtk_legacy_vectors(const std::string& source, std::string_view bytes,
                                             const VtkLegacyFile& file, const std::string& name);
 

@@ -18,8 +18,8 @@ struct ScalarType {
 /// "unsigned_char"); nullptr if there is none, or it is not a number of whole bytes ("bit", "string").
 const ScalarType* scalar_type(std::string_view name);
 
-/// Numbers out of bytes; `bytes` holds whole numbers. Natural numbers beyond int64 become -1: no index, no
-/// count.
+/// Decodes numbers; `bytes` must be a multiple of their size. Unsigned numbers above int64 become -1, which
+/// is refused as index or count.
 std::vector<double> decode_reals(std::string_view bytes, const ScalarType& type, bool swapped);
 std::vector<std::int64_t> decode_integers(std::string_view bytes, const ScalarType& type, bool swapped);
 

@@ -4,7 +4,7 @@
 
 namespace palpate::io {
 
-/// While it lives, VTK prints nothing: errors show in what its functions return.
+/// While it lives, VTK prints nothing: errors are seen from what its functions return.
 ///
 /// VTK has one switch for a process, so objects of this class wait for each other; messages of other threads
 /// that use VTK at the same time are dropped too. (An observer or another output window would not do: VTK 9.1

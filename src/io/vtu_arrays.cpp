@@ -14,8 +14,8 @@
 namespace palpate::io {
 namespace {
 
-/// More than any of the compressors reaches (zlib 1032, LZ4 255, LZMA about 7000): bounds what a damaged
-/// count allocates.
+/// Above the compression ratio of all compressors (zlib 1032, LZ4 255, LZMA about 7000): limits the memory
+/// that a damaged count can allocate.
 constexpr std::uint64_t best_compression = 8192;
 
 /// The bytes of one binary array: VTK's header words, then the data, in blocks if it is compressed
@@ -105,7 +105,7 @@ class BinaryArray {
   ByteStream stream_;
 };
 
-/// Reads all words of an ASCII array; `take` takes one number and names what it is.
+/// Reads all words of an ASCII array; `take` reads one number, with its name for messages.
 template <class Number, class Take>
 std::vector<Number> read_ascii(TextScanner& scanner, const VtuArray& array, std::int64_t count, Take take) {
   if (static_cast<std::uint64_t>(count) > scanner.bytes_left()) {

@@ -20,7 +20,7 @@ class VtuArrays {
 
   /// Finite numbers.
   [[nodiscard]] std::vector<double> reals(const VtuArray& array, std::int64_t count) const;
-  /// Numbers that binary data may have as NaN or infinite.
+  /// Numbers; in binary data they may be NaN or infinite.
   [[nodiscard]] std::vector<double> reals_or_nan(const VtuArray& array, std::int64_t count) const;
   [[nodiscard]] std::vector<std::int64_t> integers(const VtuArray& array, std::int64_t count) const;
 

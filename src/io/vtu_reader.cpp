@@ -37,7 +37,7 @@ class VtuReader {
   }
 
  private:
-  /// Returns how many tets each cell became.
+  /// Returns the number of tets of each cell.
   std::vector<Index> append(const VtuPiece& piece, std::size_t number) {
     const auto first_point = static_cast<std::int64_t>(file_.mesh.points.size());
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
@@ -89,7 +89,7 @@ class VtuReader {
                             first_cell, source_, file_);
   }
 
-  /// The vector of each tet that a cell becomes.
+  /// Appends the vector of each cell, once for each of its tets.
   void append_vectors(const VtuPiece& piece, std::size_t number, const std::string& name,
                       std::vector<Vec3>& vectors) {
     const std::vector<Index> tets_of_cells = append(piece, number);

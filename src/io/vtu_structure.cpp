@@ -133,7 +133,7 @@ class StructureReader {
     }
   }
 
-  /// What a mesh does not need is no reason to refuse it: what cannot be read is left out.
+  /// Data that a mesh does not need is no reason to refuse the file: arrays of unknown types are left out.
   void open_data(std::vector<VtuArray>& arrays) {
     const std::string_view format = attribute("format", "ascii");
     const bool known = format == "ascii" || format == "binary" || format == "appended";
@@ -172,8 +172,7 @@ class StructureReader {
     if (!tag_.closes) array_ = &array;
   }
 
-  /// The content of AppendedData is not XML where its encoding is raw: finds its end from the end of the
-  /// file.
+  /// Raw AppendedData is not XML, so its end is searched from the end of the file.
   void read_appended() {
     const std::string_view encoding = attribute("encoding");
     if (encoding != "raw" && encoding != "base64")
@@ -197,7 +196,7 @@ class StructureReader {
   XmlTag tag_;
   std::vector<std::string_view> path_;
   VtuStructure result_;
-  VtuArray* array_ = nullptr;  ///< the one whose element is open
+  VtuArray* array_ = nullptr;  ///< the array whose element is open
   bool has_grid_ = false;
 };
 

@@ -11,7 +11,7 @@
 
 namespace palpate::io {
 
-/// A kind of VTK XML file, by the names in it.
+/// A kind of VTK XML file: the names of its elements.
 struct VtkXmlGrid {
   std::string_view type;          ///< "UnstructuredGrid"
   std::string_view count;         ///< the number of cells of a piece: "NumberOfCells"
@@ -21,15 +21,15 @@ struct VtkXmlGrid {
 };
 inline constexpr VtkXmlGrid unstructured_grid{"UnstructuredGrid", "NumberOfCells", "Cells", "", ""};
 
-/// Where a DataArray of a .vtu file says that its numbers are.
+/// A DataArray of a .vtu file: type and place of its numbers.
 struct VtuArray {
   enum class Format { ascii, binary, appended };
   std::string name;  ///< in words for messages: "Points", "connectivity" …
   ScalarType type;
   Format format = Format::ascii;
   std::int64_t components = 1;
-  std::uint64_t offset = 0;  ///< appended: bytes or characters behind the '_'
-  std::size_t begin = 0;     ///< of the element's content in the file
+  std::uint64_t offset = 0;  ///< appended data: offset after the '_'
+  std::size_t begin = 0;     ///< offset of the element's content in the file
   std::size_t end = 0;
 };
 
@@ -47,23 +47,24 @@ struct VtuPiece {
   std::optional<VtuArray> coordinates;
   VtuCells cells;
   VtuCells strips;
-  std::vector<VtuArray> point_data;  ///< those whose type of numbers is known
+  std::vector<VtuArray> point_data;  ///< those with a known type of numbers
   std::vector<VtuArray> cell_data;   ///< the same
 };
 
-/// The outline of a .vtu file, before any number of an array is read.
+/// The structure of a .vtu file, without the numbers of its arrays.
 struct VtuStructure {
   enum class Compressor { none, zlib, lz4, lzma };
   bool swapped = false;          ///< the byte order is not this machine's
-  std::size_t header_bytes = 4;  ///< of each word that stands before binary data
+  std::size_t header_bytes = 4;  ///< of each header word before binary data
   Compressor compressor = Compressor::none;
   std::vector<VtuPiece> pieces;
-  std::size_t appended_begin = 0;  ///< behind the '_' of AppendedData
+  std::size_t appended_begin = 0;  ///< after the '_' of AppendedData
   std::size_t appended_end = 0;
   bool appended_is_base64 = false;
 };
 
-/// Reads the outline. Throws Error naming the line for what is not a whole VTK XML file of such a grid.
+/// Reads the structure. Throws Error naming the line unless the file is a complete VTK XML file of such a
+/// grid.
 VtuStructure read_vtu_structure(const std::string& source, std::string_view text,
                                 const VtkXmlGrid& grid = unstructured_grid);
 

@@ -25,7 +25,7 @@
 namespace palpate::io {
 namespace {
 
-/// A VTK array over memory of ours: VTK takes a pointer to non-const, but a writer only reads.
+/// A VTK array over our memory. VTK needs a pointer to non-const, but a writer only reads.
 template <class VtkArray, class Value>
 vtkSmartPointer<VtkArray> borrow(const Value* values, std::size_t rows, int components) {
   auto array = vtkSmartPointer<VtkArray>::New();
@@ -59,7 +59,7 @@ void add_arrays(const std::string& source, std::span<const NamedArray> arrays, s
       throw Error(source, std::string(kind) + " array '" + array.name + "'",
                   std::to_string(length) + " values", std::to_string(expected));
     }
-    // VTK writes names as they are, into an XML attribute.
+    // VTK writes names into an XML attribute without escaping them.
     if (array.name.empty() || array.name.find_first_of("<&\"") != std::string::npos) {
       throw Error(source, std::string(kind) + " array", "the name '" + array.name + "'",
                   "one of at least a letter, without <, & and \"");
@@ -115,7 +115,7 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const std::string& source, const Vt
 void write_vtu(const std::filesystem::path& path, const VtuData& data) {
   const std::string source = path.string();
   check_indices(source, data);
-  AtomicFile file(path);  // before the work, so that a bad path is an error at once
+  AtomicFile file(path);  // opened first, so that a bad path is an error at once
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetInputData(grid_of(source, data));
   writer->SetDataModeToAppended();
@@ -123,7 +123,8 @@ void write_vtu(const std::filesystem::path& path, const VtuData& data) {
   writer->SetByteOrderToLittleEndian();
   writer->SetHeaderTypeToUInt64();
   writer->SetCompressorTypeToZLib();
-  writer->SetCompressionLevel(1);  // floating-point noise hardly shrinks further, at several times the work
+  writer->SetCompressionLevel(
+      1);  // higher levels hardly compress floating-point noise, at several times the work
   writer->WriteToOutputStringOn();
   if (writer->Write() != 1) throw Error(source, "", "a failure of VTK's writer", "a mesh that VTK can write");
   file.write(writer->GetOutputString());
@@ -132,8 +133,8 @@ void write_vtu(const std::filesystem::path& path, const VtuData& data) {
 
 namespace {
 
-/// Positions for a frame: those of points in no tet, which nothing moves, are that of a point of their body
-/// that is in one, so that the bounds are those of the bodies.
+/// Positions for a frame. Points in no tet never move; they get the position of a point of their body that is
+/// in a tet, so that bounds are those of the bodies.
 std::vector<Vec3> positions_of_tets(const Bodies& bodies, std::span<const Vec3> positions) {
   std::vector<Vec3> result(positions.begin(), positions.end());
   for (std::size_t b = 0; b < bodies.bodies().size(); ++b) {

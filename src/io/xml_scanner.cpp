@@ -41,7 +41,7 @@ void XmlScanner::skip_blanks() {
   position_ = std::min(text_.find_first_not_of(blanks, position_), text_.size());
 }
 
-/// Moves to the next '<' of a tag; false at the end of the text.
+/// Advances to the next '<' of a tag; false at the end of the text.
 bool XmlScanner::find_tag() {
   while (true) {
     const std::size_t found = text_.find('<', position_);

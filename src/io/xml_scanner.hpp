@@ -19,22 +19,22 @@ struct XmlTag {
   std::size_t end = 0;    ///< offset behind '>'
 };
 
-/// Whether the first letter of a text, blanks and a byte order mark aside, is that of an XML file.
+/// Whether a text begins like an XML file, after blanks and a byte order mark.
 bool is_xml(std::string_view text);
 
-/// Walks the tags of an XML file in order and checks that they nest; leaves entities in values as they stand.
+/// Walks the tags of an XML file in order and checks that they nest; entities in values are not decoded.
 ///
-/// What lies between tags is the caller's: from the `end` of one to the `begin` of the next. Declarations,
-/// processing instructions and comments are skipped. Throws Error naming the line for tags that are cut off,
-/// malformed, or do not match.
+/// Callers read the text between tags themselves: from the `end` of one to the `begin` of the next.
+/// Declarations, processing instructions and comments are skipped. Throws Error naming the line for tags that
+/// are cut off, malformed, or do not match.
 class XmlScanner {
  public:
   /// \param text  the whole file, not copied
   XmlScanner(std::string source, std::string_view text) : source_(std::move(source)), text_(text) {}
 
-  /// The next tag; false where the root element has closed and only blanks and comments follow.
+  /// Reads the next tag; false after the end of the root element, if only blanks and comments follow.
   bool next(XmlTag& tag);
-  /// Goes on behind that byte: for content that is not XML.
+  /// Continues after that byte, for content that is not XML.
   void set_position(std::size_t position) { position_ = position; }
   /// Throws Error at the line of a byte.
   [[noreturn]] void fail(std::size_t position, const std::string& found, const std::string& expected) const;

@@ -10,10 +10,10 @@
 #include "measure/section.hpp"
 
 /// The results of the paper ("Efficient uniform grids for collision handling in medical simulators"),
-/// measured anew: one function an item. Times are of this machine, now; all else is the same everywhere.
+/// measured here: one function per item. Times depend on the machine; all else is the same everywhere.
 namespace palpate::measure {
 
-/// A scene of the paper as it is here.
+/// Our version of a scene of the paper.
 struct PaperScene {
   std::string name;  ///< "stacking", "eye" or "skull"
   Model model;
@@ -21,16 +21,16 @@ struct PaperScene {
   double meters_per_unit = 1.0;
 };
 
-/// How much is measured.
+/// The effort: sizes and repetitions.
 struct PaperEffort {
   int stacking_steps = 400;
   int organ_steps = 60;
   int rounds = 1;
-  int error_steps = 100;  ///< of the runs that Table 2 compares
+  int error_steps = 100;  ///< steps of the runs for Table 2
   std::vector<int> threads{};
 };
 
-/// What the paper says of its scenes (Table 1); zero where it says nothing.
+/// Table 1: statistics of the scenes, here and in the paper; zero where the paper has none.
 Section scene_statistics(const std::vector<PaperScene>& scenes);
 /// Fig. 6: index sort against serial hashing while membranes stack up.
 Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort);
@@ -46,18 +46,19 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
 /// Table 2: a fixed number of cells per primitive.
 Section approximate_errors(const std::vector<PaperScene>& scenes, const PaperEffort& effort);
 
-/// What figures say of what the paper found.
+/// The verdict on a finding of the paper, with its text.
 struct Finding {
   Verdict verdict = Verdict::not_comparable;
   std::string why;
 };
 
-/// Fig. 7 from the time to insert points by cuckoo hashing over that of index sort, on one thread, and how
-/// many times as fast the whole of each is with so many threads. The paper: index sort inserts faster, and
-/// gains more by threads.
+/// Finding on Fig. 7.
+/// \param insertion  time to insert points by cuckoo hashing over that of index sort, on one thread. The
+/// other arguments are speed-ups of both methods by threads. The paper: index sort inserts faster, and gains
+/// more by threads.
 Finding eye_finding(double insertion, double index_speed_up, double cuckoo_speed_up, int threads);
 
-/// Of edge lengths in a scene: times of cells of the mean edge and of `auto` over that of the fastest fixed
+/// Cell sizes in a scene: times with the mean edge length and with `auto`, over that of the fastest fixed
 /// edge length, which is `best`.
 struct CellSizeFigures {
   std::string scene;
@@ -65,10 +66,10 @@ struct CellSizeFigures {
   double mean_edge = 1.0;
   double automatic = 1.0;
 };
-/// The paper: the mean edge length is best in general, that is here: within 3 % in most scenes.
+/// The paper: the mean edge length is best in general, here taken as: within 3 % in most scenes.
 Finding cell_size_finding(const std::vector<CellSizeFigures>& scenes);
 
-/// Bytes a point of each structure in a scene, and the fraction of the cuckoo table that is full.
+/// Bytes per point of each structure in a scene, and the load of the cuckoo table.
 struct StructureFigures {
   double uniform = 0.0;
   double compact = 0.0;
@@ -76,8 +77,8 @@ struct StructureFigures {
   double cuckoo = 0.0;
   double occupancy = 0.0;
 };
-/// The paper: all take less memory than the uniform grid, and cuckoo tables never failed to fill. At least
-/// one scene.
+/// The paper: all take less memory than the uniform grid, and the construction of cuckoo tables never failed.
+/// At least one scene.
 Finding structures_finding(const std::vector<StructureFigures>& scenes, std::size_t second_tries);
 
 /// Table 2 in a scene: mean times of a detection, and deviations of the runs with fewer cells.

@@ -34,7 +34,7 @@ Deviation deviation(std::span<const Vec3> a, std::span<const Vec3> b) {
   return d;
 }
 
-/// Where a run with so many cells a primitive ends, and what its detections took.
+/// A run with a number of cells per primitive: its last state, and the times of its detections.
 struct Run {
   std::vector<Vec3> positions;
   double milliseconds = 0.0;  ///< mean detection of a step

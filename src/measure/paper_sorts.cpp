@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t entries = 128000;
 
-/// Times of sorting a frame over some turns of the frames, ms, the sorters in turns. Throws Error where one
-/// does not sort.
+/// Times of sorting a frame, ms, over some passes through the frames; the sorters alternate. Throws Error
+/// where one does not sort.
 std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, int rounds) {
   const std::vector<Competitor> all = competitors();
   std::vector<Sorter> sorters;
@@ -32,7 +32,7 @@ std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, in
       const double seconds = watch.lap();
       if (all[s].name != "memcpy" && words != frames.sorted[frame])
         throw Error("benchmark", all[s].name, "words out of order", "sorted words");
-      if (step == 0) continue;  // no order of a last frame
+      if (step == 0) continue;  // the first frame has no previous order
       times[all[s].name].push_back(1e3 * seconds);
     }
   }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double ms = 1e3;
 
-/// The paper's index sort: linear order, and the sort by comparisons that gains from sorted input.
+/// The paper's index sort: linear order, and a comparison sort that is faster for nearly sorted input.
 Method index_sort(const DetectionSettings& scene, int threads) {
   DetectionSettings settings = scene;
   settings.structure = Structure::compact;
@@ -55,7 +55,7 @@ void add_times(Section& section, const std::vector<Method>& methods, const std::
   }
 }
 
-/// Rows of speed-up and parallel fraction, from the method at `first` with one thread to those after it.
+/// Adds rows of speed-up and parallel fraction: methods after `first` against `first`, which has one thread.
 void add_scaling(Section& section, const std::string& what, const std::vector<Method>& methods,
                  const std::vector<MethodTimes>& times, std::size_t first, std::size_t count) {
   for (std::size_t w = first + 1; w < first + count; ++w) {

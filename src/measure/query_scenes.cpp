@@ -25,8 +25,9 @@ double random_unit(std::uint64_t stream, std::uint64_t index) {
   return std::ldexp(static_cast<double>(z >> 11U), -52) - 1.0;
 }
 
-/// Sets the points in motion. Two draws from [-a, a] differ by 2 a / 3 on average, and any of three axes
-/// takes a point to another cell: a tremble of a makes 2 a / cell movers. Two cells to and fro move all.
+/// Chooses the motion of points. Two random numbers in [-a, a] differ by 2 a / 3 on average, and each of
+/// three axes may move a point to another cell. So a tremble of a gives a fraction of 2 a / cell movers. A
+/// shift of two cells moves all points.
 void start(QueryScene& scene, double movers = 0.02) {
   scene.places.assign(scene.bodies.points_rest().begin(), scene.bodies.points_rest().end());
   scene.self_collision.assign(scene.bodies.bodies().size(), 0);
@@ -103,7 +104,7 @@ QueryScene tubes_scene() {
   constexpr int abreast = 4;
   constexpr int parts = 16;
   constexpr double radius = 1.0;
-  constexpr double apart = 1.85;  // of neighbours: less than the diameter
+  constexpr double apart = 1.85;  // distance of neighbours, less than the diameter
   constexpr double length = 8.0;
   QueryScene scene;
   scene.name = "tubes";

@@ -9,9 +9,9 @@
 
 namespace palpate::measure {
 
-/// Bodies whose points move a little from frame to frame, so that a wanted fraction of them has another cell
-/// than in the frame before: they tremble around their places, or, where all are to be movers, the whole also
-/// goes to and fro along x.
+/// Bodies whose points move a little from frame to frame, so that a wanted fraction of them changes its cell:
+/// points tremble around their places. If all are to be movers, the whole scene also moves back and forth
+/// along x.
 struct QueryScene {
   std::string name;
   Bodies bodies;
@@ -21,7 +21,8 @@ struct QueryScene {
   double shift = 0.0;                        ///< of all points in every other frame
   /// Per body: 1 for the lowest of several bodies, which is an obstacle.
   [[nodiscard]] std::vector<std::uint8_t> immovable() const;
-  /// Writes the positions of a frame: all frames are distinct, and follow from the scene and their number.
+  /// Writes the positions of a frame: all frames are different, and depend only on the scene and their
+  /// number.
   void place(std::uint32_t frame, std::vector<Vec3>& positions) const;
 };
 
@@ -30,20 +31,20 @@ struct QueryScene {
 /// \param movers  wanted fraction of points in another cell than in the frame before, for cells of the mean
 /// edge
 QueryScene stacking_scene(int cells, double movers = 0.02);
-/// That stack as it is at rest, to be simulated.
+/// The same stack at rest, for simulations.
 Model stacking_model(int cells);
-/// Cells along a side of the membranes for about so many tets.
+/// Number of cells along a side of the membranes for about `tets` tets.
 int stacking_cells(double tets);
-/// Unstructured: a pile of balls and boxes of different resolution, turned, pressed into each other.
+/// Unstructured: a pile of balls and boxes of different resolution, rotated and pressed into each other.
 QueryScene pile_scene();
 /// Unstructured: layers of bent tubes of different resolution, one across the other, pressed into each other.
 QueryScene tubes_scene();
 /// Unstructured: two raptors (16 units long and in the same place), of which the right one is moved so that
 /// they overlap.
 QueryScene raptors_scene(TetMesh left, TetMesh right);
-/// Bodies at their places: a scene that ships.
+/// A shipped scene, from its bodies.
 QueryScene shipped_scene(std::string name, Bodies bodies);
-/// One body that collides with itself: a stack of membranes that are one body.
+/// A body in self-collision: a stack of membranes that are one body.
 QueryScene self_scene();
 
 }  // namespace palpate::measure

@@ -91,7 +91,7 @@ void add_measures(Section& section, const std::string& scene, const std::vector<
     if (!milliseconds.empty())
       section.measures.push_back(measure_of(scene + ", " + methods[w].name, std::move(milliseconds)));
   }
-  // Of several scenes, all their hashes.
+  // A section on several scenes has a hash of all their hashes.
   const std::string both = section.result_hash + hash_text(times.front().hash);
   section.result_hash = section.result_hash.empty() ? both : hash_text(fnv1a(std::as_bytes(std::span(both))));
 }
@@ -103,7 +103,7 @@ std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Me
     detectors.reserve(methods.size());
     for (const Method& method : methods) {
       DetectionSettings settings = method.settings;
-      settings.coherence = false;      // structures are compared by what a frame on its own costs
+      settings.coherence = false;      // structures are compared by the cost of a single frame
       settings.edge_contacts = false;  // the paper has none
       detectors.emplace_back(recording.bodies, settings, recording.rigid, method.threads);
     }

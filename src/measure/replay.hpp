@@ -10,35 +10,37 @@
 
 #include "measure/section.hpp"
 
-/// What benchmarks measure: detections of recorded positions, by methods that alternate on each frame.
+/// Detections of recorded positions, for benchmarks; methods alternate on each frame.
 namespace palpate::measure {
 
-/// Bodies, and where their points were after each step of a simulation.
+/// Bodies, and their positions after each step of a simulation.
 struct Recording {
   Bodies bodies{};
   std::vector<std::uint8_t> rigid;        ///< per body
-  std::vector<std::vector<Vec3>> frames;  ///< (frames x n_points), the start first
+  std::vector<std::vector<Vec3>> frames;  ///< (frames x n_points), the first is the start
 };
 
 /// Simulates `steps` steps and keeps the positions of all. Throws what Simulation throws.
 Recording record(Model model, const SimulationSettings& settings, int steps, int threads);
 
-/// A method to find contacts.
+/// A method of contact detection.
 struct Method {
   std::string name;
   DetectionSettings settings;
   int threads = 1;
 };
 
-/// Time of a method for each frame: of several rounds the least, phase by phase.
+/// Time of a method for each frame: the least of several rounds, for each phase.
 struct MethodTimes {
   std::vector<DetectionTimes> of_frame;
   DetectionCounts last_counts;
   std::size_t structure_bytes = 0;
   std::size_t contacts = 0;  ///< of all frames
-  std::uint64_t hash = 0;  ///< of the contacts of all frames; of the first method only, others have the same
+  std::uint64_t hash =
+      0;  ///< of the contacts of all frames; empty but for the first method: all have the same
   double cell_size = 0.0;
-  /// Median over the frames but the first, s: of the whole, and of the update (grid) and the rest (query).
+  /// Median over the frames without the first, s: of the total, of the update (grid), and of the query (the
+  /// rest).
   [[nodiscard]] double median_total() const;
   [[nodiscard]] double median_update() const;
   [[nodiscard]] double median_query() const;
@@ -48,15 +50,15 @@ struct MethodTimes {
 /// Sum of the phases, s.
 double total(const DetectionTimes& times);
 
-/// Runs the methods on each frame one after the other, in rotating order, so that what disturbs the
-/// machine disturbs all; `rounds` times from the start, each with fresh detectors. Throws Error where an
-/// exact method finds other contacts, depths or directions than the first one.
+/// Runs the methods on each frame one after the other, in rotating order, so that disturbances of the machine
+/// affect all; `rounds` times from the start, each time with new detectors. Throws Error where an exact
+/// method finds other contacts, depths or directions than the first one.
 std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Method>& methods, int rounds);
 
-/// Goes on with a hash (fnv1a) of contacts: points, bodies, tets, depths and directions.
+/// Continues a hash (fnv1a) with contacts: points, bodies, tets, depths and directions.
 std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash);
 
-/// Times of the methods for their frames but the first, and the hash of their contacts, into the section.
+/// Adds to the section the times of the methods, without the first frame, and the hash of their contacts.
 void add_measures(Section& section, const std::string& scene, const std::vector<Method>& methods,
                   const std::vector<MethodTimes>& times);
 

@@ -11,28 +11,28 @@
 
 namespace palpate::measure {
 
-/// A section of a report, and how it is measured.
+/// A section of a report, and the function that measures it.
 struct Item {
   std::string_view id;
   std::function<Section()> measure;
 };
 
-/// 1, 2, 4 … threads, up to all of the machine.
+/// 1, 2, 4 … threads, up to the number of the machine.
 std::vector<int> thread_counts();
 
-/// A report: kind ("paper", "peers", "scaling"), machine, compiler, commit, settings, the date, UTC, and the
-/// greatest load of the machine (processes that want to run, mean of a minute) after an item. Not complete
-/// until measure_items has measured all.
+/// A report: kind ("paper", "peers", "scaling"), machine, compiler, commit, settings, the date (UTC), and the
+/// largest load average of the machine (one minute) after an item. It is incomplete until measure_items() has
+/// measured all items.
 /// \param effort  "quick" or "full"
 nlohmann::ordered_json report_of(std::string_view kind, std::string_view effort);
 
-/// What an item may throw in its midst where it is interrupted; measure_items says what there is by then.
+/// Thrown by an item that is interrupted; measure_items() then reports what was measured before.
 struct Interrupted {};
 
-/// Measures the items one after the other into report["sections"]; reports each when it is done, and writes
-/// what there is so far to the file, so that who ends it early keeps what was measured; report["complete"] is
-/// true with the last one. `interrupted` is asked before each item: where it says yes, throws
-/// std::runtime_error.
+/// Measures the items one after the other into report["sections"]; prints each when it is complete, and
+/// writes the report to the file after each, so that an early end keeps the results so far;
+/// report["complete"] is true with the last one. Calls `interrupted` before each item, and throws
+/// std::runtime_error where it returns true.
 void measure_items(nlohmann::ordered_json& report, const std::vector<Item>& items,
                    const std::filesystem::path& file,
                    const std::function<void(const std::string& line)>& tell,

@@ -28,7 +28,7 @@ constexpr std::array<std::pair<const char*, double DetectionTimes::*>, 5> phases
      {"crossings", &DetectionTimes::crossings},
      {"depth", &DetectionTimes::depth}}};
 
-/// A detector of a scene, and what it took for the frames that it has seen.
+/// A detector of a scene, and its times for the frames so far.
 struct Runner {
   Runner(const QueryScene& scene, int n) : threads(n), detector(scene.bodies, {}, scene.immovable(), n) {}
   int threads;
@@ -37,8 +37,8 @@ struct Runner {
   std::uint64_t hash = fnv1a({});
 };
 
-/// Runs the runners on frame after frame in rotating order: two frames that do not count, then at
-/// least three, and up to 41 while there is time.
+/// Runs the runners on frame after frame in rotating order: two frames as a warm-up, then at least three and
+/// at most 41, as time allows.
 void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double seconds) {
   constexpr int warm_up = 2;
   std::vector<Vec3> positions;
@@ -48,7 +48,7 @@ void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double se
     for (std::size_t round = 0; round < runners.size(); ++round) {
       Runner& runner = runners[(round + static_cast<std::size_t>(frame)) % runners.size()];
       runner.detector.detect(positions);
-      // How many frames there is time for differs from run to run.
+      // The hash uses only frames that every run has: the number of others depends on time.
       if (frame < warm_up + 3) runner.hash = hash_of(runner.detector.contacts(), runner.hash);
       if (frame < warm_up) continue;
       runner.frames.push_back(runner.detector.times());
@@ -238,7 +238,7 @@ Section thread_scaling(const ScalingEffort& effort, double most_tets) {
       section.measures.push_back(measure);
       if (runner.threads == 1) one = measure.median;
       const double gain = one / measure.median;
-      // Amdahl's law as the paper has it; it has no answer for what is slower than one thread.
+      // Amdahl's law as the paper has it; it is not defined for a speed-up below one.
       const bool has_fraction = runner.threads > 1 && gain > 1.0;
       const double fraction = has_fraction ? 100.0 * (1.0 - 1.0 / gain) / (1.0 - 1.0 / runner.threads) : 0.0;
       section.table.rows.push_back({scene.bodies.tets().size(), runner.threads, measure.median, gain,

@@ -6,8 +6,8 @@
 
 #include "measure/section.hpp"
 
-/// How time and memory grow with the size of the problem and with threads: the stack of membranes with more
-/// and more cells, its points trembling (measure/query_scenes.hpp).
+/// Growth of time and memory with the size of the problem and with threads, for the stack of membranes with
+/// more and more cells and trembling points (measure/query_scenes.hpp).
 namespace palpate::measure {
 
 struct ScalingEffort {
@@ -31,22 +31,22 @@ Section step_growth(const ScalingEffort& effort, double most_tets);
 /// numbers positive.
 double growth_exponent(std::span<const double> x, std::span<const double> y);
 
-/// Memory that this process has asked the allocator for and not given back, bytes (glibc; 0 where it is
-/// another one that counts). Resident pages show less: freed memory is used again.
+/// Memory that this process has allocated and not freed, bytes (glibc; 0 with another allocator). Resident
+/// pages are no measure of it, since freed memory is reused.
 std::size_t allocated_bytes();
 
-/// A phase of what is measured, over the sizes.
+/// Times of a phase over the sizes.
 struct PhaseGrowth {
   std::string name;
   std::vector<double> tets{};
   std::vector<double> milliseconds{};  ///< medians
-  std::vector<double> lower{};         ///< quartiles of the same, as many
+  std::vector<double> lower{};         ///< lower quartiles, same length
   std::vector<double> upper{};
   /// Appends a size.
   void add(double size, const Measure& measure);
 };
-/// Charts of time and of time a tet, and a text on how each phase grows, into the section: an exponent only
-/// where the quartiles of neighbouring sizes lie apart.
+/// Adds to the section charts of time and of time per tet, and a text on the growth of each phase. It gives
+/// an exponent only where the quartiles of neighbouring sizes do not overlap.
 void describe_growth(Section& section, const std::string& what, const std::vector<PhaseGrowth>& phases);
 
 }  // namespace palpate::measure

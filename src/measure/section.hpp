@@ -8,7 +8,7 @@
 
 namespace palpate::measure {
 
-/// Whether a measurement says what the paper says.
+/// Whether a measurement agrees with the paper.
 enum class Verdict { agrees, differs, not_comparable };
 inline constexpr std::array<std::string_view, 3> verdict_names{"agrees", "differs", "not comparable"};
 
@@ -33,10 +33,10 @@ struct Table {
   std::vector<std::vector<nlohmann::ordered_json>> rows;
 };
 
-/// How often something was timed and what it took, ms: what two reports are compared by.
+/// Times of something, ms, and their number; used to compare two reports.
 struct Measure {
   std::string name;
-  bool reference = false;  ///< work that is not ours: it shows how fast the machine was
+  bool reference = false;  ///< work outside of our code: shows the speed of the machine
   std::size_t samples = 0;
   double least = 0.0;
   double lower_quartile = 0.0;
@@ -48,7 +48,7 @@ struct Measure {
 /// The measure of times in ms, in any order; at least one.
 Measure measure_of(std::string name, std::vector<double> milliseconds, bool reference = false);
 
-/// An item of the report: what the paper did and found, what we did, our figures, and what that says.
+/// An item of the report: what the paper did and found, what we did, our figures, and the verdict.
 struct Section {
   std::string id{};
   std::string title{};
@@ -59,7 +59,7 @@ struct Section {
   Table table{};
   std::vector<Chart> charts{};
   std::vector<Measure> measures{};
-  std::string result_hash{};  ///< of what was found, the same on every machine; empty: nothing to hash
+  std::string result_hash{};  ///< of the results, the same on every machine; empty: nothing to hash
 };
 
 nlohmann::ordered_json to_json(const Section& section);

@@ -15,7 +15,7 @@ class Cube {
   explicit Cube(std::size_t cells)
       : side_(static_cast<std::uint32_t>(std::ceil(std::cbrt(static_cast<double>(cells))))) {}
   [[nodiscard]] std::uint32_t cells() const { return side_ * side_ * side_; }
-  /// A cell beside `key`, one that is inside.
+  /// A cell beside `key` within the domain.
   std::uint32_t beside(std::uint32_t key, std::mt19937_64& random) const {
     std::array<std::uint32_t, 3> cell{key % side_, key / side_ % side_, key / (side_ * side_)};
     const std::uint64_t draw = random();

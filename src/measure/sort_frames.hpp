@@ -7,22 +7,22 @@
 
 namespace palpate::measure {
 
-/// How many references change their key from one frame to the next, and how far.
+/// The fraction of references that change their key between frames, and how far they move.
 enum class Movers { still, near_2, near_10, near_50, near_100, random_100 };
 
 std::string name_of(Movers movers);
 
-/// Frames of keys for a sort, and what each must give. Points lie at random in a cube of cells, about one a
-/// cell, and are numbered without regard to where they are; a near mover goes to one of the 6 cells beside
-/// its own. Played forth and back, each step of which has the wanted fraction of movers.
+/// Frames of keys for a sort, and the expected results. Points are at random places in a cube of cells, about
+/// one per cell, in random order. A near mover goes to one of the 6 cells beside its own. The frames are
+/// played forwards and backwards, and each step has the wanted fraction of movers.
 struct SortFrames {
   std::uint32_t key_count = 0;
   std::vector<std::vector<std::uint32_t>> keys;    ///< (frames x entries)
   std::vector<std::vector<std::uint64_t>> sorted;  ///< (frames x entries), by std::sort
   [[nodiscard]] std::size_t entries() const { return keys.front().size(); }
-  /// Steps of one turn forth and back.
+  /// Steps of one pass forwards and backwards.
   [[nodiscard]] std::size_t steps() const { return 2 * (keys.size() - 1); }
-  /// The frame at a step; any step, one turn after the other.
+  /// The frame at a step; passes are repeated without end.
   [[nodiscard]] std::size_t frame_at(std::size_t step) const;
 };
 

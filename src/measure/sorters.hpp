@@ -18,8 +18,8 @@ struct Competitor {
   std::function<Sorter()> make;
 };
 
-/// memcpy of the same bytes (the bound), std::sort from last frame's order and from that of references, and
-/// all our sorts, without and with the array C of cells.
+/// memcpy of the same bytes (the lower bound), std::sort from the last frame's order and from the order of
+/// references, and all our sorts, with and without the array C of cells.
 std::vector<Competitor> competitors();
 
 }  // namespace palpate::measure

@@ -12,7 +12,7 @@ namespace palpate::measure {
 Section step_growth(const ScalingEffort& effort, double most_tets) {
   constexpr int iterations = 25;
   constexpr int warm_up = 2;
-  constexpr int measured = 6;  // of each size: the contacts of a fall differ from step to step
+  constexpr int measured = 6;  // steps per size: contacts differ from step to step
   Section section{
       .id = "step-growth",
       .title = "A whole step against size",

@@ -44,7 +44,7 @@ std::vector<Edge> unique_edges(const std::vector<Tet>& tets) {
   return edges;
 }
 
-/// For each point the indices of the primitives that have it as a corner, ascending.
+/// For each point, the indices of the primitives with that corner, ascending.
 template <class Corners>
 Rows rows_of_points(std::size_t n_points, const std::vector<Corners>& primitives) {
   Rows rows;
@@ -61,13 +61,13 @@ Rows rows_of_points(std::size_t n_points, const std::vector<Corners>& primitives
   return rows;
 }
 
-/// Pairs the faces of the tets: fills tet_neighbors, and triangles with the faces that have no partner.
+/// Finds common faces of tets. Fills tet_neighbors, and triangles with the faces of one tet only.
 void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topology& topology) {
   struct Face {
     Triangle sorted;
     Index tet;
     Index opposite;
-    bool even;  ///< sorting the corners, counter-clockwise from outside, took an even number of swaps
+    bool even;  ///< whether sorting the corners (counter-clockwise from outside) took an even number of swaps
     bool operator<(const Face& o) const {
       return std::tie(sorted, tet, opposite) < std::tie(o.sorted, o.tet, o.opposite);
     }
@@ -171,7 +171,7 @@ void append_shifted(std::vector<Index>& all, const std::vector<Index>& part, Ind
   for (const Index value : part) all.push_back(value + shift);
 }
 
-/// Appends rows of indices shifted to where they are among all; -1 stays.
+/// Appends rows of indices, shifted to their places among all bodies; -1 stays.
 template <std::size_t n>
 void append_shifted(std::vector<std::array<Index, n>>& all, const std::vector<std::array<Index, n>>& part,
                     Index shift) {
@@ -187,7 +187,8 @@ void append_shifted(Rows& all, const Rows& part, Index shift) {
   for (const Index value : part.values) all.values.push_back(value + shift);
 }
 
-/// Makes room for `part` behind `all`; at least doubles, so that adding many bodies stays linear.
+/// Reserves room for `part` behind `all`. At least doubles the capacity, so that adding many bodies takes
+/// linear time.
 void grow(auto& all, const auto& part) {
   const std::size_t needed = all.size() + part.size();
   if (needed > all.capacity()) all.reserve(std::max(needed, 2 * all.capacity()));
@@ -213,7 +214,7 @@ Index Bodies::add(std::string name, TetMesh mesh) {
   const MeshNotes notes = check_mesh(mesh, name);
   const Topology topology = build_topology(mesh, name);
 
-  // All memory first: nothing below throws, so a refused body leaves no trace.
+  // Allocates all memory first. Nothing below throws, so a refused body changes nothing.
   grow(bodies_, std::array<int, 1>{});
   grow(notes_, std::array<int, 1>{});
   grow(points_rest_, mesh.points);
@@ -262,7 +263,7 @@ void Bodies::set_points_rest(std::span<const Vec3> points) {
       if (orient3d(at(points, c[0]), at(points, c[1]), at(points, c[2]), at(points, c[3])) > 0) continue;
       std::string where = "tet ";
       where.append(std::to_string(t - body.tets.begin));
-      throw Error(body.name, where, "no positive volume", "a tet that is not flat or inside out");
+      throw Error(body.name, where, "no positive volume", "a tet that is not flat or inverted");
     }
   }
   points_rest_.assign(points.begin(), points.end());

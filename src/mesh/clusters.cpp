@@ -30,8 +30,8 @@ class Cutter {
     }
   }
 
-  /// Connected parts that fill a cluster are cut on their own, so that no cluster spans a gap; what
-  /// is smaller is cut as one.
+  /// Connected parts that fill a cluster are cut separately, so that no cluster spans a gap. All smaller
+  /// parts are cut as one.
   void cut_all(const Range& range, const Range& points) {
     const auto begin = static_cast<std::size_t>(range.begin);
     const auto end = static_cast<std::size_t>(range.end);
@@ -55,11 +55,11 @@ class Cutter {
 
   [[nodiscard]] auto at_place(std::size_t i) { return placed_.begin() + static_cast<std::ptrdiff_t>(i); }
 
-  /// Sets the part of the primitives of a body: the first point of the connected ones, or the last
-  /// number for all that are small.
+  /// Sets the part of the primitives of a body: the first point of the connected part, or the largest number
+  /// for all small parts.
   void find_parts(std::size_t begin, std::size_t end, const Range& points) {
     std::vector<Index> lower(
-        static_cast<std::size_t>(points.size()));  // a lower point of the same part, or itself
+        static_cast<std::size_t>(points.size()));  // union-find: a lower point of the same part, or itself
     std::iota(lower.begin(), lower.end(), points.begin);
     const auto first_of = [&](Index p) {
       while (at(lower, p - points.begin) != p) {

@@ -10,9 +10,9 @@
 
 namespace palpate {
 
-/// All tets, or all surface triangles, in clusters of one body each.
+/// Clusters of all tets, or of all surface triangles; each belongs to one body.
 struct Clusters {
-  std::vector<Cluster> clusters;  ///< bodies ascend; within one, neighbours follow each other
+  std::vector<Cluster> clusters;  ///< ordered by body; within a body, neighbours follow each other
   std::vector<Index> primitives;  ///< (n_tets or n_triangles): those of each cluster, ascending within it
   std::vector<Index> points;      ///< the points of each cluster, ascending within it
   std::vector<std::uint16_t> at_point;  ///< beside points: bits of the primitives with that corner

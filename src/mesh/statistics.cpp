@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// Gathers smallest, mean and largest.
+/// Accumulates least, mean and largest value.
 class SpreadOf {
  public:
   void add(double x) {

@@ -10,8 +10,8 @@
 #include "parallel/threads.hpp"
 #include "room.hpp"
 
-/// The only home of threads. Work is cut into chunks of a fixed number of items, never by the number of
-/// threads, and every result is written to the place of its item or chunk: the same bits for every thread
+/// All parallel loops. Work is cut into chunks of a fixed number of items, never by the number of threads.
+/// Every result is written to the place of its item or chunk, so results have the same bits for every thread
 /// count.
 namespace palpate::parallel {
 
@@ -75,8 +75,8 @@ double sum(const Threads& threads, std::size_t items, std::vector<double>& parti
   return total;
 }
 
-/// Lists that chunks fill on their own and that are then joined in chunk order: the order of the items,
-/// whatever the threads did. Keeps its memory between uses.
+/// Lists that chunks fill independently and that are then joined in chunk order. So the order is that of the
+/// items, for every schedule of the threads. Keeps its memory between uses.
 template <class T>
 class ChunkedList {
  public:
@@ -96,7 +96,7 @@ class ChunkedList {
       keep_room(list, capacity, list.size() + 16);
     });
   }
-  /// So many chunks have lists with room for so many items.
+  /// Reserves room for `items` items in the lists of `chunks` chunks.
   void make_room_in_all(std::size_t chunks, std::size_t items) {
     if (lists_.size() < chunks) lists_.resize(chunks);
     for (std::vector<T>& list : lists_) make_room(list, items);

@@ -31,7 +31,8 @@ void pause() {
 ///
 /// `ticket_` holds the number of the loop (high half) and its next chunk (low half). A chunk is claimed by
 /// raising the ticket from a value that was read; this fails once the loop is over, because its ticket is
-/// closed before anything of the next loop is written. So who has a chunk also has the right function.
+/// closed before anything of the next loop is written. So a thread that has claimed a chunk has the right
+/// function.
 class Threads::Team {
  public:
   explicit Team(int workers) {
@@ -39,7 +40,7 @@ class Threads::Team {
     try {
       for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
     } catch (const std::system_error&) {
-      // The system gives no more threads: those that are there do the work, with the same result.
+      // The system gives no more threads. The existing ones do the work, with the same result.
     }
   }
   ~Team() {
@@ -52,7 +53,7 @@ class Threads::Team {
 
   [[nodiscard]] int workers() const { return static_cast<int>(workers_.size()); }
 
-  /// Whether the loop was run; not if the team is busy.
+  /// Runs the loop and returns true; returns false if the team is busy.
   bool run(std::uint32_t chunks, Function function, void* context) {
     const std::unique_lock only_one(mutex_, std::try_to_lock);
     if (!only_one.owns_lock()) return false;
@@ -83,7 +84,7 @@ class Threads::Team {
     calls_.notify_all();
   }
 
-  /// Does chunks of the present loop until none is left to claim.
+  /// Claims and runs chunks of the current loop until none is left.
   void claim_chunks() {
     std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
     while ((ticket & closed) < chunks_.load(std::memory_order_acquire)) {

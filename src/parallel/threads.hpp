@@ -10,10 +10,9 @@ namespace palpate::parallel {
 /// threads.
 ///
 /// The caller takes part, chunks are claimed one at a time, and the loop ends when the claimed ones are done.
-/// So a thread that the system has put aside holds nothing up but the chunk it is at: on a machine that
-/// others use too, a loop is at worst about as slow as on one thread. (OpenMP's run-time waits for every
-/// thread of the team at each loop; with both cores of our test machine busy, that made steps 8 to 100 times
-/// slower.)
+/// So a thread that the system has suspended delays only its current chunk. On a machine with other work, a
+/// loop is at worst about as slow as on one thread. (OpenMP's run-time waits for every thread of the team at
+/// each loop; with both cores of our test machine busy, that made steps 8 to 100 times slower.)
 class Threads {
  public:
   static constexpr int most = 1024;
@@ -42,7 +41,7 @@ class Threads {
   void run_chunks(std::size_t chunks, Function function, void* context) const;
 
   int count_;
-  std::shared_ptr<Team> team_;  ///< none where the caller is alone
+  std::shared_ptr<Team> team_;  ///< null where the caller is the only thread
 };
 
 }  // namespace palpate::parallel

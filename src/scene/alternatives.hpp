@@ -7,7 +7,7 @@
 
 namespace palpate::scene_format {
 
-/// Whether each of three keys is given: one must be.
+/// For each of three keys, whether it is given; exactly one must be.
 using Alternatives = std::array<std::pair<std::string, bool>, 3>;
 template <class Visitor>
 void require_one(Visitor& v, const Alternatives& keys) {
@@ -18,7 +18,7 @@ void require_one(Visitor& v, const Alternatives& keys) {
          "one of '" + keys[0].first + "', '" + keys[1].first + "' and '" + keys[2].first + "'");
 }
 
-/// The ways to name points, of which one is given.
+/// The keys that select points, of which exactly one is given.
 template <class Visitor, class Points>
 void describe_points(Visitor& v, Points& points) {
   v.one_of(points, {"box", "sphere", "points", "near"});

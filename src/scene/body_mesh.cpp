@@ -19,7 +19,7 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-/// A generated mesh. What its generator refuses is an Error in the scene, at `path` of the body.
+/// A generated mesh. Errors of the generator become errors of the scene, at `path` of the body.
 template <class Generate>
 TetMesh generated(const Scene& scene, const std::string& path, Generate&& generate) {
   try {
@@ -37,7 +37,7 @@ TetMesh body_mesh(const Scene& scene, std::size_t body, const MeshReader& read_m
   const auto read_file = [&](const MeshFile& file) {
     try {
       return read_mesh(scene.folder / file.path);
-    } catch (const Error& error) {  // name the scene that asks for the file, too
+    } catch (const Error& error) {  // the message also names the scene
       throw Error(scene.source,
                   path + ".mesh, " + error.source() + (error.where().empty() ? "" : ", " + error.where()),
                   error.found(), error.expected());

@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-/// The mesh of body `body` of a scene as its file or generator gives it, not yet placed. Throws Error that
-/// names the scene and the key, and for a file what its reader found wrong in it.
+/// The mesh of body `body` of a scene from its file or generator, not yet placed. Throws Error naming the
+/// scene and the key, with the message of the reader of a file.
 TetMesh body_mesh(const Scene& scene, std::size_t body, const MeshReader& read_mesh);
 
 }  // namespace palpate

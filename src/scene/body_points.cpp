@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint8_t every_axis = 7;
 
-/// "xz" as Model::fixed_axes has it.
+/// Converts "xz" to the bits of Model::fixed_axes.
 std::uint8_t axes_of(const std::string& names) {
   unsigned axes = 0;
   for (const char name : names) axes |= 1U << static_cast<unsigned>(name - 'x');
@@ -74,7 +74,7 @@ class BodyPoints {
       }
     }
   }
-  /// Motions of their own, after those of bodies.
+  /// Adds prescribed motions of points, after those of bodies.
   void fill_prescribed() {
     for (std::size_t s = 0; s < body_.prescribed.size(); ++s) {
       const Prescription& prescription = body_.prescribed[s];
@@ -106,7 +106,7 @@ class BodyPoints {
       }
     }
   }
-  /// To a rigid body: the points follow its motion, or stay.
+  /// Attaches points to a rigid body: they follow its motion, or stay.
   void glue(const Attachment& attachment, Index other, const std::vector<Index>& indices,
             const std::string& where) {
     const Index motion = at(motions_, other);
@@ -137,7 +137,8 @@ class BodyPoints {
       model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
     }
   }
-  /// What is attached must start where it is: a bone that starts elsewhere would tear the tissue.
+  /// Throws Error where the motion does not start at the placement of the body: a bone that starts elsewhere
+  /// would tear the tissue.
   void check_start(const std::string& to, const Motion& motion, const std::string& where) const {
     const Keyframe& first = motion.keyframes.front();
     const Vec3 turned{first.quaternion[1], first.quaternion[2], first.quaternion[3]};
@@ -154,7 +155,7 @@ class BodyPoints {
       at(model_.velocities, p) = body_.velocity + cross(body_.angular_velocity, arm);
     }
   }
-  /// At the start, of the body's tets with their densities.
+  /// Centre of mass at the start, of the body's tets with their densities.
   [[nodiscard]] Vec3 center_of_mass() const {
     const auto rest = model_.bodies.points_rest();
     Vec3 sum;

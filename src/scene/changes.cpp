@@ -20,7 +20,7 @@ using nlohmann::json;
   throw Error("--set " + change.text, where, found, expected);
 }
 
-/// "bodies[1].material" as "bodies", "1", "material".
+/// Splits "bodies[1].material" into "bodies", "1", "material".
 std::vector<std::string> steps_of(const SceneChange& change) {
   std::vector<std::string> steps(1);
   for (const char c : change.path) {
@@ -73,7 +73,7 @@ SceneChange parse_scene_change(std::string_view text) {
 std::string apply_change(json& scene, const SceneChange& change) {
   json* place = &scene;
   std::string path;
-  std::string made;  // the first key of the path that was not there
+  std::string made;  // the first key of the path that did not exist
   for (const std::string& step : steps_of(change)) {
     if (place->is_array()) {
       const auto number = element_number(*place, step);

@@ -20,7 +20,7 @@ std::vector<Vec3> read_field(const Scene& scene, std::size_t body, const std::st
   const auto* const file = std::get_if<MeshFile>(&scene.bodies[body].source);
   const std::string key = path + ".fibres.field";
   if (file == nullptr) throw Error(scene.source, key, "it in a body without a mesh file", "one with 'mesh'");
-  if (!read_vectors) throw Error(scene.source, key, "nobody who reads it", "a reader of vectors");
+  if (!read_vectors) throw Error(scene.source, key, "no reader of vectors", "one, to read the file");
   try {
     return read_vectors(scene.folder / file->path, name);
   } catch (const Error& error) {
@@ -30,7 +30,7 @@ std::vector<Vec3> read_field(const Scene& scene, std::size_t body, const std::st
   }
 }
 
-/// Of the tets of one body that are of one material.
+/// Sets the directions of the tets of one body that have one material.
 void add_field(const Scene& scene, std::size_t body, const std::string& path, Index material,
                const VectorReader& read_vectors, Model& model) {
   const std::string name = at(model.materials, material).fibres.field;
@@ -51,7 +51,7 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
   }
 }
 
-/// The points of all selections of an end, in the body's own numbers.
+/// The points of all selections of an end, as indices in the body.
 std::vector<Index> points_of(const Selector& select, const std::vector<FibreEnd>& ends,
                              const std::string& path) {
   std::vector<Index> points;

@@ -11,9 +11,9 @@ namespace palpate {
 
 struct FieldInfo {
   std::string_view name;
-  Dimension dimension;     ///< of its numbers
+  Dimension dimension;     ///< dimension of its numbers
   int components;          ///< 1, 3, 6 (symmetric: xx, yy, zz, xy, yz, xz) or 9 (row by row)
-  bool of_tets;            ///< has a value for each tet, besides the one for each point
+  bool of_tets;            ///< has values at tets and at points
   std::string_view title;  ///< of a legend
   std::string_view meaning;
 };

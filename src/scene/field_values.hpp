@@ -17,22 +17,21 @@ struct FieldArray {
 };
 struct FieldArrays {
   std::vector<FieldArray> of_points;  ///< (n_points x components) each
-  std::vector<FieldArray> of_tets;    ///< (n_tets x components), of those fields that have it
+  std::vector<FieldArray> of_tets;    ///< (n_tets x components), for fields with values at tets
 };
 
-/// Fields of a simulation as it is now, in the order of their names. Each source (stress of tets, of points,
-/// tractions) is worked out at most once. Throws Error on a name that is no field's and where reactions are
-/// wanted that the last step did not record; at the start, before the first step, they are zero.
+/// Fields of the current state of a simulation, in the order of their names. Each source (stress of tets, of
+/// points, tractions) is computed at most once. Throws Error on an unknown name, and for reactions that the
+/// last step did not record; at the start, before the first step, they are zero.
 [[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
 
-/// One of them, of points or of tets. Throws Error as above, and where contacts or reactions are wanted of
-/// tets.
+/// One field, at points or at tets. Throws Error as above, and for contacts or reactions at tets.
 [[nodiscard]] FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets);
 
-/// Of each row its number, or the length of its vector.
+/// For each row, its number or the length of its vector.
 [[nodiscard]] std::vector<double> row_sizes(std::vector<double> values, int components);
 
-/// One number for each point: the field, or the length of a vector. NaN where it has no value.
+/// One number for each point: the value of the field, or the length of its vector. NaN where it has no value.
 [[nodiscard]] std::vector<double> point_scalars(const Simulation& simulation, const std::string& name);
 
 }  // namespace palpate

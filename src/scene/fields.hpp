@@ -17,8 +17,9 @@
 #include "scene/scene.hpp"
 #include "scene/stage_fields.hpp"
 
-/// The scene format, said once: which key of which object holds which value, and what it may be. The reader,
-/// the writer and the list of keys are visitors of these tables (values.hpp says what a visitor offers).
+/// The definition of the scene format: the keys of each object, the members that they set, and their limits.
+/// The reader, the writer and the list of keys are visitors of these tables (values.hpp lists the functions
+/// of a visitor).
 namespace palpate::scene_format {
 
 template <class Visitor>
@@ -144,7 +145,7 @@ void describe(Visitor& v, NearSelection& near) {
   v.optional("box", near.box);
 }
 
-/// Whether a text names one to three axes, none twice.
+/// Whether a text names one to three different axes.
 inline bool names_axes(std::string_view axes) {
   const auto counted = [&](char axis) { return std::ranges::count(axes, axis); };
   return !axes.empty() && std::ranges::all_of(axes, [](char c) { return 'x' <= c && c <= 'z'; }) &&
@@ -238,7 +239,7 @@ void describe(Visitor& v, SceneGrab& grab) {
   v.required("stiffness", grab.stiffness, above(0));
 }
 
-/// Whether the fibres of any material of a body are so.
+/// Whether `test` is true for the fibres of any material of a body.
 template <class Test>
 bool has_fibres(const SceneBody& body, Test test) {
   return (body.material && test(body.material->fibres)) ||
@@ -308,7 +309,7 @@ void describe(Visitor& v, Budget& budget) {
          "one of tests and milliseconds");
 }
 
-/// The contact block joins how contacts are found and how they push back.
+/// The contact block of a scene: settings of detection and of contact forces.
 struct ContactBlock {
   DetectionSettings& detection;
   ResponseSettings& response;
@@ -372,7 +373,7 @@ inline bool names_three_sides(std::string_view axes) {
 
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
-  v.ignored("$schema");  // editors check and complete by it
+  v.ignored("$schema");  // used by editors
   v.field("name", scene.name);
   v.object("units", scene.units);
   v.set_units(scene.units);

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-/// Units with the sides, in that unit, that a mesh in it has.
+/// A unit, with the likely range of the longest side of a mesh in this unit.
 struct LikelyUnit {
   const char* name;
   double meters;
@@ -26,7 +26,7 @@ constexpr std::array<LikelyUnit, 4> likely_units{
     {{"m", 1.0, 0.02, 0.6}, {"mm", 1e-3, 20.0, 2500.0}, {"cm", 1e-2, 2.0, 20.0}, {"um", 1e-6, 2500.0, 1e6}}};
 constexpr double length_without_unit = 0.1;  // m
 
-/// To three digits, for people who read the scene.
+/// Rounds to three digits, so that the scene is easy to read.
 double rounded(double value) {
   const std::string text = fmt::format("{:.3g}", value);
   double result = value;
@@ -37,11 +37,11 @@ Vec3 rounded(const Vec3& v) {
   return {rounded(v.x), rounded(v.y), rounded(v.z)};
 }
 
-/// The body in the scene: its middle over the origin, its lowest point on the floor.
+/// The body in the scene: its centre above the origin, its lowest point on the floor.
 struct Placed {
   Vec3 translate;
   Vec3 size;
-  Vec3 top;  ///< of its highest points the one nearest to the middle
+  Vec3 top;  ///< the highest point that is nearest to the centre
   double volume;
 };
 
@@ -73,7 +73,7 @@ Placed place(const TetMesh& mesh, double meters) {
 constexpr double density = 1000.0;
 constexpr double gravity = 9.81;
 constexpr double held = 0.1;        // of the height
-constexpr double clearance = 0.05;  // between the body and what is to touch it, of the height
+constexpr double clearance = 0.05;  // distance to the instrument, over the height
 
 SceneBody soft_body(const std::string& name, const std::string& file, const Placed& placed,
                     const FirstSceneOptions& options) {
@@ -107,7 +107,7 @@ SceneBody floor_of(const Placed& placed, const FirstSceneOptions& options) {
   SceneBody floor;
   floor.name = "floor";
   floor.source = BoxGenerator{{4, 4, 1}, size};
-  const double below = options.drop ? 0.0 : 0.02 * placed.size.z;  // what is held is not to touch it
+  const double below = options.drop ? 0.0 : 0.02 * placed.size.z;  // a held body must not touch the floor
   floor.transform.translate.z = rounded(-(0.5 * size.z + below));
   floor.obstacle = true;
   floor.color = {0.75, 0.75, 0.75};
@@ -161,7 +161,7 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
   Scene& scene = first.scene;
   scene.name = name;
   scene.settings.response.friction = 0.3;
-  // Meshes that people bring have thin rims, which the instrument could pass within a step.
+  // Real meshes have thin rims, through which the instrument could pass within a step.
   scene.settings.detection.continuous = true;
   scene.duration = options.drop ? 2.5 : 2.0;
   scene.output.every = 5;

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// How long one unit of a mesh file is.
+/// The length unit of a mesh file.
 struct MeshUnit {
   std::string name;     ///< "m", "cm", "mm" or "um"; empty where none fits
   double meters = 1.0;  ///< > 0
@@ -19,18 +19,18 @@ struct MeshUnit {
 /// The unit of that name, if there is one.
 std::optional<MeshUnit> mesh_unit(std::string_view name);
 
-/// The unit that a mesh is probably in, by its longest side: the first of m, mm, cm and um with which it is
-/// as large as an organ or a limb (files do not say). Where none fits, as for a unit cube, it is one that
-/// makes the mesh 0.1 m long, and nameless.
+/// The unit that a mesh is probably in, by its longest side (files do not name it): the first of m, mm, cm
+/// and um that gives the size of an organ or a limb. If none fits, as for a unit cube, it is a unit without a
+/// name that makes the mesh 0.1 m long.
 MeshUnit guess_unit(double longest_side);
 
-/// What a first scene of a mesh is to be.
+/// Options of the first scene of a mesh.
 struct FirstSceneOptions {
   double meters = 1.0;  ///< length of a unit of the mesh, > 0
-  bool drop = false;    ///< the body falls onto the floor; else its lowest tenth is held
+  bool drop = false;    ///< the body falls onto the floor; else its lowest tenth is fixed
 };
 
-/// A scene in SI units to begin with, and what its body is.
+/// A first scene in SI units, with size and mass of its body.
 struct FirstScene {
   Scene scene;
   Vec3 size;    ///< of the body's box, m
@@ -38,12 +38,12 @@ struct FirstScene {
 };
 
 /// A scene of one soft body: it stands on a floor, or falls onto it, under gravity, and a rigid ball with a
-/// prescribed motion presses it from above by a seventh of its height and goes back. The stiffness is so that
-/// the body keeps its shape: at least 20 kPa, more where its weight would compress it by more than about
-/// 1/25.
+/// prescribed motion presses it from above by a seventh of its height and retracts. The stiffness is chosen
+/// so that the body keeps its shape: at least 20 kPa, more where its weight would compress it by more than
+/// about 1/25.
 ///
 /// \param name  of the scene and the body
-/// \param file  the mesh file as the scene is to name it
+/// \param file  path of the mesh file in the scene
 /// \param mesh  its points and tets, checked; in units of the file
 /// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n).
 FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,

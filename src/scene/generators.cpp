@@ -26,7 +26,7 @@ void require(bool holds, const char* source, const char* where, const std::strin
   if (!holds) throw Error(source, where, found, expected);
 }
 
-/// What check_mesh() takes.
+/// Whether check_mesh() accepts such a coordinate.
 bool is_length(double x) {
   return x > 0.0 && x <= 1e100;
 }
@@ -64,7 +64,7 @@ void add_cell(const std::array<int, 3>& cells, int i, int j, int k, std::vector<
       const int x = (corners[c] & 1) ^ (odd ? 1 : 0);  // mirrored along x
       tet[c] = point(i + x, j + (corners[c] >> 1 & 1), k + (corners[c] >> 2));
     }
-    if (odd) std::swap(tet[2], tet[3]);  // mirroring turned it inside out
+    if (odd) std::swap(tet[2], tet[3]);  // mirroring has inverted it
     tets.push_back(tet);
   }
 }
@@ -81,9 +81,9 @@ std::vector<Tet> box_tets(const std::array<int, 3>& cells) {
 
 using Lattice = std::array<int, 3>;
 
-/// A point of the lattice of the ball: how far from the centre it goes along each of the (at most three)
-/// icosahedron corners around it, as (corner, weight), ascending. The weights add up to its layer. The same
-/// point has the same key in all tets of the icosahedron that share it.
+/// A point of the ball's lattice: its weights for the (at most three) icosahedron corners around it, as
+/// (corner, weight), ascending. The weights add up to its layer. A point has the same key in all tets of the
+/// icosahedron that contain it.
 using BallKey = std::vector<std::pair<int, int>>;
 
 std::array<Vec3, 12> icosahedron_corners() {
@@ -113,8 +113,8 @@ std::vector<std::array<int, 3>> icosahedron_faces() {
   return faces;
 }
 
-/// The tets of a corner tet cut in resolution^3: lattice points (a, b, c) with resolution >= a >= b >= c >=
-/// 0, and of each unit cube the six paths along the axes that stay inside. `a` is the layer.
+/// The resolution^3 tets of a corner tet: lattice points (a, b, c) with resolution >= a >= b >= c >= 0, and
+/// of each unit cube the six paths along the axes that stay inside. `a` is the layer.
 std::vector<std::array<Lattice, 4>> lattice_tets(int resolution) {
   std::vector<std::array<Lattice, 4>> tets;
   const auto inside = [&](const Lattice& p) { return resolution >= p[0] && p[0] >= p[1] && p[1] >= p[2]; };
@@ -181,7 +181,8 @@ TetMesh make_ball(double radius, int resolution) {
   const auto corners = icosahedron_corners();
   const auto faces = icosahedron_faces();
   const auto lattice = lattice_tets(resolution);
-  std::map<std::pair<int, BallKey>, Index> index_of;  // by layer first, so that layers follow each other
+  std::map<std::pair<int, BallKey>, Index>
+      index_of;  // sorted by layer first, so that points are numbered layer by layer
   for (const auto& face : faces) {
     for (const auto& tet : lattice) {
       for (const Lattice& p : tet) index_of.emplace(std::pair(p[0], ball_key(p, face)), 0);

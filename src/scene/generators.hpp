@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Layers of a ball: 335 million tets, what can be numbered.
+/// Largest number of layers of a ball: 335 million tets, which indices can still number.
 inline constexpr int most_ball_resolution = 256;
 
 /// A box centred at the origin: cells[0] x cells[1] x cells[2] cells, each cut into 5 tets (a middle one and
@@ -29,20 +29,20 @@ TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size);
 /// positive and finite, or the resolution is above 256. O(resolution^3 log resolution).
 TetMesh make_ball(double radius, int resolution);
 
-/// What make_stacking_scene() varies; the defaults are the paper's stacking scene.
+/// Options of make_stacking_scene(); the defaults are the paper's stacking scene.
 struct StackingOptions {
   int count = 20;                       ///< membranes, 1 to 100000; the lowest one is an obstacle
   std::array<int, 3> cells{10, 10, 1};  ///< cells of a membrane
   Vec3 size{0.2, 0.2, 0.01};            ///< m
   double gap = 0.001;                   ///< m, height between membranes at the start, >= 0
   double max_shift = 0.003;             ///< m, bound of the random shift along x and y
-  double max_rotation = 2.0;            ///< degrees, bound of the random turn about z
-  std::uint32_t seed = 1;               ///< of the shifts and turns
+  double max_rotation = 2.0;            ///< degrees, bound of the random rotation about z
+  std::uint32_t seed = 1;               ///< seed of the shifts and rotations
 };
 
-/// A stack of membranes above an obstacle, about to fall on each other. Each is shifted and turned a little,
-/// by a hash of (seed, index), so that rims and grid points do not coincide. The lowest membrane rests on z =
-/// 0 and is neither shifted nor turned. Throws Error where an option is out of range.
+/// A stack of membranes above an obstacle, at the start of a fall onto each other. Each is shifted and
+/// rotated a little, by a hash of (seed, index), so that rims and grid points do not coincide. The lowest
+/// membrane rests on z = 0 and is neither shifted nor rotated. Throws Error where an option is out of range.
 Scene make_stacking_scene(const StackingOptions& options = {});
 
 }  // namespace palpate

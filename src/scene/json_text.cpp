@@ -31,7 +31,7 @@ std::string place_of(std::string_view text, std::size_t byte) {
 }
 
 /// First byte of the token that ends before byte `end`. nlohmann's token is exact for strings and numbers;
-/// otherwise older text may precede it, and only letters at the end belong together.
+/// for other tokens older text may precede it, so only the letters at its end are used.
 std::size_t token_begin(std::string_view text, std::size_t end, const std::string& token, bool is_word) {
   end = std::min(end, text.size());
   std::size_t begin = end > 0 ? end - 1 : 0;
@@ -60,8 +60,8 @@ std::pair<std::string, std::string> found_and_expected(std::string message) {
   return {shortened(std::move(message)), std::move(expected)};
 }
 
-/// Builds the document from the parser's events, so that a repeated key is seen before the second value
-/// replaces the first, and so that an error has a position.
+/// Builds the document from the parser's events, so that a repeated key is found before the second value
+/// replaces the first, and errors have a position.
 class Builder {
  public:
   Builder(std::string_view text, const std::string& source) : text_(text), source_(source) {}
@@ -94,7 +94,7 @@ class Builder {
       expected = "a number that a double can hold";
     }
     const bool is_word = found.starts_with("invalid literal");
-    if (is_word) found = "invalid literal";  // what follows in nlohmann's message may hold older text
+    if (is_word) found = "invalid literal";  // the rest of nlohmann's message may contain older text
     throw Error(source_, place_of(text_, token_begin(text_, position, last_token, is_word)), found, expected);
   }
 
@@ -110,8 +110,7 @@ class Builder {
     return true;
   }
   bool open(json value) {
-    // Only the last element of each open container is open itself, so these pointers stay valid while they
-    // are used.
+    // Only the last element of a container can be open, so these pointers stay valid while they are used.
     open_.push_back(add(std::move(value)));
     keys_.emplace_back();
     return true;
@@ -173,7 +172,7 @@ void append(std::string& text, const ordered_json& value, std::size_t indent, st
 }  // namespace
 
 json parse_json(std::string_view text, const std::string& source) {
-  if (const auto end = text.find('\0'); end != std::string_view::npos)  // the parser would stop there
+  if (const auto end = text.find('\0'); end != std::string_view::npos)  // the parser would stop at a NUL
     throw Error(source, place_of(text, end), "a NUL byte", "text");
   Builder builder(text, source);
   constexpr bool strict = true;

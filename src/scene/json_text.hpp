@@ -8,17 +8,18 @@
 namespace palpate {
 
 /// Parses JSON with // and /* */ comments. Throws Error naming `source` and either "line L, column C" (not
-/// JSON, a number too large for a double) or the path of a key that is there twice in one object. O(n log n).
+/// JSON, a number too large for a double) or the path of a repeated key. O(n log n).
 nlohmann::json parse_json(std::string_view text, const std::string& source);
 
-/// JSON text for people: what fits on a line of 110 columns is one line, the rest is indented by 2.
+/// Readable JSON: values that fit a line of 110 columns are on one line, others are indented by 2.
 std::string format_json(const nlohmann::ordered_json& value);
 
-/// A short account of a value for the "found" of an error: the value itself, or "an object", "an array of 3".
+/// A short description of a value for the "found" of an error: the value itself, or "an object", "an array of
+/// 3".
 std::string describe_json(const nlohmann::json& value);
 
-/// Path of `key` in the object at `path`: "bodies[2].material"; a key with odd letters is written as a JSON
-/// string.
+/// Path of `key` in the object at `path`: "bodies[2].material"; a key with special characters is written as a
+/// JSON string.
 std::string key_path(const std::string& path, std::string_view key);
 /// Path of element `index` of the array at `path`.
 std::string element_path(const std::string& path, std::size_t index);

@@ -7,13 +7,13 @@
 
 namespace palpate::scene_format {
 
-/// What a number of a scene may be (NaN and infinite are never allowed).
+/// The allowed range of a number in a scene (NaN and infinity are never allowed).
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool low_open = false;   ///< low itself is not allowed
   bool high_open = false;  ///< high itself is not allowed
-  /// Of the number: a default is said in SI, and turned into the units of the scene.
+  /// Dimension of the number: defaults are in SI and are converted to the units of the scene.
   Dimension dimension{};
 
   [[nodiscard]] constexpr bool allow(double x) const {

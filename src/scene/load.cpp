@@ -24,7 +24,7 @@ Vec3 place(const Transform& transform, const Quaternion& rotation, const Vec3& p
   return rotated(rotation, scaled) + transform.translate;
 }
 
-/// Gives the tets of a body's regions their materials.
+/// Sets the materials of the tets in a body's regions.
 void add_regions(const Scene& scene, Index body, Model& model) {
   const SceneBody& scene_body = at(scene.bodies, body);
   const Range tets = at(model.bodies.bodies(), body).tets;
@@ -44,7 +44,7 @@ void add_regions(const Scene& scene, Index body, Model& model) {
   }
 }
 
-/// Where any body has a region, each tet gets its material.
+/// If any body has a region, sets the material of each tet.
 void add_all_regions(const Scene& scene, Model& model) {
   if (std::ranges::all_of(scene.bodies, [](const SceneBody& body) { return body.regions.empty(); })) return;
   for (Index body = 0; body < model.bodies.body_count(); ++body) {
@@ -54,7 +54,7 @@ void add_all_regions(const Scene& scene, Model& model) {
   }
 }
 
-/// Of rigid bodies that name none: its density counts, as their mass.
+/// The material of rigid bodies without one: only its density matters, for their mass.
 Material default_material(const Units& units) {
   Material material;
   material.young_modulus = from_si(material.young_modulus, units, dimension::pressure);

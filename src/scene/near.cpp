@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// Whether a point is out of reach of a triangle by one coordinate alone, which is quick to see.
+/// Whether one coordinate alone shows that a point is too far from a triangle; a fast test.
 bool is_far(const Vec3& p, const std::array<Vec3, 3>& t, double reach) {
   const auto apart = [&](double Vec3::*axis) {
     const auto [low, high] = std::minmax({t[0].*axis, t[1].*axis, t[2].*axis});

@@ -9,21 +9,21 @@
 
 #include "scene/parts.hpp"
 
-/// Outcomes of a scene: the quantities that a run is about.
+/// Outcomes of a scene: the quantities that a run is to determine.
 namespace palpate {
 
-/// A place in a body at rest; it goes with the tet that holds it.
+/// A place in a body at rest; it moves with the tet that contains it.
 struct ScenePoint {
   std::string body;
   Vec3 at{};
 };
-/// How far the centre of mass of a body, or a place in it, is from where it is at rest.
+/// Displacement from rest of the centre of mass of a body, or of a place in it.
 struct DisplacementOutcome {
   std::string body;
   std::optional<Vec3> at{};
   std::optional<Vec3> along{};  ///< only the part along this direction, with its sign
 };
-/// By how much a body has turned from its placement: the rotation that is nearest to its shape by mass.
+/// Rotation of a body from its placement: the best fit to its shape, weighted by mass.
 struct RotationOutcome {
   std::string body;
   std::optional<Vec3> about{};  ///< only the part about this direction, with its sign
@@ -32,12 +32,12 @@ struct DistanceOutcome {
   ScenePoint from;
   ScenePoint to;
 };
-/// What is on the side of the normal of a plane.
+/// The half space on the side of a plane's normal.
 struct ScenePlane {
   Vec3 point{};
   Vec3 normal{0.0, 0.0, 1.0};
 };
-/// Volume of a body that is beyond all of these planes and in another body.
+/// Volume of the part of a body that is beyond all of these planes and inside another body.
 struct VolumeOutcome {
   std::string body;
   std::vector<ScenePlane> beyond{};
@@ -54,7 +54,7 @@ struct ContactAreaOutcome {
 struct StressOutcome {
   std::string body;
 };
-/// Force of contacts on a body, of all or of one other.
+/// Contact force on a body, by all others or by one.
 struct ForceOutcome {
   std::string body;
   std::optional<std::string> from{};

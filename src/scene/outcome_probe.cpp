@@ -88,7 +88,7 @@ struct OutcomeReader {
   }
 };
 
-/// Works out one outcome.
+/// Computes one outcome.
 struct OutcomeTeller {
   const Simulation& simulation;
   const OutcomeProbe::Of& of;
@@ -127,7 +127,7 @@ struct OutcomeTeller {
  private:
   [[nodiscard]] const Bodies& bodies() const { return simulation.bodies(); }
   [[nodiscard]] std::span<const Vec3> positions() const { return simulation.positions(); }
-  /// Of mass.
+  /// Centre of mass.
   [[nodiscard]] Vec3 center(std::span<const Vec3> points) const {
     Vec3 sum;
     double mass = 0.0;

@@ -8,7 +8,7 @@
 #include "scene/scene.hpp"
 #include "scene/suggest.hpp"
 
-/// What a run writes: the part of fields.hpp under "output".
+/// The output of a run: the part of fields.hpp under "output".
 namespace palpate::scene_format {
 
 template <class Visitor>

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// Force of contacts on a body by one other during the last step, N. O(contacts log).
+/// Contact force on a body by another body in the last step, N. O(contacts log).
 inline Vec3 force_by(const Simulation& simulation, Index on, Index by) {
   for (const PairWrench& pair : simulation.pair_wrenches()) {
     if (pair.body_a == by && pair.body_b == on) return pair.on_b.force;

@@ -10,14 +10,14 @@
 #include <palpate/model.hpp>
 #include <palpate/types.hpp>
 
-/// What the bodies and stages of a scene are described by, as plain data.
+/// The parts of bodies and stages in a scene, as plain data.
 namespace palpate {
 
 /// Bodies by their names.
 struct BodyNames {
   std::vector<std::string> names;
 };
-/// A body from a mesh file; a relative path counts from the folder of the scene file.
+/// A body from a mesh file; a relative path is relative to the folder of the scene file.
 struct MeshFile {
   std::string path;
 };
@@ -33,8 +33,8 @@ struct BallGenerator {
 };
 using BodySource = std::variant<MeshFile, BoxGenerator, BallGenerator>;
 
-/// A turn about an axis through the origin, right-handed; the quaternion (w, x, y, z) counts where there is
-/// one.
+/// A right-handed rotation about an axis through the origin; the quaternion (w, x, y, z), if given, replaces
+/// axis and angle.
 struct Rotation {
   Vec3 axis{0.0, 0.0, 1.0};  ///< any length but zero
   double angle = 0.0;        ///< degrees
@@ -62,8 +62,8 @@ struct SphereSelection {
 struct PointSelection {
   std::vector<Index> indices;
 };
-/// Selects the points that are as near to the surface of another body as `distance`, in the placement of both
-/// at the start; with a box only those in it.
+/// Selects the points within `distance` of the surface of another body, at the placement of both at the
+/// start; with a box, only points in it.
 struct NearSelection {
   std::string body;
   double distance = 0.0;
@@ -71,10 +71,10 @@ struct NearSelection {
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
 
-/// Points that do not move, or only across some axes of the world.
+/// Points that do not move, along all or some axes of the world.
 struct Fixation {
   Selection points;
-  std::string axes{"xyz"};  ///< along which they do not move: x, y and z, each at most once
+  std::string axes{"xyz"};  ///< axes along which they do not move: x, y and z, each at most once
 };
 
 /// Selects tets by their 0-based index in the body's own mesh.
@@ -101,14 +101,14 @@ struct SceneMotion {
   Interpolation interpolation = Interpolation::linear;
   std::vector<SceneKeyframe> keyframes;
 };
-/// Points that are held by another body: they follow its motion, as if glued to it, or are tied to it by
-/// springs if it deforms; see Tie.
+/// Points that are attached to another body: they follow its motion, or are tied to it by springs if it
+/// deforms; see Tie.
 struct Attachment {
-  std::string to;  ///< name of a body with a motion, or of one that deforms
+  std::string to;  ///< name of a body with a motion, or of a deformable body
   Selection points;
-  std::optional<double> stiffness{};  ///< of each spring; only where `to` deforms
+  std::optional<double> stiffness{};  ///< of each spring; only for a deformable body `to`
 };
-/// Points of a body that deforms that are moved: the displacement of a part of it is prescribed.
+/// Points of a deformable body with a prescribed displacement.
 struct Prescription {
   Selection points;
   SceneMotion motion;
@@ -117,14 +117,15 @@ struct Prescription {
 struct FibreEnd {
   Selection points;
 };
-/// Fibres that run from some points of a body to others; see fibres_between().
+/// Fibres along curves from some points of a body to others; see fibres_between().
 struct FibreEnds {
   std::vector<FibreEnd> from;  ///< the union of them
-  std::vector<FibreEnd> to;    ///< the union of them, none of `from`
+  std::vector<FibreEnd> to;    ///< the union of them, without points of `from`
 };
-/// A load on selected points, or on the surface triangles all of whose corners are selected: one of three.
+/// A load: one of a force on selected points, and a pressure or traction on surface triangles with all
+/// corners selected.
 struct Load {
-  std::optional<Vec3> force{};       ///< shared equally by the points
+  std::optional<Vec3> force{};       ///< in equal parts on the points
   std::optional<double> pressure{};  ///< against the outward normal; follows the surface
   std::optional<Vec3> traction{};    ///< per area at rest; keeps its direction
   std::optional<Ramp> ramp{};        ///< none: the whole load all the time

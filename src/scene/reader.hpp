@@ -25,11 +25,11 @@ class Reader {
     if (!object.is_object()) fail(context, path_, describe_json(object), "an object");
   }
 
-  /// A value that may be absent, then the default stays.
+  /// An optional value; the default stays if it is absent.
   template <class T>
   void field(std::string_view key, T& value, const Limits& limits = any) {
     if (const auto* json = find(key)) return decode_any(key_path(path_, key), *json, value, limits);
-    // Of doubles and vectors; SI stays as it is to the bit.
+    // Doubles and vectors have dimensions. In SI the bits of a default do not change.
     if constexpr (requires { scale_default(value, Units{}, limits.dimension); })
       scale_default(value, context_.units, limits.dimension);
   }
@@ -43,24 +43,24 @@ class Reader {
   void optional(std::string_view key, std::optional<T>& value, const Limits& limits = any) {
     if (const auto* json = find(key)) decode_any(key_path(path_, key), *json, value.emplace(), limits);
   }
-  /// A text that is for other programs.
+  /// A key for other programs, which is ignored.
   void ignored(std::string_view key) {
     std::string text;
     if (const auto* json = find(key)) decode(context_, key_path(path_, key), *json, text, any);
   }
-  /// One of a table of names, index = value of the enumeration.
+  /// One of a table of names, whose index is the value of the enumeration.
   template <class Enum>
   void choice(std::string_view key, Enum& value, std::span<const std::string_view> names) {
     const auto* json = find(key);
     if (json != nullptr)
       value = static_cast<Enum>(decode_choice(context_, key_path(path_, key), *json, names));
   }
-  /// One of a table of names whose values other keys then have by default.
+  /// One of a table of names; the name gives other keys their defaults.
   template <class Enum>
   void preset(std::string_view key, std::optional<Enum>& value, std::span<const std::string_view> names) {
     if (find(key) != nullptr) choice(key, value.emplace(), names);
   }
-  /// A name, or a number.
+  /// One of a table of names, or a number.
   template <class Enum>
   void words_or_number(std::string_view key, std::variant<Enum, double>& value,
                        std::span<const std::string_view> names, const Limits& limits) {
@@ -79,7 +79,7 @@ class Reader {
     }
     value = static_cast<Enum>(name - names.begin());
   }
-  /// A number, or the word that stands for "none".
+  /// A number, or the word for "none".
   template <class Number>
   void word_or_number(std::string_view key, std::optional<Number>& value, std::string_view word,
                       const Limits& limits) {
@@ -100,7 +100,7 @@ class Reader {
     decode(context_, key_path(path_, key), *json, value.x, limits);
     value.y = value.z = value.x;
   }
-  /// An object; where it is absent its own keys decide whether that is right.
+  /// An object; if it is absent, its own required keys decide whether that is an error.
   template <class T>
   void object(std::string_view key, T& value) {
     static const auto empty = nlohmann::json::object();
@@ -127,15 +127,15 @@ class Reader {
   }
 
   [[nodiscard]] bool given(std::string_view key) const { return object_.contains(key); }
-  /// A rule between the values of an object.
-  /// If the key is missing, finish() reports the error: an unknown key may be what was meant.
+  /// A rule between the values of an object. If the key is missing, finish() reports the error, since an
+  /// unknown key may be a misspelling of it.
   void rule(bool holds, std::string_view key, const std::string& found, const std::string& expected) {
     if (holds || broken_) return;
     if (object_.contains(key)) fail(context_, key_path(path_, key), found, expected);
     broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_units(const Units& units) { context_.units = units; }
-  /// One of a table of units. finish() reports wrong ones, together with the others.
+  /// One of a table of units. finish() reports all wrong ones together.
   template <std::size_t n>
   void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
     field(key, value);
@@ -146,7 +146,7 @@ class Reader {
       wrong_units_.push_back({key_path(path_, key), "'" + value + "'", expected_name(value, names)});
   }
 
-  /// Refuses the keys that nothing asked for, then what breaks a rule.
+  /// Throws Error for unknown keys, then for broken rules.
   void finish() const {
     for (const auto& item : object_.items()) {
       if (std::find(known_.begin(), known_.end(), item.key()) == known_.end()) {
@@ -191,10 +191,10 @@ class Reader {
       read_alternative<I + 1>(value, keys, there);
     }
   }
-  /// Names a misspelt alternative rather than the missing one, if there is one.
+  /// Reports a misspelt alternative, if there is one, in place of the missing key.
   [[noreturn]] void refuse_alternatives(const std::vector<std::string_view>& there,
                                         std::span<const std::string_view> keys) const;
-  /// All of them in one error.
+  /// Reports all wrong units in one error.
   [[noreturn]] void refuse_units() const;
 
   Context& context_;
@@ -206,7 +206,7 @@ class Reader {
     std::string found;
     std::string expected;
   };
-  std::optional<BrokenRule> broken_;  ///< the first
+  std::optional<BrokenRule> broken_;  ///< the first broken rule
   std::vector<BrokenRule> wrong_units_;
 };
 

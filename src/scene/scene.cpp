@@ -52,7 +52,7 @@ KeyLister::Keys list_scene_keys() {
 
 namespace {
 
-/// Gives nameless bodies the name "body I" and refuses a name that two bodies have.
+/// Gives bodies without a name the name "body I", and throws Error where two bodies have one name.
 void name_bodies(Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -65,7 +65,7 @@ void name_bodies(Scene& scene) {
   }
 }
 
-/// Views have names of their own and show bodies that there are.
+/// Checks that views have different names and show existing bodies.
 void check_views(const Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.output.views.size(); ++i) {
@@ -82,14 +82,14 @@ void check_views(const Scene& scene) {
     check_known(scene, scene.output.pairs[i].bodies, element_path("output.pairs", i) + ".bodies");
 }
 
-/// How long stages last at most.
+/// The longest duration of all stages together.
 double sum_of_limits(const Scene& scene) {
   double sum = 0.0;
   for (const Stage& stage : scene.stages) sum += stage.until.limit();
   return sum;
 }
 
-/// Stages say how long a run lasts.
+/// Computes the duration of a run with stages.
 void set_duration(Scene& scene, const nlohmann::json& json) {
   if (scene.stages.empty()) return;
   const double sum = sum_of_limits(scene);
@@ -100,7 +100,7 @@ void set_duration(Scene& scene, const nlohmann::json& json) {
   scene.duration = sum;
 }
 
-/// The properties of each body that detection needs.
+/// Copies the properties of bodies that detection needs.
 void mark_self_collision(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
   flags.clear();
@@ -120,7 +120,7 @@ void fill(Scene& scene, const nlohmann::json& json) {
   mark_self_collision(scene);
 }
 
-/// A change of the text of a scene, and the path of what it changed as the reader names it.
+/// A change of the text of a scene, and the path of the changed value as the reader names it.
 struct AppliedChange {
   const std::string& text;
   std::string path;
@@ -165,7 +165,7 @@ namespace {
 
 nlohmann::ordered_json scene_json(const Scene& scene, const nlohmann::ordered_json* defaults = nullptr) {
   scene_format::Writer writer("", defaults, defaults != nullptr);
-  // One set of tables serves reading and writing, so they take references that are not const.
+  // The same tables are used for reading and writing, so they take non-const references.
   Scene copy = scene;
   describe(writer, copy);
   return writer.take();

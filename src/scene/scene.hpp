@@ -29,25 +29,25 @@ struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
-  std::optional<Material> material;       ///< always there for a body that is not an obstacle
+  std::optional<Material> material;       ///< always set for a deformable body
   Vec3 velocity{};                        ///< of all free points at the start, m/s
-  Vec3 angular_velocity{};                ///< besides, about the centre of mass at the start, rad/s
-  std::optional<Vec3> gravity{};          ///< in place of that of the scene
-  std::vector<Region> regions;            ///< other materials; of several for a tet the last counts
-  std::optional<FibreEnds> fibre_ends{};  ///< fibres run between them, in place of their direction
-  std::vector<Fixation> fixed;            ///< points that do not move: the union of them
+  Vec3 angular_velocity{};                ///< added to it; about the centre of mass at the start, rad/s
+  std::optional<Vec3> gravity{};          ///< replaces the gravity of the scene
+  std::vector<Region> regions;            ///< other materials; the last of several for a tet holds
+  std::optional<FibreEnds> fibre_ends{};  ///< fibres run between these ends; replaces their direction
+  std::vector<Fixation> fixed;            ///< fixed points: the union of them
   std::vector<Prescription> prescribed;
-  bool absent = false;                ///< not there before a stage brings it in
-  bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
-  bool self_collision = false;        ///< the body also touches itself
-  std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
+  bool absent = false;                ///< absent until a stage inserts it
+  bool obstacle = false;              ///< rigid: moves only by its motion
+  bool self_collision = false;        ///< the body can be in contact with itself
+  std::optional<SceneMotion> motion;  ///< makes the body rigid and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;
   std::vector<SceneGrab> grabs;
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in [0, 1]; none: the picture chooses
 };
 
-/// Where the picture is taken from; what is absent is chosen so that the whole scene is seen.
+/// The camera of a picture; absent values are chosen so that the whole scene is visible.
 struct Camera {
   std::optional<Vec3> position;
   std::optional<Vec3> target;
@@ -56,36 +56,36 @@ struct Picture {
   std::array<int, 2> size{1280, 720};  ///< width and height in pixels
   Camera camera;
 };
-/// A plane that opens bodies for a view: what lies on the side of `normal` is left out.
+/// A plane that cuts bodies open for a view: the side of `normal` is removed.
 struct Cut {
   Vec3 point{};
   Vec3 normal{0.0, -1.0, 0.0};
-  BodyNames bodies;  ///< that are cut; empty: all
+  BodyNames bodies;  ///< bodies that are cut; empty: all
 };
-/// Colours bodies by how far their points are from rest.
+/// Colours bodies by the length of the displacement from rest.
 struct DisplacementMap {
   double most = 1.0;  ///< end of the scale, > 0
-  BodyNames bodies;   ///< that are coloured; empty: those that deform
+  BodyNames bodies;   ///< bodies that are coloured; empty: deformable bodies
 };
 /// Names of fields, of field_list.hpp.
 struct FieldNames {
   std::vector<std::string> names;
 };
-/// Colours bodies by a field at their points: its value, or of a vector its length.
+/// Colours bodies by a field at their points: its value, or the length of a vector.
 struct FieldMap {
   std::string name{};
   double least = 0.0;            ///< start of the scale
-  std::optional<double> most{};  ///< end of it; none: the largest value there is
-  BodyNames bodies{};            ///< that are coloured; empty: those that deform
+  std::optional<double> most{};  ///< end of the scale; none: the largest value
+  BodyNames bodies{};            ///< bodies that are coloured; empty: deformable bodies
 };
-/// Two bodies, whose forces on each other are written.
+/// A pair of bodies whose force on each other is written.
 struct BodyPair {
   BodyNames bodies;
 };
-/// When a view is taken.
+/// The time of a view.
 enum class ViewTime {
   end,    ///< of the run
-  start,  ///< of the run, after overlaps were removed
+  start,  ///< start of the run, after overlaps were removed
   both    ///< side by side
 };
 inline constexpr std::array<std::string_view, 3> view_time_names{"end", "start", "both"};
@@ -95,20 +95,20 @@ struct View {
   std::array<int, 2> size{1280, 720};  ///< width and height in pixels
   Camera camera{};
   ViewTime when = ViewTime::end;
-  BodyNames bodies{};  ///< that are shown; empty: all
+  BodyNames bodies{};  ///< bodies that are shown; empty: all
   std::optional<Cut> cut{};
   std::optional<DisplacementMap> displacement{};
   std::optional<FieldMap> field{};
   bool contacts = false;  ///< shows points in contact
 };
-/// What a run writes.
+/// The output settings of a run.
 struct OutputSettings {
-  int every = 10;                 ///< steps from one frame file to the next
-  FieldNames fields{};            ///< that frames have besides displacement, velocity, contact and depth
-  std::vector<BodyPair> pairs{};  ///< that forces.csv has columns for
+  int every = 10;       ///< steps from one frame file to the next
+  FieldNames fields{};  ///< further fields of frames, besides displacement, velocity, contact and depth
+  std::vector<BodyPair> pairs{};  ///< pairs with columns in forces.csv
   Picture picture;
   std::vector<View> views;
-  bool report = false;  ///< a page about the run, with pictures of the ends of stages
+  bool report = false;  ///< write a page about the run, with pictures of the ends of stages
 };
 
 /// Whether a body is rigid.
@@ -120,7 +120,7 @@ inline bool is_rigid(const SceneBody& body) {
 struct Scene {
   std::string name;
   Units units;
-  /// Towards which side of the patient x, y and z point: "LPS" is left, posterior, superior. None: no
+  /// The sides of the patient to which x, y and z point: "LPS" is left, posterior, superior. None: no
   /// patient.
   std::optional<std::string> axes{};
   SimulationSettings settings;
@@ -128,31 +128,29 @@ struct Scene {
   std::optional<RelaxSettings> relax;  ///< overlaps at the start are removed before a run; none: they stay
   std::vector<SceneBody> bodies;
   std::vector<Stage> stages;           ///< one after the other; the duration is the sum of their limits
-  std::vector<SceneOutcome> outcomes;  ///< what a run is about
+  std::vector<SceneOutcome> outcomes;  ///< quantities that a run determines
   OutputSettings output;
   std::string source;            ///< the file (or other origin) that errors name; not part of the text
-  std::filesystem::path folder;  ///< relative mesh paths count from here; not part of the text
+  std::filesystem::path folder;  ///< mesh paths are relative to it; not part of the text
 };
 
-/// Reads a scene file; `changes`, each "KEY=VALUE" (scene/changes.hpp), take the place of its values. Throws
-/// Error: file, line and column for what is not JSON, file and key path
-/// ("bodies[2].material.density") for an unknown, repeated, missing, ill-typed or out-of-range value.
-/// Errors caused by a change name "--set" and its text. Mesh files are not read. O(size of the
-/// file).
+/// Reads a scene file; `changes`, each "KEY=VALUE" (scene/changes.hpp), replace its values. Throws Error:
+/// file, line and column for what is not JSON, file and key path ("bodies[2].material.density") for an
+/// unknown, repeated, missing, ill-typed or out-of-range value. Errors caused by a change name "--set" and
+/// its text. Mesh files are not read. O(size of the file).
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> changes = {});
 
-/// Reads a scene from text; `source_name` stands for the file in errors, relative paths count from
-/// `base_folder`.
+/// Reads a scene from text; `source_name` stands for the file in errors, paths are relative to `base_folder`.
 Scene read_scene_text(std::string_view text, std::string source_name, std::filesystem::path base_folder = {},
                       std::span<const std::string> changes = {});
 
-/// The text form of a scene, all settings written out (of a body, only what differs from the default).
-/// Reading it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.
+/// The text form of a scene, with all settings (of bodies, only those that differ from the default). Reading
+/// it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.
 std::string write_scene(const Scene& scene);
 
-/// The same for people who begin with a scene: only what differs from the defaults, and what they change
-/// first (units, times, gravity, friction, and of a material stiffness, Poisson's ratio and density). All
-/// settings where the scene is not in SI units, in which the defaults are.
+/// A short text form to begin with: only what differs from the defaults, and what users change first (units,
+/// times, gravity, friction, and of a material stiffness, Poisson's ratio and density). If the scene is not
+/// in SI units, all settings are written, since the defaults are in SI.
 std::string write_brief_scene(const Scene& scene);
 
 }  // namespace palpate

@@ -3,7 +3,7 @@
 #include "geometry/rotation.hpp"
 #include "scene/scene.hpp"
 
-/// Turns and motions of a scene, as the library has them.
+/// Converts rotations and motions of a scene to those of the library.
 namespace palpate {
 
 inline Quaternion quaternion_of(const Rotation& rotation) {

@@ -13,7 +13,7 @@
 #include "scene/scene.hpp"
 #include "scene/suggest.hpp"
 
-/// What selections of a scene select.
+/// Evaluation of the selections of a scene.
 namespace palpate {
 
 /// "bodies[2]"
@@ -29,7 +29,7 @@ inline bool contains(const SphereSelection& sphere, const Vec3& p) {
   return length(p - sphere.center) <= sphere.radius;
 }
 
-/// The body of a scene with that name. Throws Error naming `where`; `self` is none that it can be.
+/// The body of a scene with that name. Throws Error naming `where`, also for the body `self`.
 inline Index body_named(const Scene& scene, const std::string& name, const std::string& where, Index self) {
   std::vector<std::string_view> known;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -41,7 +41,7 @@ inline Index body_named(const Scene& scene, const std::string& name, const std::
               known.empty() ? "another body (there is none)" : expected_name(name, known) + ", another body");
 }
 
-/// Indices of the points that `holds(point)` is true for.
+/// Indices of the points with holds(point).
 template <class Holds>
 std::vector<Index> selected(std::span<const Vec3> points, Holds&& holds) {
   std::vector<Index> indices;
@@ -56,10 +56,11 @@ struct Selector {
   const Scene& scene;
   const Bodies& bodies;
   Index body;
-  std::span<const Vec3> points;  ///< that are selected from
+  std::span<const Vec3> points;  ///< the candidates
   std::string what;              ///< they are: "point" or "tet"
 
-  /// At least one, or an Error that names `path`, the selection's key path.
+  /// Finds the selected points; throws Error naming `path`, the key path of the selection, where there are
+  /// none.
   template <class... Kinds>
   std::vector<Index> operator()(const std::variant<Kinds...>& selection, const std::string& path) const {
     std::vector<Index> indices = std::visit([&](const auto& kind) { return select(kind, path); }, selection);

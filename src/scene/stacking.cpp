@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// Uniform in [-1, 1], from (seed, index, channel) alone: the finaliser of SplitMix64 (Steele, Lea, Flood
+/// Uniform in [-1, 1], a hash of (seed, index, channel): the finaliser of SplitMix64 (Steele, Lea, Flood
 /// 2014).
 double random_unit(std::uint32_t seed, int index, std::uint32_t channel) {
   std::uint64_t z = (std::uint64_t{seed} << 32U) + static_cast<std::uint64_t>(index) * 4U + channel;
@@ -23,7 +23,7 @@ double random_unit(std::uint32_t seed, int index, std::uint32_t channel) {
   return std::ldexp(static_cast<double>(z >> 11U), -52) - 1.0;
 }
 
-/// x with no more than `digits` decimal digits, so that a person can read the scene file.
+/// x rounded to `digits` decimal digits, so that the scene file is easy to read.
 double rounded(double x, int digits) {
   std::array<char, 40> text{};
   const auto end = std::to_chars(text.begin(), text.end(), x, std::chars_format::scientific, digits - 1).ptr;
@@ -73,13 +73,13 @@ SceneBody membrane(const StackingOptions& options, int index) {
 
 Scene make_stacking_scene(const StackingOptions& options) {
   check(options);
-  make_box(options.cells, options.size);  // refuses what no box can be made of
+  make_box(options.cells, options.size);  // throws Error where no such box can be made
   Scene scene;
   scene.name = "stacking";
   scene.source = "make_stacking_scene";
   scene.settings.time_step = 0.005;  // a membrane falls less than half its thickness in a step
   scene.settings.response.friction = 0.3;
-  scene.settings.detection.edge_contacts = false;  // the paper's contacts are points
+  scene.settings.detection.edge_contacts = false;  // the paper has contacts of points only
   scene.duration = 5.0;
   for (int i = 0; i < options.count; ++i) scene.bodies.push_back(membrane(options, i));
   return scene;

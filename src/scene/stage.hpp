@@ -11,7 +11,7 @@
 /// Stages of a scene: what changes at the start of each, and when it ends.
 namespace palpate {
 
-/// Some points of a body, by where they are when the run starts.
+/// Some points of a body, selected by their positions at the start of the run.
 struct StagePart {
   Selection points;
 };
@@ -20,14 +20,14 @@ struct StageBody {
   std::string body;
   std::optional<StagePart> part{};  ///< none: all of it
 };
-/// Moves a body, or a part of it, from where it is when the stage starts. A rigid body takes what is attached
-/// to it along.
+/// Moves a body, or a part of it, from its place at the start of the stage. What is attached to a rigid body
+/// moves with it.
 struct StageMove {
   std::string body;
   std::optional<StagePart> part{};
-  SceneMotion motion;  ///< its times count from the start of the stage
+  SceneMotion motion;  ///< times are from the start of the stage
 };
-/// Ties points of a body to another that deforms, where they are when the stage starts.
+/// Ties points of a body to another deformable body, at their places at the start of the stage.
 struct StageTie {
   std::string body;
   std::string to;
@@ -38,32 +38,32 @@ struct StageTie {
 struct StageCut {
   BodyNames bodies;
 };
-/// Loads in place of all those of a body; times of ramps count from the start of the stage.
+/// Loads that replace all loads of a body; times of ramps are from the start of the stage.
 struct StageLoads {
   std::string body;
   std::vector<Load> loads;
 };
 
-/// The force of contacts on a body, of all or of one other.
+/// A contact force on a body, by all others or by one.
 struct ForceReached {
   std::string body;
   std::optional<std::string> from{};
   double at_least = 0.0;
 };
-/// When a stage ends: one of three.
+/// The end of a stage: one of three conditions.
 struct StageEnd {
-  std::optional<double> time{};         ///< after so long
-  std::optional<bool> rest{};           ///< true: once all bodies are at rest
-  std::optional<ForceReached> force{};  ///< once this force is reached
-  std::optional<double> most{};         ///< at the latest after so long; none with `time`
+  std::optional<double> time{};         ///< after this time
+  std::optional<bool> rest{};           ///< true: when all bodies are at rest
+  std::optional<ForceReached> force{};  ///< when this force is reached
+  std::optional<double> most{};         ///< at the latest after this time; not with `time`
   [[nodiscard]] double limit() const { return time ? *time : most.value_or(0.0); }
 };
 
-/// A part of a run. What it changes is changed in the order of the members.
+/// A part of a run. Its changes are made in the order of the members.
 struct Stage {
   std::string name;
-  BodyNames insert{};  ///< bodies that are there from now on
-  BodyNames remove{};  ///< bodies that are not there any more
+  BodyNames insert{};  ///< bodies that are inserted
+  BodyNames remove{};  ///< bodies that are removed
   std::vector<StageBody> release{};
   std::vector<StageBody> fix{};
   std::vector<StageMove> move{};
@@ -72,7 +72,7 @@ struct Stage {
   std::vector<StageLoads> loads{};
   std::optional<Vec3> gravity{};
   StageEnd until{};
-  bool checkpoint = false;  ///< its end is kept, so that other runs can begin there
+  bool checkpoint = false;  ///< its end is saved, so that other runs can begin there
 };
 
 }  // namespace palpate

@@ -3,7 +3,7 @@
 #include "scene/stage_run.hpp"
 #include "sim/archive.hpp"
 
-/// What of stages is in a checkpoint.
+/// The state of stages in a checkpoint.
 namespace palpate {
 
 template <class Archive>

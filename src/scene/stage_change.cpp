@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-/// Finds what one stage after the other changes.
+/// Computes the changes of each stage, in order.
 class StageReader {
  public:
   StageReader(const Scene& scene, const Bodies& bodies) : scene_(scene), bodies_(bodies) {
@@ -114,7 +114,7 @@ class StageReader {
     }
     changes_.fixed.moves.push_back(std::move(points));
   }
-  /// Points of other bodies that are glued to a rigid one.
+  /// Adds the points of other bodies that are attached to a rigid body.
   void add_attached(Index body, std::vector<Index>& points) const {
     for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
       const SceneBody& tissue = scene_.bodies[b];
@@ -153,7 +153,7 @@ class StageReader {
     changes_.fixed.loads.push_back(std::move(of_body));
   }
 
-  /// Points of a body that deforms, or all of one, among those of all bodies.
+  /// Points of a part of a deformable body, or of all of it, as indices among all points.
   [[nodiscard]] std::vector<Index> part_of(const StageBody& part, const std::string& where) const {
     const Index body = present(part.body, where + ".body");
     if (part.part) {

@@ -11,22 +11,23 @@
 
 namespace palpate {
 
-/// What the stages of a scene change, as a simulation takes it; all names and selections are found at once,
-/// so that a stage cannot fail for them after hours.
+/// The changes of the stages of a scene, in the form that a simulation needs. All names and selections are
+/// resolved at the start, so that a stage cannot fail because of them after hours.
 class StageChanges {
  public:
-  /// \param bodies  at rest, those of the scene. Throws Error naming the scene and the key path: a selection
-  /// of no point, a body removed that is not there, a rigid body without a material released, one that tissue
-  /// is attached to released or removed, a motion that does not start where the body is. O(points x
-  /// selections).
+  /// \param bodies  the scene's bodies at rest
+  /// Throws Error naming the scene and the key path: for an empty
+  ///                selection, the removal
+  /// of an absent body, the release of a rigid body without a material, the release or removal of a body to
+  /// which tissue is attached, and a motion that does not start at the body's place. O(points x selections).
   StageChanges(const Scene& scene, const Bodies& bodies);
 
-  /// The changes of a stage that starts now.
+  /// The changes at the start of a stage.
   /// \param positions  (n_points x 3) now
   /// \param ties       of the simulation, now
   [[nodiscard]] ModelChange at_start(std::size_t stage, const Bodies& bodies, std::span<const Vec3> positions,
                                      std::span<const Tie> ties, double time) const;
-  /// Gravity while a stage runs: the last that was set, or that of the scene.
+  /// Gravity during a stage: the last that was set, or that of the scene.
   [[nodiscard]] Vec3 gravity(std::size_t stage) const;
 
  private:
@@ -35,7 +36,7 @@ class StageChanges {
     Index to = -1;
     std::optional<double> stiffness{};
   };
-  /// Times count from the start of the stage; of ties what they are of.
+  /// Changes of a stage; times are from its start, and ties are not yet placed.
   struct Changes {
     ModelChange fixed;
     std::vector<WantedTie> ties;

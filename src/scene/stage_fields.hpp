@@ -84,7 +84,7 @@ void describe(Visitor& v, StageEnd& end) {
          end.time ? "one of the two" : "the time after which the stage ends at the latest");
 }
 
-/// A name that is a file's and a column's, too.
+/// A name that is also used for a file and a column.
 template <class Visitor>
 void require_plain_name(Visitor& v, std::string& name) {
   v.required("name", name);

@@ -11,44 +11,45 @@
 
 namespace palpate {
 
-/// How a stage ended.
+/// The end of a stage.
 struct StageEnding {
   std::int64_t step = 0;
-  bool reached = true;  ///< false: its condition was not met by the time it may last at most
+  bool reached = true;  ///< false: its condition was not met within its longest time
 };
 
-/// Where a run is in its stages: part of a checkpoint. A simulation's own saved state has what they changed,
-/// but for gravity.
+/// The progress of a run through its stages, as part of a checkpoint. The saved state of the simulation
+/// contains what stages have changed, except gravity.
 struct StageProgress {
-  std::vector<StageEnding> endings;  ///< of the stages that are over
-  bool begun = false;                ///< the next one
+  std::vector<StageEnding> endings;  ///< of completed stages
+  bool begun = false;                ///< whether the next stage has begun
 };
 
-/// Steps that all stages of a scene take at most. Throws Error where they are more than can be counted.
+/// The largest number of steps of all stages of a scene. Throws Error where it overflows.
 [[nodiscard]] std::int64_t most_steps_of_stages(const Scene& scene);
 
-/// Leads a simulation through the stages of a scene: begin(), then steps, and after each step ends(). A scene
-/// without stages is done at once.
+/// Runs a simulation through the stages of a scene: call begin(), then make steps, and after each step call
+/// ends(). A scene without stages is complete at once.
 class StageRun {
  public:
-  /// Throws Error as StageChanges does, and where steps of a stage are more than can be counted.
+  /// Throws Error as StageChanges does, and where the number of steps of a stage overflows.
   StageRun(const Scene& scene, const Simulation& simulation);
 
   [[nodiscard]] bool any() const { return !stages_.empty(); }
-  /// Whether all stages are over.
+  /// Whether all stages are complete.
   [[nodiscard]] bool done() const { return progress_.endings.size() == stages_.size(); }
-  /// The stage that is running, or that begins next; of a run that is done the last.
+  /// The current stage, or the next one to begin; after the end, the last one.
   [[nodiscard]] const Stage& stage() const;
-  /// Begins the next stage: changes the simulation. Nothing where it has begun, or all are over. Throws Error
-  /// where the simulation refuses a change.
+  /// Begins the next stage and changes the simulation. Does nothing where it has begun or all are complete.
+  /// Throws Error where the simulation refuses a change.
   void begin(Simulation& simulation);
-  /// After a step: whether the stage ends with it. Then another begin() is due, unless it was the last.
+  /// Call after a step: returns whether the stage ends with it. Then call begin() again, unless it was the
+  /// last stage.
   bool ends(const Simulation& simulation);
 
   [[nodiscard]] const StageProgress& progress() const { return progress_; }
-  /// Goes on where another run was. Throws Error on a progress with more stages than the scene has.
+  /// Continues from the progress of another run. Throws Error if that has more stages than the scene.
   void resume(Simulation& simulation, StageProgress progress);
-  /// How the stages ended whose condition was not met: "'settle' ended after 2 s, not at rest"; or empty.
+  /// Messages on stages whose condition was not met: "'settle' ended after 2 s, not at rest"; or empty.
   [[nodiscard]] std::vector<std::string> not_reached() const;
 
  private:
@@ -59,9 +60,9 @@ class StageRun {
   std::string source_;
   std::string time_unit_;
   std::vector<Stage> stages_;
-  std::vector<std::int64_t> most_steps_;  ///< of each
-  std::vector<Index> force_on_;           ///< of each; -1: no condition of force
-  std::vector<Index> force_from_;         ///< of each; -1: of all
+  std::vector<std::int64_t> most_steps_;  ///< per stage
+  std::vector<Index> force_on_;           ///< per stage; -1: no condition on a force
+  std::vector<Index> force_from_;         ///< per stage; -1: by all bodies
   StageChanges changes_;
   StageProgress progress_;
 };

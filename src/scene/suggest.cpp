@@ -12,7 +12,7 @@ char lower(char c) {
   return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 }
 
-/// Restricted Damerau-Levenshtein distance (optimal string alignment), by the usual table.
+/// Restricted Damerau-Levenshtein distance (optimal string alignment), by dynamic programming.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   const std::size_t width = b.size() + 1;
   std::vector<std::size_t> table((a.size() + 1) * width);
@@ -39,13 +39,13 @@ std::string quoted(std::string_view name) {
 }  // namespace
 
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> known) {
-  constexpr std::size_t longest_word = 256;  // nobody mistypes a name into something longer
+  constexpr std::size_t longest_word = 256;  // no name is mistyped into something longer
   if (word.size() > longest_word) return std::nullopt;
   std::optional<std::string_view> best;
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string_view name : known) {
     const std::size_t distance = edit_distance(word, name);
-    // Names with nothing in common are not mistyped: any one letter is "near" a name of one letter.
+    // Words without a common letter are not misspellings: every single letter is "near" a name of one letter.
     const bool related = distance < std::max(word.size(), name.size());
     if (related && distance < best_distance) {
       best = name;

@@ -7,12 +7,12 @@
 
 namespace palpate {
 
-/// The known name that `word` was most likely meant to be: nearest by edits (insert, drop, replace, swap
+/// The known name of which `word` is probably a misspelling: nearest by edits (insert, drop, replace, swap
 /// neighbours; case does not count), if no more than a third of the word's letters (at least one) differ. The
-/// first of equals. The result views into `known`. O(|known| |word| |name|).
+/// first of equals. The result is a view into `known`. O(|known| |word| |name|).
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> known);
 
-/// What an error expects in place of an unknown `word`: the nearest name in quotes, or "one of 'a', 'b'".
+/// The "expected" of an error on an unknown `word`: the nearest name in quotes, or "one of 'a', 'b'".
 std::string expected_name(std::string_view word, std::span<const std::string_view> known);
 
 }  // namespace palpate

@@ -30,10 +30,10 @@ double times_power_of_ten(double value, int exponent) {
 struct SiUnit {
   Dimension dimension;
   std::string_view name;
-  int exponent = 0;  ///< of a gram, the kilogram's unit with a prefix of its own
+  int exponent = 0;  ///< relative to a gram, since the kilogram has a prefix already
 };
 
-/// What people call a unit, and how many of the SI's it is.
+/// The name of a unit, and its size in SI units.
 SiUnit si_unit(const Dimension& d) {
   constexpr std::array named{SiUnit{dimension::mass, "g", -3},
                              SiUnit{dimension::length, "m"},
@@ -54,7 +54,7 @@ SiUnit si_unit(const Dimension& d) {
 constexpr int lowest_prefix = -12;
 constexpr std::array<std::string_view, 8> prefixes{"p", "n", "u", "m", "", "k", "M", "G"};
 
-/// The prefix of 10^exponent, or none where it has none.
+/// The prefix for 10^exponent; empty where there is none.
 std::string_view prefix_of(int exponent, bool& known) {
   const int place = (exponent - lowest_prefix) / 3;
   known = exponent % 3 == 0 && exponent >= lowest_prefix && place < static_cast<int>(prefixes.size());
@@ -117,7 +117,7 @@ UnitForPeople unit_for_people(double size, const Units& units, const Dimension& 
   const SiUnit unit = si_unit(d);
   const int to_base = exponent_of(units, d) - unit.exponent;
   if (unit.name.empty()) return {times_power_of_ten(1.0, to_base), product(Units{}, d)};
-  // After rounding to four digits 999.96 is 1.000 of the next prefix.
+  // Rounded to four digits, 999.96 becomes 1.000 with the next prefix.
   constexpr double rounds_up = 999.95;
   const int highest = lowest_prefix + 3 * (static_cast<int>(prefixes.size()) - 1);
   const bool plain = size == 0.0 || !std::isfinite(size);

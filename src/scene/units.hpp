@@ -4,11 +4,11 @@
 #include <string>
 #include <string_view>
 
-/// Units of a scene. All numbers of a scene and of the files of its run are in them; what people read is
-/// worked out in N, Pa, J, m and their like.
+/// Units of a scene. All numbers of a scene and of the files of its run are in these units. Summaries for
+/// people are in N, Pa, J, m and so on.
 namespace palpate {
 
-/// Names of the units that every number of a scene is in.
+/// The units of all numbers of a scene.
 struct Units {
   std::string length = "m";
   std::string mass = "kg";
@@ -16,7 +16,7 @@ struct Units {
   friend bool operator==(const Units&, const Units&) = default;
 };
 
-/// A unit and how many of the SI's it is: 10^exponent.
+/// A unit and its size in SI units: 10^exponent.
 struct UnitName {
   std::string_view name;
   int exponent;
@@ -32,7 +32,7 @@ struct Dimension {
   int mass = 0;
   int length = 0;
   int time = 0;
-  bool is_torque = false;  ///< a torque, which has the dimension of an energy and another unit
+  bool is_torque = false;  ///< a torque: same dimension as an energy, but another unit
   friend bool operator==(const Dimension&, const Dimension&) = default;
 };
 
@@ -53,22 +53,22 @@ inline constexpr Dimension density{1, -3, 0};
 inline constexpr Dimension stiffness{1, 0, -2};
 }  // namespace dimension
 
-/// One unit of a scene is 10^this of the SI's. Unknown units count as the SI's.
+/// One unit of a scene is 10^(result) SI units. Unknown units count as SI units.
 [[nodiscard]] int exponent_of(const Units& units, const Dimension& dimension);
-/// A number of a scene in SI, and back. Both round once.
+/// Converts a number of a scene to SI, and back. Both round once.
 [[nodiscard]] double to_si(double value, const Units& units, const Dimension& dimension);
 [[nodiscard]] double from_si(double value, const Units& units, const Dimension& dimension);
 
-/// The name of a scene's unit: "N" in SI, else "g mm/s^2 = uN", or "kg cm/s^2 = 1e-2 N" where there is no
-/// prefix for it. ASCII. Empty for a pure number.
+/// The name of a scene's unit: "N" in SI, else "g mm/s^2 = uN", or "kg cm/s^2 = 1e-2 N" where no prefix fits.
+/// ASCII. Empty for a dimensionless number.
 [[nodiscard]] std::string unit_name(const Units& units, const Dimension& dimension);
-/// The unit in which people read numbers of about this size: a number of the scene times `factor` is in it.
+/// The unit of display for numbers of about this size: a number of the scene times `factor` is in this unit.
 struct UnitForPeople {
   double factor = 1.0;
   std::string name;  ///< "kPa"; ASCII, empty for a pure number
 };
 [[nodiscard]] UnitForPeople unit_for_people(double size, const Units& units, const Dimension& dimension);
-/// A number of a scene for people, in SI with the prefix that suits it: "5.33 N", "12 kPa". Four digits.
+/// A number of a scene as text, in SI with a suitable prefix: "5.33 N", "12 kPa". Four digits.
 [[nodiscard]] std::string in_words(double value, const Units& units, const Dimension& dimension);
 
 }  // namespace palpate

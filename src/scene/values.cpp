@@ -42,7 +42,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, int& value,
             const Limits& limits) {
   Limits allowed = limits;
-  if (json.is_number_integer()) {  // of a number that is too large the bound is what was expected
+  if (json.is_number_integer()) {  // for a number that is too large, the error names the bound
     constexpr double lowest = std::numeric_limits<int>::min();
     constexpr double highest = std::numeric_limits<int>::max();
     const double found = json.get<double>();
@@ -126,7 +126,7 @@ void decode_indices(const Context& context, const std::string& path, const nlohm
 /// {"first": 0, "count": 10}: a run of indices.
 void decode_run(const Context& context, const std::string& path, const nlohmann::json& json,
                 std::vector<Index>& indices) {
-  constexpr double most = 1e8;  // so that memory is not taken by what a line says
+  constexpr double most = 1e8;  // limits the memory that one line can allocate
   if (json.size() != 2 || !json.contains("first") || !json.contains("count"))
     fail(context, path, describe_json(json), "tet indices, or an object with first and count");
   int first = 0;

@@ -12,14 +12,14 @@
 #include "scene/limits.hpp"
 #include "scene/scene.hpp"
 
-/// The values of a scene file, one by one: decode() takes a value out of JSON or throws Error with its key
+/// Conversion of the values of a scene file: decode() reads a value from JSON or throws Error with its key
 /// path, encode() is its inverse.
 namespace palpate::scene_format {
 
-/// Common to all readers of one scene.
+/// Data common to all readers of one scene.
 struct Context {
   const std::string& source;
-  Units units{};  ///< of the scene, as soon as they are read
+  Units units{};  ///< of the scene, once they are read
 };
 
 [[noreturn]] void fail(const Context& context, const std::string& path, const std::string& found,
@@ -38,7 +38,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, MeshFile& value,
             const Limits& limits);
-/// An array of names; whether bodies have them is checked once all are known.
+/// An array of names. Whether bodies have these names is checked when all bodies are known.
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, BodyNames& value,
             const Limits& limits);
 /// An array of names of fields; each must be one of field_infos().
@@ -51,7 +51,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             PointSelection& value, const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
             const Limits& limits);
-/// One of `names`, as its index.
+/// The index of a value in `names`.
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
                           std::span<const std::string_view> names);
 
@@ -64,7 +64,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   for (std::size_t i = 0; i < N; ++i) decode(context, element_path(path, i), json[i], value[i], limits);
 }
 
-/// Throws Error naming `path` where a number is NaN or infinite.
+/// Encodes a value. Throws Error naming `path` where a number is NaN or infinite.
 nlohmann::ordered_json encode(const std::string& path, double value);
 nlohmann::ordered_json encode(const std::string& path, int value);
 nlohmann::ordered_json encode(const std::string& path, bool value);

@@ -16,8 +16,8 @@
 
 namespace palpate::scene_format {
 
-/// Visitor of fields.hpp that turns an object into JSON. With `defaults` (the JSON of a default object) it
-/// leaves out what equals them; if `brief`, also in the objects in it, but for what people change first.
+/// Visitor of fields.hpp that writes an object as JSON. With `defaults` (the JSON of a default object) it
+/// leaves out equal values; if `brief`, also in nested objects, except for values that users change first.
 class Writer {
  public:
   explicit Writer(std::string path, const nlohmann::ordered_json* defaults = nullptr, bool brief = false)
@@ -45,7 +45,7 @@ class Writer {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);
   }
-  /// What comes of it is written.
+  /// The resulting values are written, not the name.
   template <class Enum>
   static void preset(std::string_view, const std::optional<Enum>&, std::span<const std::string_view>) {}
   template <class Enum>
@@ -75,7 +75,7 @@ class Writer {
     auto json = encode_any(key_path(path_, key), value);
     if (!json.empty()) put(key, std::move(json));
   }
-  /// An empty list says what an absent one says.
+  /// An empty list means the same as an absent one.
   template <class T>
   void list(std::string_view key, std::vector<T>& values) {
     if (values.empty()) return;
@@ -92,7 +92,7 @@ class Writer {
     std::visit([&](auto& alternative) { required(keys[value.index()], alternative); }, value);
   }
   [[nodiscard]] static bool given(std::string_view) { return false; }
-  /// Rules are the reader's task, but what one asks for is written.
+  /// Rules are checked by the reader; here the required value is written.
   void rule(bool holds, std::string_view key, std::string_view, std::string_view) {
     const std::string name(key);
     if (!holds && left_out_.contains(name)) object_[name] = left_out_[name];
@@ -106,13 +106,13 @@ class Writer {
     const bool leave_out = is_default && !(brief_ && changes_first(key));
     (leave_out ? left_out_ : object_)[name] = std::move(json);
   }
-  /// What somebody who begins with a scene changes first.
+  /// Whether users usually change this key first.
   static bool changes_first(std::string_view key) {
     constexpr std::array<std::string_view, 8> keys{"units",    "time_step",     "duration",      "gravity",
                                                    "friction", "young_modulus", "poisson_ratio", "density"};
     return std::ranges::count(keys, key) > 0;
   }
-  /// An object that has no defaults where it stands has, in brief, those of its type.
+  /// In a brief text, an object without defaults in its place has the defaults of its type.
   template <class T>
   nlohmann::ordered_json encode_new(const std::string& path, T& value) {
     if constexpr (std::is_default_constructible_v<T> && !requires { encode(path, value); }) {

@@ -16,8 +16,8 @@
 #include <palpate/error.hpp>
 #include <palpate/types.hpp>
 
-/// Values as bytes, and back: little-endian, one after the other, without names. What a type consists of is
-/// said once, by a function `describe(archive, value)` that hands each part to the archive; it serves both
+/// Writes values as bytes and reads them back: little-endian, one after the other, without names. For each
+/// type a function `describe(archive, value)` passes the members to the archive; it is used in both
 /// directions.
 namespace palpate {
 
@@ -30,7 +30,7 @@ void describe(Archive& archive, Vec3& v) {
   archive(v.x, v.y, v.z);
 }
 
-/// What both directions do alike: values that consist of others go to the archive part by part.
+/// The common part of both directions: composite values are handled member by member.
 template <class Direction>
 class Archive {
  public:
@@ -89,8 +89,8 @@ class ArchiveWriter : public Archive<ArchiveWriter> {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what an ArchiveWriter wrote. Whatever the bytes are, it reads only them, and asks for no more memory
-/// than a small multiple of their number.
+/// Reads the bytes of an ArchiveWriter. For any content it stays within the bytes, and allocates at most a
+/// small multiple of their number.
 class ArchiveReader : public Archive<ArchiveReader> {
  public:
   using Archive::operator();
@@ -144,7 +144,7 @@ class ArchiveReader : public Archive<ArchiveReader> {
   }
 
  private:
-  /// A number of items that may be there: each has a byte at least.
+  /// The number of items; each has at least one byte.
   std::size_t length() {
     std::uint64_t count = 0;
     (*this)(count);
@@ -162,18 +162,18 @@ class ArchiveReader : public Archive<ArchiveReader> {
   std::size_t place_ = 0;
 };
 
-/// What sealed bytes are of: the first eight, and the version of what follows.
+/// The kind and the version of sealed bytes.
 struct Seal {
-  std::string_view kind;  ///< of eight characters
+  std::string_view kind;  ///< eight characters
   std::uint32_t version;
 };
 
-/// Bytes whose integrity can be checked: kind, version, content, and the FNV-1a hash (64 bits) of all
-/// before. A changed byte always changes the hash; other damage goes unseen in one of 2^64 cases. It is no
-/// protection against intent. O(n).
+/// Bytes whose integrity can be checked: kind, version, content, and the FNV-1a hash (64 bits) of all before.
+/// A changed byte always changes the hash; other damage is missed with a probability of 2^-64. It does not
+/// protect against manipulation. O(n).
 std::vector<std::byte> sealed(const Seal& seal, std::span<const std::byte> content);
-/// The content of sealed bytes. Throws Error, naming `source`, where they are of another kind or version, cut
-/// off, or changed. O(n).
+/// The content of sealed bytes. Throws Error, naming `source`, where they have another kind or version, are
+/// truncated, or were changed. O(n).
 std::span<const std::byte> unsealed(const Seal& seal, std::span<const std::byte> bytes,
                                     const std::string& source);
 

@@ -14,10 +14,10 @@ constexpr std::size_t grain = 64;
 // Cosines of the surface's normal with the direction between which it becomes a side.
 constexpr double faces_along = 0.95;
 constexpr double faces_aside = 0.6;
-/// Of the stiffness of a contact.
+/// Stiffness of an end, over that of a contact.
 constexpr double part_of_an_end = 0.5;
-/// What the weights of an end must reach together before it acts: below it is of no use to the bodies, and a
-/// row for the solver. Most edges of uneven faces that lie in each other are such.
+/// Least product of the weights for an end to act. Smaller ones have no effect on the bodies but cost a row
+/// of the solver. Most edges of uneven faces in contact are such.
 constexpr double least_weight = 0.05;
 
 double beyond_least(double weight) {
@@ -47,7 +47,7 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   return found;
 }
 
-/// Part of an edge this deep that the contact of a point holds: all, where it has half the force.
+/// Fraction of an edge of this depth that the contact of a point supports: all, if it has half the force.
 double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   constexpr double enough = 0.5;
   if (contact < 0) return 0.0;
@@ -55,7 +55,7 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   return std::min(1.0, force / (enough * depth));
 }
 
-/// The same for the corners of a triangle and their neighbours, by the weights of a place in it.
+/// The same for the corners of a triangle and their neighbours, with barycentric weights.
 double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index body, double depth) {
   double held = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -70,8 +70,9 @@ double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index
   return held;
 }
 
-/// Part of its force that an edge has by how its body folds there: none where it is flat or hollow, all from
-/// a few degrees of a ridge on. What comes through a face has points, or ridges of its own, in it.
+/// Factor of the force of an edge by the angle of its body there: zero where the surface is flat or concave,
+/// one for convex edges of a few degrees. A body that comes through a face has points, or convex edges, in
+/// it.
 double sharpness(const EdgeResponse::Frame& frame, Index edge) {
   constexpr double sharp = 0.25;        // sine
   constexpr double surely_sharp = 0.9;  // cosine
@@ -134,9 +135,9 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
     meetings[end] = meeting(frame, edge, contacts.triangles[contact][end], contacts.parameters[contact][end],
                             contacts.direction[contact]);
   }
-  // From the planes that they come in by.
+  // Measured from the planes through which the ends enter.
   const double outside = part(enters * meetings[0].steepness) * part((1.0 - leaves) * meetings[1].steepness);
-  // An edge at a rim acts that much, once an end is inside.
+  // The factor of an edge at a rim, as soon as an end is inside.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
   const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);
@@ -152,7 +153,7 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
   }
 }
 
-/// Edges of a contact at a rim; those that join two of them go with the lower point.
+/// Adds edges of a contact at a rim; an edge between two such contacts belongs to the lower point.
 void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                                  std::vector<Row>& rows) const {
   const Contacts& contacts = frame.table.contacts();
@@ -208,7 +209,7 @@ void EdgeResponse::list(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const EdgeContacts& edges = frame.table.edges();
   support_.measure(frame.bodies, frame.positions, contacts, frame.scales);
-  // What a tremble makes of contacts, so that a steady run asks in its first steps only.
+  // Reserves room for contacts that change where bodies tremble, so that only the first steps allocate.
   for (auto* list : {&now_, &before_}) make_room(*list, frame.table.size());
   make_room(rows_, frame.table.size());
   make_room(numbers_, frame.table.size());
@@ -312,7 +313,7 @@ std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
   std::erase_if(rows_, [&](const Row& row) { return acts(row.end); });
   for (auto& [end, depth, force] : rows_) {
     end.acts = true;
-    // Where it was before the step, along the straight line that it came: outside.
+    // Position before the step, on the straight line of its motion: outside.
     end.velocity = fem::relative(end.coupling(), frame.velocities);
     depth = std::min(depth + frame.time_step * dot(end.velocity, end.law.direction), 0.0);
     fem::ContactLaw law = end.law;

@@ -23,16 +23,16 @@ namespace palpate {
 
 class ContactResponse;
 
-/// An end of the part of an edge that is in a body, as a step had it.
+/// An end of the part of an edge inside a body, in a step.
 struct EdgeEnd {
   Index edge = -1;
   Index body = -1;
   Index end = 0;  ///< 2 x number of the part that is inside, along the edge, + 1 for the end of the part
   std::array<Index, 5> points{};         ///< of its coupling
   std::array<double, 5> coefficients{};  ///< the same
-  bool of_edge = true;  ///< the coupling is of two points with a triangle; else of a point with a tet
-  fem::ContactLaw law;  ///< its depth is that where the two places of the coupling are one
-  Vec3 velocity{};      ///< of the two places to each other, m/s
+  bool of_edge = true;  ///< whether the coupling is between two points and a triangle; else a point and a tet
+  fem::ContactLaw law;  ///< its depth is zero where the two places of the coupling coincide
+  Vec3 velocity{};      ///< relative velocity of the two places, m/s
   double chatter_damping = 0.0;  ///< N s/m
   std::int32_t lost = 0;         ///< steps since it was inside
   bool acts = false;             ///< in the last step
@@ -40,31 +40,32 @@ struct EdgeEnd {
   [[nodiscard]] fem::Coupling coupling() const;
 };
 
-/// Forces of edges on bodies that their points alone do not hold (docs/edges.md): of edge contacts, and of
-/// edges at rims. Both act at the ends of the part that is inside: where the edge meets the surface of the
-/// body, by a coupling of its two points with the corners of the triangle there, or at a point of it that is
-/// in contact itself. Force and reaction act at one place.
+/// Forces of edges where contacts of points do not suffice (docs/edges.md): of edge contacts, and of edges at
+/// rims. Both act at the ends of the part that is inside: where the edge meets the surface of the body, by a
+/// coupling of its two points with the corners of the triangle there, or at a point of it that is in contact
+/// itself. Force and reaction act at one place.
 ///
-/// The stiffness at an end is half that of a contact (each point has some edges) times weights that let
-/// nothing jump:
-/// - it grows with the length of the part, up to the reach of a rim (RimFalloff), and with how sharply the
-///   edge's own body folds there: a flat edge, between the triangles of a face, does nothing;
-/// - where an end of the edge comes near from outside through a face that looks along the direction, it will
-///   be a contact of its own that needs no help: so the part lets go before that. Near is what is not far
-///   from the plane of the face: of faces that lie flush and are a little uneven all ends are;
-/// - what points hold need not be held again. Near an edge contact these are the corners of the triangle that
-///   it meets and their neighbours, by their depth and their scale at rims; edges at rims act as far as the
-///   points of the two bodies do not hold them against tilting (PairSupport), and where those of the edge do
-///   not.
+/// The stiffness at an end is half that of a contact (each point has some edges) times weights that keep
+/// forces continuous:
+/// - It grows with the length of the part, up to the reach of a rim (RimFalloff), and with the angle of the
+///   edge's own body: a flat edge, between the triangles of a face, has no force.
+/// - If an end of the edge approaches from outside through a face along the direction, it will become a
+/// contact
+///   that needs no help. So the force of the part vanishes before that. An end near the plane of the face
+///   counts as approaching: in flush and slightly uneven faces these are all ends.
+/// - What points support need no edges. For an edge contact these are the corners of the triangle that it
+/// meets
+///   and their neighbours, by their depth and their scale at rims. Edges at rims act as far as the points of
+///   the two bodies do not resist tilting (PairSupport), and the points of the edge do not support it.
 class EdgeResponse {
  public:
-  /// What acts at one place.
+  /// A force at one place.
   struct Row {
     EdgeEnd end;
     double depth = 0.0;  ///< at the start of the step, m; negative: a gap
-    double force = 0.0;  ///< along the direction, if nothing stops it, N
+    double force = 0.0;  ///< along the direction, without a reaction, N
   };
-  /// Positions and contacts there.
+  /// Input: positions and the contacts at them.
   struct Frame {
     const ContactResponse& rules;
     const SurfaceNormals& normals;
@@ -74,24 +75,23 @@ class EdgeResponse {
     std::span<const Vec3> positions;
     std::span<const Vec3> velocities;
     double time_step = 0.0;
-    double fall = 0.0;  ///< what gravity moves in a step, m
-    /// (n_contacts) part of the stiffness that each has at a rim, 0 to 1.
+    double fall = 0.0;  ///< distance by which gravity moves a body in a step, m
+    /// (n_contacts) stiffness scale of each at rims, 0 to 1.
     std::span<const double> scales;
   };
 
-  /// Rows at the start of a step; those of the step before are dropped. O(edge contacts + edges of contacts
+  /// Rows at the start of a step; those of the last step are discarded. O(edge contacts + edges of contacts
   /// at rims, log), parallel.
   std::span<const Row> begin(const Frame& frame);
-  /// Behind them those of the last step that are not inside any more, but so near that they may be within
-  /// this one, with their gaps: as contacts that are kept (KeptContacts), and for the same reason. O(rows
-  /// log).
+  /// Appends rows of the last step that are no longer inside but may be again within this step, with their
+  /// gaps; like KeptContacts, and for the same reason. O(rows log).
   std::span<const Row> near(const Frame& frame);
-  /// At the end of a step those that do not act yet but push, with their gaps; `force` says how hard. Until
-  /// the next call; nothing acts before take().
+  /// Rows at the end of a step that do not act yet but push, with their gaps and `force`. Valid until the
+  /// next call; they act only after take().
   [[nodiscard]] std::span<const Row> meet(const Frame& frame);
-  /// Those of the last meet() act now.
+  /// Makes the rows of the last meet() act.
   void take();
-  /// The step failed: those of the step before are the last ones again.
+  /// Call after a failed step: restores the rows of the step before.
   void undo() { now_.swap(before_); }
 
   /// Of the last step: part of the state that a resumed run needs. Sorted by key.
@@ -112,7 +112,7 @@ class EdgeResponse {
   std::vector<RimEdgeSearch> searches_;  ///< of the chunks of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;
-  std::vector<EdgeEnd> now_;     ///< those that act, and those that have ended
+  std::vector<EdgeEnd> now_;     ///< acting and ended ones
   std::vector<EdgeEnd> before_;  ///< of the step before
 };
 

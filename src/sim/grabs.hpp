@@ -10,18 +10,18 @@
 
 namespace palpate {
 
-/// A grab and what it did; point -1: released.
+/// A grab and its force; point -1: released.
 struct HeldGrab {
   Grab grab;
   Vec3 force{};  ///< over the last step, N
 };
 
-/// The springs that pull on points, by number; numbers of released grabs are used again.
+/// The springs that pull on points, by number; numbers of released grabs are reused.
 class Grabs {
  public:
   explicit Grabs(Index point_count) : point_count_(point_count) {}
 
-  /// Throw Error as Simulation's functions of the same names say.
+  /// Throw Error like Simulation's functions of the same names.
   Index add(const Grab& grab);
   void move(Index number, const Vec3& target);
   void release(Index number);
@@ -36,7 +36,7 @@ class Grabs {
   void collect_forces(std::span<const fem::Coupling> couplings, double time_step,
                       std::span<const Vec3> velocities_end);
 
-  /// By number, released ones as well: part of the state that a resumed run needs.
+  /// All grabs by number, also released ones: part of the saved state.
   [[nodiscard]] const std::vector<HeldGrab>& all() const { return held_; }
   void set_all(std::vector<HeldGrab> held) { held_ = std::move(held); }
 

@@ -23,7 +23,7 @@ std::string title(const Bodies& bodies, Index body) {
   return "'" + at(bodies.bodies(), body).name + "'";
 }
 
-/// Changes what holds points and bodies, one kind of change after the other.
+/// Changes the constraints of points and bodies, one kind of change after the other.
 class Changer {
  public:
   Changer(const Bodies& bodies, std::span<const Vec3> positions, HeldModel& held)

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Weight by which the foot may have moved on.
+/// Largest change of a weight by the motion of the foot.
 constexpr double farthest_slide = 0.25;
 
 std::pair<Index, Index> key_of(const KeptContact& contact) {
@@ -38,7 +38,7 @@ struct Motion {
   double fall = 0.0;
 };
 
-/// Where the point is against the plane; false where it cannot touch there within the step.
+/// Position of the point relative to the plane; false where it cannot touch within the step.
 bool place(const Bodies& bodies, const Motion& motion, NearContact& near) {
   const KeptContact& kept = near.kept;
   const Tet& tet = at(bodies.tets(), kept.tet);
@@ -61,7 +61,8 @@ bool place(const Bodies& bodies, const Motion& motion, NearContact& near) {
     slide = std::max(slide, std::abs(near.weights[i] - kept.foot[i]));
     velocity -= near.weights[i] * at(motion.velocities, tet[i]);
   }
-  // A point that the detection has not found in the body is not below the plane: the body ends before it.
+  // A point that detection did not find in the body is not in contact, even below the plane: the body ends
+  // before it.
   if (!(near.gap >= 0.0) || slide > farthest_slide) return false;
   return near.gap <= motion.time_step * length(velocity) + motion.fall;
 }

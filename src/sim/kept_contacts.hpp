@@ -12,8 +12,7 @@
 
 namespace palpate {
 
-/// The plane that a contact had its point leave the penetrated body by. It is of the tissue: it turns and
-/// deforms with the tet.
+/// The penetration plane of a contact in the last step. It moves and deforms with the tet.
 struct KeptContact {
   Index point = -1;
   Index body = -1;
@@ -23,7 +22,7 @@ struct KeptContact {
   double stiffness = 0.0;             ///< of the contact, N/m
 };
 
-/// Where the point of a kept contact is now.
+/// The present position of a kept contact's point.
 struct NearContact {
   KeptContact kept;
   double gap = 0.0;                 ///< to the plane, >= 0, m
@@ -31,34 +30,32 @@ struct NearContact {
   std::array<double, 4> weights{};  ///< of the foot in the tet
 };
 
-/// Contacts of the last step, those that it met included, whose points are not in the body at the start of
-/// the next, but so near to it that they may be within the step. Most contacts of stiff bodies at rest are
-/// such: one step lifts them by less than a micrometre. In the problem from the start, they need not be found
-/// again, one layer of a tower after the other, by a solve and a detection each.
+/// Contacts of the last step (also speculative ones) whose points are outside at the start of the next step,
+/// but may be inside within it. Most contacts of stiff bodies at rest are such: a step lifts them by less
+/// than a micrometre. Since they are in the problem from the start, they need not be found again, which in a
+/// tower would take a solve and a detection per layer.
 ///
-/// A contact is kept while its gap is no more than its bodies can close in the step as they move and as
-/// gravity accelerates them, and while its foot has not slid on by more than a quarter of the tet: beyond a
-/// rim there is nothing to touch. What is dropped too early is found again
-/// (ContactResponse::add_speculative()).
+/// A contact is kept while its bodies can close its gap within the step (by their velocity and gravity), and
+/// its foot has not moved by more than a quarter of the tet, since it may be beyond a rim then. A contact
+/// dropped too early is found again (ContactResponse::add_speculative()).
 class KeptContacts {
  public:
-  /// A step begins: the contacts given to add() since the last one are the input of near().
-  /// O(n log n).
+  /// Begins a step: the contacts given to add() since the last begin() are the input of near(). O(n log n).
   void begin();
-  /// Places for so many contacts more of this step, to be filled at once.
+  /// Adds `more` contacts of this step, to be filled by the caller at once.
   [[nodiscard]] std::span<KeptContact> add(std::size_t more);
-  /// The step failed: those of the step before are the last ones again.
+  /// Call after a failed step: restores the contacts of the step before.
   void undo() { kept_.swap(next_); }
 
-  /// Of the contacts of the last step that are not in `contacts` (sorted by (point, body)) those that may
-  /// touch within `time_step`, s; sorted alike. \param fall  what gravity moves in it, m. O(contacts),
-  /// parallel. Until the next call.
+  /// Contacts of the last step that are not in `contacts` (sorted by (point, body)) but may touch within
+  /// `time_step`, s; sorted in the same way. Valid until the next call. O(contacts), parallel.
+  /// \param fall  distance by which gravity moves a body in it, m
   [[nodiscard]] std::span<const NearContact> near(const parallel::Threads& threads, const Bodies& bodies,
                                                   const Contacts& contacts, std::span<const Vec3> positions,
                                                   std::span<const Vec3> velocities, double time_step,
                                                   double fall);
 
-  /// What the next step depends on: part of the state that a resumed run needs.
+  /// The contacts that the next step depends on: part of the saved state.
   [[nodiscard]] const std::vector<KeptContact>& all() const { return next_; }
   void set_all(std::vector<KeptContact> contacts) { next_ = std::move(contacts); }
 

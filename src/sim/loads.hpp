@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// What acts on points and surfaces.
+/// Loads on points and surfaces.
 struct LoadSet {
   std::vector<Vec3> forces;       ///< (n_points), N, or empty
   std::vector<double> pressures;  ///< (n_triangles), Pa, or empty
@@ -17,10 +17,10 @@ struct LoadSet {
   std::vector<SurfaceLoad> surfaces;
   std::vector<std::optional<Vec3>> gravity;  ///< (n_bodies) or empty
 };
-/// Those of a model.
+/// The loads of a model.
 [[nodiscard]] LoadSet loads_of(const Model& model);
-/// Puts loads in place of all those of a body. Throws Error on a body out of range, and where a load of this
-/// body is one of another body too.
+/// Replaces all loads of a body. Throws Error on a body out of range, and where a load of this body also
+/// belongs to another body.
 void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads);
 
 /// The loads on points and surfaces, and gravity of single bodies: forces on points, step by step.
@@ -33,17 +33,17 @@ class Loads {
   Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
         std::span<const double> masses);
 
-  /// In place of what they were; Simulation's functions of the same names say what is refused.
+  /// Replace the loads; they throw Error like Simulation's functions of the same names.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure);
 
   /// Forces of a step on points at the positions at its start (n_points x 3), N, or empty: none. Factors of
-  /// ramps are those of its end, as the step is implicit. Valid until the next call.
-  /// O(points + loaded triangles), O(1) where forces on points are all there is.
+  /// ramps are those of its end, as the step is implicit. Valid until the next call. O(points + loaded
+  /// triangles), O(1) with forces on points only.
   std::span<const Vec3> forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                                double time_end);
 
-  /// What there is now: part of the state that a resumed run needs.
+  /// The present loads: part of the saved state.
   [[nodiscard]] const LoadSet& all() const { return loads_; }
   void restore(std::vector<Vec3> forces, std::vector<double> pressures);
 

@@ -9,10 +9,10 @@
 
 #include "geometry/vector.hpp"
 
-/// The arrays of a model, made whole: those that are empty are filled with "none".
+/// Completes the arrays of a model: empty ones are filled with "none".
 namespace palpate {
 
-/// One flag for each of `count`, all 0 where none are given. Throws Error on another number.
+/// `count` flags, all 0 if none are given. Throws Error on another number.
 inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& flags, std::size_t count,
                                                const char* name) {
   if (flags.empty()) return std::vector<std::uint8_t>(count, 0);
@@ -20,7 +20,7 @@ inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& 
   throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
 }
 
-/// 1 for each body that is rigid, or not there.
+/// 1 for each rigid or absent body.
 inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
   auto rigid = flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
   const auto absent = flags_or_none(model.absent, rigid.size(), "absent");

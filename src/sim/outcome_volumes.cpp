@@ -26,7 +26,7 @@ Corners corners_of(const Tet& tet, std::span<const Vec3> positions) {
 
 double volume_of(const Corners& tet, std::span<const HalfSpace> spaces);
 
-/// The three tets of a prism over the triangle (a, b, c), each corner with its own above it.
+/// Volume of a prism over the triangle (a, b, c), as three tets.
 double volume_of_prism(const std::array<Vec3, 3>& low, const std::array<Vec3, 3>& high,
                        std::span<const HalfSpace> spaces) {
   return volume_of({low[0], low[1], low[2], high[0]}, spaces) +
@@ -34,7 +34,7 @@ double volume_of_prism(const std::array<Vec3, 3>& low, const std::array<Vec3, 3>
          volume_of({low[2], high[0], high[1], high[2]}, spaces);
 }
 
-/// Volume of the part of a tet in all half-spaces, >= 0: what one leaves of it is one tet or three.
+/// Volume of the part of a tet in all half-spaces, >= 0. Each half-space leaves one tet or three.
 double volume_of(const Corners& tet, std::span<const HalfSpace> spaces) {
   if (spaces.empty()) return std::abs(six_volumes(tet)) / 6.0;
   const HalfSpace& space = spaces.front();

@@ -16,7 +16,7 @@
 #include "number_text.hpp"
 #include "sim/wrench.hpp"
 
-// Places, turns, distances and areas.
+// Positions, rotations, distances and areas.
 namespace palpate {
 namespace {
 
@@ -93,9 +93,9 @@ Box box_of_triangle(const std::array<Vec3, 3>& triangle) {
   return box;
 }
 
-/// The pushes on the surface points of a body by another: sums of forces, N.
+/// Contact forces on the surface points of a body by another, N.
 struct Pushes {
-  std::vector<Vec3> on_point;  ///< of the body's own points
+  std::vector<Vec3> on_point;  ///< by index in the body
   std::size_t count = 0;
 };
 
@@ -113,7 +113,7 @@ Pushes pushes_on(const ContactForces& contacts, const Bodies& bodies, Index body
   return pushes;
 }
 
-/// A third of each triangle at a point that is pushed, where it faces the push (within 60 degrees).
+/// A third of each triangle at a loaded point that faces the force (within 60 degrees).
 double pushed_area(const Pushes& pushes, const Bodies& bodies, Index body, std::span<const Vec3> positions) {
   constexpr double facing = 0.5;
   const Body& of = at(bodies.bodies(), body);
@@ -168,7 +168,7 @@ Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positio
   }
   const fem::Matrix3 r = fem::nearest_rotation(f);
   const auto& m = r.values;
-  // Twice the sine of the angle along the axis; near half a turn its length says nothing of the axis.
+  // Axis times twice the sine of the angle; near 180 degrees it is too small to give the axis.
   const Vec3 twice{m[7] - m[5], m[2] - m[6], m[3] - m[1]};
   const double angle = arc_tangent(length(twice), m[0] + m[4] + m[8] - 1.0);
   if (length(twice) > 1e-6) return (angle / length(twice)) * twice;
@@ -189,7 +189,7 @@ double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3>
     all_b.extend(boxes.back());
   }
   const BoxTree tree(std::move(boxes));
-  // The nearest first: what they find leaves little of the others.
+  // The nearest first, so that most others need no search.
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t t = 0; t < of_a.size(); ++t)
     order.emplace_back(squared_distance(box_of_triangle(of_a[t]), all_b), t);

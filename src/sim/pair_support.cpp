@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-/// Part of the variance of all contacts that those which hold need to have: 4 x 4 cells that lie flush have
-/// it.
+/// Least ratio of the variance of supporting contacts to that of all contacts: flush faces of 4 x 4 cells
+/// reach it.
 constexpr double enough = 0.3;
-/// Added to both, times the whole variance of all: across a flat contact neither has any.
+/// Added to both variances, times the total variance: normal to a flat contact both are zero.
 constexpr double floor_of_variance = 0.01;
 
 /// Whether a symmetric matrix (xx, yy, zz, xy, xz, yz) is positive definite, by Cholesky.
@@ -41,7 +41,7 @@ std::array<double, 6> PairSupport::Moments::variance() const {
   return variance;
 }
 
-/// From the least t with which held - t all is not positive, found by halving.
+/// Uses the least t for which held - t all is not positive definite, found by bisection.
 double PairSupport::lack_of(const Support& support) {
   std::array<double, 6> all = support.all.variance();
   std::array<double, 6> held = support.held.variance();

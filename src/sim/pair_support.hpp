@@ -12,19 +12,19 @@
 
 namespace palpate {
 
-/// How well the contacts of two bodies hold them against tilting, although those at rims hold little.
+/// How well the contacts of two bodies resist tilting, although those at rims have little force.
 ///
-/// Contacts of a fine mesh that are no rim spread nearly as far as all of them; of two boxes of two cells
-/// that lie flush, one holds, in the middle, and eight are at rims. Compared are the variances of the places
-/// of all contacts of the pair and of those same places weighted by their scales at rims (RimFalloff), in the
-/// direction in which the second is the least part of the first.
+/// In a fine mesh, contacts away from rims extend nearly as far as all contacts. In two flush boxes of two
+/// cells, only the middle contact is no rim, and eight are at rims. The measure compares two variances of
+/// contact positions: of all contacts of the pair, and weighted by their scales at rims (RimFalloff). It is
+/// the least ratio of the second to the first over all directions.
 class PairSupport {
  public:
   /// \param scales  (n_contacts) 0 to 1
   /// O(contacts log pairs). Contacts of a body with itself do not count.
   void measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                std::span<const double> scales);
-  /// 0: points hold the pair; 1: none do, or all that do lie in one line. O(log pairs).
+  /// 0: points support the pair; 1: none do, or those that do are on one line. O(log pairs).
   [[nodiscard]] double lack(Index body_a, Index body_b) const;
 
  private:

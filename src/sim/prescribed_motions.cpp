@@ -96,8 +96,8 @@ PrescribedMotions::PrescribedMotions(std::vector<Motion> motions, std::span<cons
 }
 
 std::span<const Vec3> PrescribedMotions::positions(const parallel::Threads& threads, double time) {
-  // Few motions, many points: the points' own loop takes the pose of each chunk's motions again, which costs
-  // less than a table.
+  // Few motions, many points: the loop over points computes the poses again for each chunk, which is cheaper
+  // than a table.
   parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     Index last = -1;
     Pose here{};

@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-/// The points that follow motions, and where they are over time.
+/// The points that follow motions, and their positions over time.
 class PrescribedMotions {
  public:
   /// \param motion_of_point  (n_points) or empty
-  /// \param start            (n_points) where the points are without their motion; copied
+  /// \param start  (n_points) positions before the motion is applied; copied
   /// Throws Error naming motion and keyframe: none, times that do not grow, numbers that are not finite, a
   /// zero quaternion, an index out of range.
   PrescribedMotions(std::vector<Motion> motions, std::span<const Index> motion_of_point,
@@ -23,17 +23,17 @@ class PrescribedMotions {
   [[nodiscard]] std::span<const Index> points() const { return points_; }            ///< ascending
   [[nodiscard]] std::span<const Index> motion_of_points() const { return motion_; }  ///< of points()
   [[nodiscard]] Index motion_count() const { return static_cast<Index>(motions_.size()); }
-  /// Where points() are at a time, in their order; the span is valid until the next call.
+  /// Positions of points() at a time, in their order; valid until the next call.
   std::span<const Vec3> positions(const parallel::Threads& threads, double time);
   /// All points at the start (n_points x 3), with prescribed ones where their motion is at time 0.
   [[nodiscard]] std::vector<Vec3> start_positions(const parallel::Threads& threads,
                                                   std::span<const Vec3> points_rest);
-  /// Another motion in the place of one. Throws Error, and changes nothing, on a number out of range and as
-  /// the constructor does.
+  /// Replaces a motion. Throws Error, and changes nothing, on a number out of range and as the constructor
+  /// does.
   void replace(Index number, Motion motion);
   [[nodiscard]] std::span<const Motion> motions() const { return motions_; }
-  /// All of them. Throws Error, and changes nothing, on another number of motions and as the constructor
-  /// does.
+  /// Replaces all motions. Throws Error, and changes nothing, on another number of motions and as the
+  /// constructor does.
   void set_motions(std::vector<Motion> motions);
   /// Time of the last keyframe of those that move points, s; 0 without. From then on nothing moves.
   [[nodiscard]] double end() const;

@@ -23,20 +23,20 @@
 namespace palpate {
 namespace {
 
-/// Time steps of the scene in one of ours: so long that inertia has little part in where it leads, so short
-/// that the solver finds the motions of whole bodies, which nothing but inertia resists.
+/// Our time step over that of the scene. It is long, so that inertia has little effect on the result, but
+/// short enough for the solver to find rigid motions, which only inertia resists.
 constexpr double time_steps = 10.0;
-/// A solve ends well before rounding, the next step goes on from there.
+/// Solves need not be accurate, since the next step continues from the result.
 constexpr double solver_tolerance = 1e-4;
 constexpr int solver_iterations = 1000;
 /// Fraction of the depth before that a step must leave for the contact stiffness to be doubled.
 constexpr double stalled = 0.9;
-/// Bounds of the contact stiffness, by its own.
+/// Bounds of the contact stiffness, over the stiffness of the scene.
 constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
 /// Fraction of its volume that every tet keeps, and how often a step that would leave less is halved.
 constexpr double least_volume = 0.1;
-/// Part of the stiffness of a contact with which an edge counts as one.
+/// Least stiffness of an edge, over that of a contact, to be counted.
 constexpr double least_part = 0.1;
 constexpr int most_halvings = 8;
 
@@ -48,7 +48,7 @@ double least_mean_edge(const Bodies& bodies) {
   return least;
 }
 
-/// What has overlaps removed must see them all.
+/// The removal of overlaps needs exact detection.
 DetectionSettings exact(DetectionSettings settings) {
   settings.cells_per_primitive.reset();
   settings.budget.reset();
@@ -67,7 +67,7 @@ double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
   return std::sqrt(largest);
 }
 
-/// Tissue that does neither yield nor relax.
+/// Materials without plasticity and viscosity.
 std::vector<Material> elastic(std::vector<Material> materials) {
   for (Material& material : materials) {
     material.plastic_yield.reset();
@@ -76,7 +76,7 @@ std::vector<Material> elastic(std::vector<Material> materials) {
   return materials;
 }
 
-/// The bodies while their overlaps are being removed.
+/// The state of bodies during the removal of overlaps.
 class Relaxation {
  public:
   Relaxation(const Model& model, const SimulationSettings& settings, int threads)
@@ -101,8 +101,7 @@ class Relaxation {
   }
 
   [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
-  /// Of the contacts of which a side can move, and the edges that hold bodies apart (those that act with a
-  /// part of the force of a contact): those of points that do not move stay as they are.
+  /// The largest depth of contacts and of acting edges, where at least one side can move.
   [[nodiscard]] double deepest() const {
     double deepest = 0.0;
     const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
@@ -123,7 +122,7 @@ class Relaxation {
   }
   /// Largest displacement of a point, m.
   [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
-  /// The rest positions that belong to the positions now: those of prescribed points are as before.
+  /// The rest positions for the present positions; those of prescribed points do not change.
   [[nodiscard]] std::vector<Vec3> points_rest() const {
     std::vector<Vec3> points(dynamics_.positions().begin(), dynamics_.positions().end());
     for (const Index p : prescribed_.points()) at(points, p) = at(bodies_.points_rest(), p);
@@ -145,7 +144,8 @@ class Relaxation {
     dynamics_.set_velocities(still_);
     dynamics_.set_velocity_changes(still_);
     find_contacts();
-    // Where tissue would be crushed, its own forces need time; where nothing comes of it, more is needed.
+    // If tissue would be crushed, its elastic forces need more steps; if there is no progress, a higher
+    // stiffness is needed.
     if (!moved) {
       factor_ *= 0.5;
     } else if (deepest() > stalled * before) {
@@ -155,15 +155,15 @@ class Relaxation {
   }
 
  private:
-  /// At the positions now, and how they push.
+  /// Detects contacts at the present positions, and computes their forces.
   void find_contacts() {
     detector_.detect(dynamics_.positions());
     couplings_.clear();
     response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
                       time_step_, 0.0, couplings_);
   }
-  /// No point goes further in a step than the deepest contact was: a body that is free to turn would go far
-  /// beyond where the linear model holds. Nor does a tet get too flat.
+  /// Limits the step so that no point moves further than the largest depth, since a free body could rotate
+  /// far beyond the validity of the linear model; and so that no tet becomes too flat.
   bool shorten_step(double most) {
     const double move = largest_distance(dynamics_.positions(), last_);
     if (move > most) shorten_step_to(most / move);
@@ -205,7 +205,7 @@ class Relaxation {
   std::vector<Vec3> last_;       ///< positions before the step at hand
   std::vector<Vec3> shortened_;  ///< scratch
   std::vector<fem::Coupling> couplings_;
-  double factor_ = 1.0;  ///< of the contact stiffness
+  double factor_ = 1.0;  ///< factor of the contact stiffness
 };
 
 void check(const RelaxSettings& settings) {

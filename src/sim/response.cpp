@@ -31,12 +31,12 @@ Vec3 bounded(const Vec3& a, double most) {
 constexpr std::size_t grain = 256;
 /// Part of the damping of chatter that stays from step to step: it fades within a hundred steps.
 constexpr double chatter_damping_kept = 0.99;
-/// Bound of it: so many times the stiffness times the time step.
+/// Bound of it, over the stiffness times the time step.
 constexpr double most_chatter_damping = 20.0;
-/// A contact stiff against h is damped as if critical damping were so many times k h; see the class.
+/// A contact stiff against h is damped as if critical damping were this times k h; see the class.
 constexpr double stiff_damping = 10.0;
-/// Forces of contacts that are met within the step, by those that act: root mean squares below which they
-/// are left to the next step.
+/// Forces of new contacts within the step over the acting forces (root mean squares), below which they are
+/// left to the next step.
 constexpr double speculative_tolerance = 0.05;
 
 }  // namespace
@@ -105,8 +105,8 @@ Vec3 ContactResponse::bounded_slip(const Vec3& slip, const fem::ContactLaw& law)
   return bounded(across(slip, law.direction), settings_.friction * law.depth);
 }
 
-/// A contact that comes back, or whose point turns round, chatters: the force was not the one that the last
-/// step's model predicted. Damping of that error per speed holds it (see the class).
+/// A contact that comes back, or whose relative velocity reverses, chatters: its force was not the predicted
+/// one. Damping of that error per speed holds it (see the class).
 double ContactResponse::chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                         double full) const {
   const double damping = chatter_damping_kept * last.damping;
@@ -133,7 +133,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   resize_with_room(laws_, contacts);
   resize_with_room(scales_, contacts);
   assign_with_room(of_edge_, contacts, std::uint8_t{0});
-  // What add_speculative() will ask for, so that a steady run asks in its first steps.
+  // Reserves room for add_speculative(), so that only the first steps allocate.
   make_room(idle_, contacts);
   make_room(speculative_, contacts / 8);
   for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
@@ -245,7 +245,7 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
                    stiffness(at(bodies.body_of_point(), point), body);
   const auto& weights = contacts.weights[c];
   const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
-  // Where it was before the step, along the straight line that it came: outside.
+  // Position before the step, on the straight line of its motion: outside.
   const double depth =
       std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
   return speculative(
@@ -268,7 +268,7 @@ ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& c
           .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
-/// Of edges at the predicted positions those that do not act yet.
+/// Edges at the predicted positions that do not act yet.
 std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::Threads& threads,
                                                                const Bodies& bodies,
                                                                const ContactTable& table,
@@ -324,7 +324,7 @@ void ContactResponse::add_stops(std::span<const StopOfPassing> stops, std::vecto
   }
 }
 
-/// A contact that was lost keeps for how long, and its damping of chatter.
+/// A lost contact keeps its count of lost steps and its chatter damping.
 void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(of_edge_, of_edge_.size() + speculative_.size());

@@ -18,14 +18,15 @@
 
 namespace palpate {
 
-/// A contact as the step's last solve had it.
+/// A contact after the last solve of a step.
 struct ContactOutcome {
   double depth = 0.0;  ///< at the start of the step, m; negative: the gap of a speculative contact
   Vec3 direction{};
   ContactStatus status = ContactStatus::open;
 };
 
-/// A law for what would pass through another body within the step (SweptResponse), and what it holds apart.
+/// A law that stops a point or edge from passing through another body within the step (SweptResponse), with
+/// its coupling.
 struct StopOfPassing {
   fem::ContactLaw law;
   fem::Coupling coupling;
@@ -78,15 +79,16 @@ class ContactResponse {
 
   /// Throws Error on a setting out of range.
   static void check_settings(const ResponseSettings& settings);
-  /// Other settings from the next compute() on; they have passed check_settings().
+  /// Changes the settings from the next compute() on; they must have passed check_settings().
   void change(const ResponseSettings& settings) { settings_ = settings; }
 
   /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
   /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
   /// call and to the next; states of contacts are columns of the table. Behind them come those of its edge
   /// contacts (EdgeResponse), and, as speculative ones, contacts of the last step that are near
-  /// (KeptContacts). \param fall  what gravity moves in the
-  /// step, m. O(contacts log contacts), parallel.
+  /// (KeptContacts).
+  /// \param fall  distance by which gravity moves a body in the step, m
+  /// O(contacts log contacts), parallel.
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                double fall, std::vector<fem::Coupling>& couplings);
@@ -103,15 +105,15 @@ class ContactResponse {
 
   /// Laws of the last compute(), without those of speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
-  /// Appends laws and couplings of what would pass within the step. They are no contacts: the next step has
-  /// nothing of them. O(stops).
+  /// Appends laws and couplings of what would pass within the step. They are no contacts and are not kept for
+  /// the next step. O(stops).
   void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }
 
-  /// Of a contact, in the order of the couplings, at its relative velocity at the end of the step. O(1).
+  /// Result of a contact, by index of its coupling, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
   /// Whether forces of edges are made (docs/edges.md), from the next compute() on: with the normals of the
@@ -120,7 +122,7 @@ class ContactResponse {
   /// Whether the coupling of a law is of an edge with a triangle, else of a point with a tet.
   [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
 
-  /// After a step that failed, beside undo_step() of the table.
+  /// Call after a failed step, together with undo_step() of the table.
   void undo() {
     kept_.undo();
     edges_.undo();
@@ -140,18 +142,19 @@ class ContactResponse {
   [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
   /// Of a contact of this stiffness, without that of chatter, N s/m.
   [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
-  /// A stretch of the friction spring, no longer than it can be.
+  /// The extension of the friction spring, limited to its largest value.
   [[nodiscard]] Vec3 bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const;
-  /// A contact as a step had it.
+  /// State of a contact in a step.
   struct Acted {
     Vec3 force;               ///< along the direction, at the start of the step, N
     Vec3 direction;           ///< unit
     Vec3 velocity;            ///< relative, at the start of the step, m/s
     double stiffness;         ///< N/m
     double damping;           ///< of chatter, N s/m
-    bool comes_back = false;  ///< it has been open since
+    bool comes_back = false;  ///< whether it has been open since
   };
-  /// Damping of chatter of the same contact one step later, N s/m. \param full  its stiffness without rims
+  /// Chatter damping of a contact in the next step, N s/m.
+  /// \param full  its stiffness without rim falloff
   [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                        double full) const;
   /// Distance from a side of a body within which stiffness fades, m.
@@ -167,13 +170,13 @@ class ContactResponse {
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
-  /// Of a contact at the end of the step that does not act yet.
+  /// A contact at the end of the step that does not act yet.
   [[nodiscard]] Speculative met(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                                 std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
                                 ExitSearch& search) const;
   [[nodiscard]] Speculative speculative(const fem::Coupling& coupling, double depth, const Vec3& direction,
                                         std::span<const Vec3> velocities, const KeptContact& kept) const;
-  /// Contacts of the last step whose points are near.
+  /// Appends contacts of the last step whose points are near.
   void append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
                    std::vector<fem::Coupling>& couplings);
@@ -189,7 +192,7 @@ class ContactResponse {
   ResponseSettings settings_;
   KeptContacts kept_;
   EdgeResponse edges_;
-  const SurfaceNormals* normals_ = nullptr;  ///< none: without forces of edges
+  const SurfaceNormals* normals_ = nullptr;  ///< null: no forces of edges
   std::size_t present_ = 0;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
@@ -206,7 +209,7 @@ class ContactResponse {
   std::span<const std::uint8_t> moves_;
 };
 
-/// Of a point and the place of a tet with these weights, without a force yet.
+/// The coupling of a point with the place in a tet with these weights, without a force.
 [[nodiscard]] fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w);
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// What fingerprints are of; found by the archive in this namespace.
+// The data of fingerprints; the archive finds these functions by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, Fibres& f) {
@@ -51,7 +51,7 @@ namespace {
 
 constexpr const char* source_name = "saved state";
 
-/// Of copies, since an archive takes what it could change.
+/// Uses copies, since an archive takes non-const references.
 template <class... Parts>
 std::uint64_t hash_of(Parts... parts) {
   ArchiveWriter writer;

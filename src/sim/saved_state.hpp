@@ -24,8 +24,9 @@ namespace palpate {
 
 inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 8};
 
-/// What a state belongs to, as hashes (FNV-1a, 64 bits): a simulation takes only states of its own kind. What
-/// results do not depend on (structure, order, sort, cell size, threads) is left out.
+/// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
+/// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
+/// out.
 struct Fingerprint {
   static constexpr std::array<std::string_view, 5> names{"bodies", "materials", "motions", "loads",
                                                          "settings"};
@@ -34,7 +35,7 @@ struct Fingerprint {
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
 
-/// What a ModelChange changed, but for motions: all of it as it is now.
+/// The present values of everything that a ModelChange can change, except motions.
 struct ChangedModel {
   Holds holds;
   std::vector<PointLoad> point_loads;
@@ -60,11 +61,11 @@ struct SavedState {
   std::vector<Vec3> tie_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;
-  std::optional<ChangedModel> changed;  ///< none: held and loaded as at the start
+  std::optional<ChangedModel> changed;  ///< empty: constraints and loads of the start
 };
 
 /// Throws Error where indices are out of range, numbers not finite or arrays of another length than a
-/// simulation of these bodies has; what Dynamics and Detector check themselves is left to them.
+/// simulation of these bodies has; Dynamics and Detector check their own data.
 void check_saved(const SavedState& saved, const Bodies& bodies);
 
 template <class Archive>
@@ -122,7 +123,7 @@ void describe(Archive& archive, fem::DynamicsState& s) {
           s.multigrid_stale_iterations);
 }
 
-/// Column by column, as the table has them.
+/// Column by column, like the table.
 template <class Archive>
 void describe(Archive& archive, ContactHistory& c) {
   archive(c.point, c.body);

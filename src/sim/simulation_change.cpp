@@ -10,7 +10,7 @@
 #include "geometry/vector.hpp"
 #include "sim/simulation_state.hpp"
 
-// A simulation whose bodies are held, moved, tied or loaded otherwise than before.
+// Changes of constraints, motions, ties and loads of a simulation.
 namespace palpate {
 namespace {
 
@@ -27,8 +27,9 @@ std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index>
   return after;
 }
 
-/// Values of bodies for those that are there then, which keep their order within a body; zero for bodies that
-/// were not there. \param before, after  the body of each value
+/// Values of bodies for the bodies that are present afterwards, in the same order within a body; zero for
+/// bodies that were absent.
+/// \param before, after  the body of each value
 std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMatrix3>& values,
                                               std::span<const Index> before, std::span<const Index> after,
                                               Index body_count) {
@@ -44,7 +45,7 @@ std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMa
   return there;
 }
 
-/// Forces of the ties that there are: of one that was there before what it did, else zero.
+/// Forces of the ties: of a tie that existed before its force, else zero.
 std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::vector<HeldTie>& before,
                                  const std::vector<Vec3>& forces) {
   std::vector<Vec3> all;
@@ -61,8 +62,8 @@ std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::ve
 
 }  // namespace
 
-/// Velocities of what does not move are zero, those of prescribed points as they were; a body that comes
-/// back is where its motion is now.
+/// Velocities of fixed points are zero, those of prescribed points stay. An inserted body is placed at its
+/// motion's present pose.
 void Simulation::State::copy_from(const State& from) {
   SavedState saved = from.saved_state();
   fem::DynamicsState& d = saved.dynamics;

@@ -9,11 +9,11 @@
 #include "geometry/vector.hpp"
 #include "sim/simulation_state.hpp"
 
-// What changes a simulation between steps.
+// Functions that change a simulation between steps.
 namespace palpate {
 namespace {
 
-/// Values for points: one for each, finite, of points that `may(point)` says so of.
+/// Checks values for points: one for each, finite, of points with may(point).
 template <class May>
 void check_values(const char* name, std::span<const Index> points, std::span<const Vec3> values,
                   std::size_t count, May&& may, const char* why, const char* expected) {

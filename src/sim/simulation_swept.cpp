@@ -1,7 +1,7 @@
 #include "contact/detector_steps.hpp"
 #include "sim/simulation_state.hpp"
 
-// What would pass within a step: docs/continuous.md.
+// Stops points and edges that would pass through a body within a step: docs/continuous.md.
 namespace palpate {
 
 PredictedStep Simulation::State::predicted() const {
@@ -12,14 +12,14 @@ PredictedStep Simulation::State::predicted() const {
           .contacts = DetectorSteps::table(detector)};
 }
 
-/// Where something has to be stopped, it may take more.
+/// More solves are allowed if something must be stopped.
 int Simulation::State::most_solves(bool stops_passes) const {
   constexpr int for_passes = 4;
   return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
 }
 
-/// Adds what stops that which would pass, and says whether there is such; where the step cannot be solved
-/// again, it is only counted.
+/// Adds laws for what would pass, and returns whether there are any; if no further solve is allowed, they are
+/// only counted.
 bool Simulation::State::stop_passes() {
   if (!settings.detection.continuous) return false;
   const auto stops =

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// A contact that a step was solved with, and the force that it had.
+/// A contact of the last solve of a step, with its force.
 struct ActedContact {
   /// The point that is inside, then the corners of the penetrated tet. Of an edge its ends, then the corners
   /// of the triangle of the body that it passes through; or the ends of another edge that it would have
@@ -29,7 +29,7 @@ struct ActedContact {
   ContactStatus status = ContactStatus::open;
   bool speculative = false;
 
-  /// Of the body that is inside; the others are of the penetrated body.
+  /// Number of points of the inner body; the others belong to the penetrated body.
   [[nodiscard]] std::size_t own_points() const { return of_edge ? 2 : 1; }
   [[nodiscard]] std::size_t all_points() const { return points.back() < 0 ? 4 : 5; }
   [[nodiscard]] Index body_inside(const Bodies& bodies) const {
@@ -43,7 +43,7 @@ struct ActedContact {
 /// Where the force of a contact acts: at its point, or at the point of its edge on the surface.
 [[nodiscard]] Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions);
 
-/// Which couplings of a step are what.
+/// Ranges of the kinds of couplings in a step.
 struct CouplingRanges {
   std::size_t first_tie = 0;
   std::size_t first_contact = 0;
@@ -54,7 +54,7 @@ struct CouplingRanges {
 /// end of a step, so that a step that fails leaves it as it was. Keeps its memory.
 class StepForces {
  public:
-  /// \param response    that made the contacts' couplings, as the last solve() had them
+  /// \param response  made the contacts' couplings; in its state after the last solve()
   /// \param velocities  mean ones over the step (n_points x 3): fem::end_force()
   /// O(couplings), parallel.
   void take(const parallel::Threads& threads, std::span<const fem::Coupling> couplings,
@@ -78,11 +78,11 @@ class StepForces {
   std::vector<ActedContact> contacts_;
 };
 
-/// The penetrated tet; of an edge the one whose face is its triangle, or one at the other edge. -1: no tet
-/// has these corners. O(tets at a point).
+/// The penetrated tet; for an edge, the tet behind its triangle, or a tet at the other edge. -1: no tet has
+/// these corners. O(tets at a point).
 [[nodiscard]] Index tet_of(const ActedContact& contact, const Bodies& bodies);
 
-/// As users get them. O(contacts x tets at a point).
+/// Converts to the form for users. O(contacts x tets at a point).
 [[nodiscard]] ContactForces contact_forces_of(std::span<const ActedContact> contacts, const Bodies& bodies);
 
 }  // namespace palpate

@@ -10,25 +10,28 @@
 namespace palpate {
 namespace {
 
-/// Of the mean edge length of all bodies.
+/// Tolerance over the mean edge length of all bodies.
 constexpr double tolerance_of_edge = 1e-6;
-/// Of the local thickness: how far before the touch it stops, and how far beyond counts as passed.
+/// Over the local thickness: distance before the touch at which a pair is stopped, and beyond it at which it
+/// counts as passed.
 constexpr double margin_of_thickness = 0.02;
-/// Of the local thickness: how far beyond points, and edges, are left to contacts that lead back.
+/// Over the local thickness: depth of points, and of edges, up to which contacts at the end of the step
+/// suffice.
 constexpr double deepest_point = 0.1;
 constexpr double deepest_edge = 0.02;
-/// Cosine: how far a direction may be outside those that a surface can be left by at an edge.
+/// Cosine: tolerance for a direction outside the range of normals at an edge.
 constexpr double most_outside = 0.1;
-/// Bound of the first stiffness, by that of other contacts: what is lighter than its body asks for more.
+/// Bound of the first stiffness, over that of other contacts.
 constexpr double most_first_stiffness = 100.0;
-/// Times that a pair is stopped in a step, each ten times as stiff; more would leave double precision.
+/// Number of times that a pair is stopped in a step, each ten times as stiff; more would exceed double
+/// precision.
 constexpr std::ptrdiff_t most_stops = 6;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
 }
 
-/// Where a point is at a time of the step, in [0, 1].
+/// Position of a point at a time of the step, in [0, 1].
 Vec3 place(const PredictedStep& step, Index point, double time) {
   const Vec3& from = at(step.start, point);
   return from + time * (at(step.end, point) - from);
@@ -82,7 +85,7 @@ bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& ste
   return dot(contact.direction, area_vector(x)) > 0.0;
 }
 
-/// Whether a direction is between the normals of the triangles at an edge: into neither of them.
+/// Whether a direction is between the normals of the triangles at an edge, and points into neither.
 bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                const PredictedStep& step) const {
   const Edge& ends = at(bodies_.edges(), edge);
@@ -100,9 +103,9 @@ bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Ve
                              [&](Index t) { return t < 0 || into(t) <= most_outside; });
 }
 
-/// Whether a contact at the end of the step leads out on the side that it came from. It must be shallow, and
-/// of edges almost nothing: what passes by a little now begins the next step beyond.
-/// \param beyond  how far it is beyond where it touched, m
+/// Whether a contact at the end of the step pushes back to the side of entry. It must be shallow, for edges
+/// almost zero: an edge that passes a little now starts the next step on the wrong side.
+/// \param beyond  distance beyond the touch, m
 /// \param thick   local thickness, m
 bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
                                   double thick) const {
@@ -184,8 +187,7 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-/// A contact at the start of the step that sinks by more than the filter leaves out, whatever pushes
-/// it.
+/// Adds a contact of the start of the step that sinks by more than the filter's limit.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -200,13 +202,13 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
   }
 }
 
-/// With the stiffness that stops the mass of its points within the margin, and ten times that for each time
-/// that it has been stopped in this step.
+/// Adds a law with the stiffness that stops the mass of its points within the margin, times ten for each time
+/// that the pair was stopped before in this step.
 void SweptResponse::add(const Key& key, const Passing& passing, double time_step,
                         const ContactResponse& response) {
   const auto [first, last] = std::equal_range(stopped_.begin(), stopped_.end(), key);
   const double mass = response.reduced_mass(passing.coupling);
-  if (mass == 0.0) return;  // led there from outside
+  if (mass == 0.0) return;  // all its points are prescribed
   if (last - first >= most_stops) {
     ++left_;
     return;

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// A step as a solve predicts it.
+/// The prediction of a step by a solve.
 struct PredictedStep {
   std::span<const Vec3> start;       ///< (n_points x 3), m
   std::span<const Vec3> end;         ///< (n_points x 3), m
@@ -27,47 +27,47 @@ struct PredictedStep {
 
 /// Stops what would pass through another body within a step and end on the wrong side.
 ///
-/// What SweptQuery finds counts where it enters a body from outside (the direction is one that the surfaces
-/// there can be left by) and ends on the other side of where it entered. It is left to the contacts at the
-/// end of the step where one of these leads out on the side that it came from. All others get a law that
-/// lets them come as near as they are when they touch: without damping or friction's memory, like the
-/// speculative contacts of ContactResponse, with the stiffness that stops the mass of their points within a
-/// fiftieth of the local thickness, and ten times that each time that they still pass.
+/// A pair from SweptQuery is relevant if it enters a body from outside (the direction is within the range of
+/// normals there) and ends on the other side. If a contact at the end of the step pushes it back to the side
+/// of entry, that contact suffices. All others get a law that keeps them apart: without damping and without
+/// memory of friction, like the speculative contacts of ContactResponse. Its stiffness stops the mass of
+/// their points within a fiftieth of the local thickness; it is multiplied by ten each time that they still
+/// pass.
 class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);
 
-  /// Nothing is stopped yet.
+  /// Begins a step: nothing has been stopped yet.
   void begin_step() { stopped_.clear(); }
 
-  /// Laws and couplings for what passes. \param contacts  of the start of the step, whose laws are the
-  /// response's first. Empty: nothing ends on a wrong side. Until the next call. Time:
-  /// SweptQuery::find(), and O(found log found).
+  /// Laws and couplings for what passes; empty: nothing ends on a wrong side. Valid until the next call.
+  /// Time: SweptQuery::find(), and O(found log found). \param contacts  of the start of the step; their laws
+  /// are the first ones of the response
   std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
                                       const PairFilter& filter, const ContactResponse& response,
                                       std::span<const fem::Coupling> contacts);
-  /// Of the last find(): what has been stopped so often that it is given up.
+  /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
-  /// Pairs of bodies that could pass, without a search; their counts are in counts().
+  /// Counts pairs of bodies that could pass, without a search; see counts().
   void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
   /// Of the last find() or count().
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
 
  private:
-  /// A pair that has been stopped in this step, once for each time.
+  /// A pair that was stopped in this step; one entry for each time.
   struct Key {
     SweptKind kind;
     Index first;
     Index second;  ///< of a point the body, of an edge the other edge
     friend auto operator<=>(const Key&, const Key&) = default;
   };
-  /// What is held apart, along what, and how far.
+  /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
     const Vec3& direction;
-    double gap;     ///< that it may close, m
-    double beyond;  ///< how far it would go beyond, m
-    double margin;  ///< within which it is to be stopped, m
+    double gap;     ///< allowed approach, m
+    double beyond;  ///< predicted motion beyond it, m
+    double margin;  ///< distance within which it must be stopped, m
     bool of_edge;   ///< the coupling's first two points are an edge
   };
   [[nodiscard]] Key key_of(const SweptContact& contact) const;

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// Ties that are at rest at these positions (n_points x 3). Throws Error naming the tie: an index out of
+/// Ties with zero force at these positions (n_points x 3). Throws Error naming the tie: an index out of
 /// range, a tet of the point's own body or without volume, a stiffness that is not a finite number > 0.
 [[nodiscard]] std::vector<HeldTie> held_ties(const std::vector<Tie>& ties, const Bodies& bodies,
                                              std::span<const Vec3> positions);
@@ -22,7 +22,7 @@ class Ties {
   Ties() = default;
   /// \param masses    (n_points), kg
   /// \param moves     (n_points), 1 where a point can move
-  /// \param response  gives ties without a stiffness that of a contact between the two bodies
+  /// \param response  ties without a stiffness get that of a contact between the two bodies
   Ties(const std::vector<HeldTie>& ties, const Bodies& bodies, std::span<const double> masses,
        std::span<const std::uint8_t> moves, const ContactResponse& response);
 

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-/// Forces on the corners of a triangle that have the sum `force` and the torque of it at `place`.
+/// Forces on the corners of a triangle with the sum `force`, and the torque of that force at `place`.
 std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
                                const Vec3& force) {
   const std::array<double, 3> b = weights_in(t, area_vector(t), q);
@@ -34,7 +34,7 @@ std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, cons
   return forces;
 }
 
-/// Puts forces on the points of the surfaces.
+/// Distributes forces to the points of the surfaces.
 class SurfaceForces {
  public:
   SurfaceForces(const Bodies& bodies, std::span<const Vec3> positions)
@@ -55,7 +55,7 @@ class SurfaceForces {
     const bool self = contact.body_inside(bodies_) == contact.penetrated_body(bodies_);
     add_below(tet, self ? point : -1, place, -contact.force, contact.direction);
   }
-  /// Its points are at the surface.
+  /// Adds a contact of an edge, whose points are on the surface.
   void add_edge(const ActedContact& contact) {
     for (std::size_t k = 0; k < 2; ++k)
       at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
@@ -109,7 +109,7 @@ class SurfaceForces {
   }
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
     const Face face = face_at(tet, without, place, direction);
-    if (face.corners[0] < 0) {  // no face is left: the whole on a corner of the tet
+    if (face.corners[0] < 0) {  // no face remains: the whole force on a corner of the tet
       at(sums_, at(bodies_.tets(), tet)[0]) += force;
       return;
     }
@@ -124,12 +124,12 @@ class SurfaceForces {
   ExitSearch search_;
 };
 
-/// What the triangles around a point add up to.
+/// Sums over the triangles around a point.
 struct Around {
   double area = 0.0;
   Vec3 normal{};  ///< outward, twice the area long
   int count = 0;
-  /// Part of the point's force that a triangle of this area has.
+  /// Fraction of the point's force for a triangle of this area.
   [[nodiscard]] double part(double triangle) const {
     return area > 0.0 ? triangle / area : 1.0 / static_cast<double>(count);
   }

@@ -13,8 +13,8 @@ namespace palpate {
 /// SurfaceTractions. A force at a place x below the nearest point q of a triangle, with barycentric weights b
 /// and the centroid c of the corners x_i, becomes the corner forces
 ///   b_i f + t x (x_i - c),  sum_i (|x_i - c|^2 I - (x_i - c) (x_i - c)^T) t = (x - q) x f:
-/// the least couple that keeps the torque. Of faces about as near, one that faces as the contact's direction
-/// does is taken. O(contacts + points + triangles).
+/// the least couple that keeps the torque. Among faces at similar distances, one that faces along the
+/// contact's direction is used. O(contacts + points + triangles).
 [[nodiscard]] SurfaceTractions tractions_of(std::span<const ActedContact> contacts, const Bodies& bodies,
                                             std::span<const Vec3> positions);
 

@@ -12,18 +12,18 @@
 /// Sums of contact forces. Arms are those of the points that are inside, for the force and for its reaction.
 namespace palpate {
 
-/// What the contacts did to a body, about a point. O(contacts).
+/// The wrench of contacts on a body, about a point. O(contacts).
 [[nodiscard]] Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
                                std::span<const Vec3> positions, Index body, const Vec3& about);
 
-/// What each two bodies that touched did to each other, sorted by (body_a, body_b).
-/// \param centers  (n_bodies x 3) that torques are about, m
+/// The wrenches between each two bodies in contact, sorted by (body_a, body_b).
+/// \param centers  (n_bodies x 3) reference points of torques, m
 /// O(contacts log).
 [[nodiscard]] std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts,
                                                         const Bodies& bodies, std::span<const Vec3> positions,
                                                         std::span<const Vec3> centers);
 
-/// The sum of forces on the points of a range that are wanted, about a point. O(points of the range).
+/// The wrench of forces on the wanted points of a range, about a point. O(points of the range).
 template <class Wanted>
 Wrench wrench_of_points(std::span<const Vec3> forces, std::span<const Vec3> positions, Range points,
                         const Vec3& about, Wanted&& wanted) {

@@ -11,7 +11,7 @@ constexpr std::size_t grain = std::size_t{1} << 14;
 
 using Words = std::span<const std::uint64_t>;
 
-/// How many of the first `rank` words of the merge of a and b come from a.
+/// The number of words from a among the first `rank` words of the merge of a and b.
 std::size_t taken_from(Words a, Words b, std::size_t rank) {
   std::size_t low = rank > b.size() ? rank - b.size() : 0;
   std::size_t high = std::min(rank, a.size());
@@ -26,7 +26,7 @@ std::size_t taken_from(Words a, Words b, std::size_t rank) {
   return low;
 }
 
-/// Merges without branches on the order of the words, which nothing predicts.
+/// Merges without branches on the order of words, which is unpredictable.
 void merge(Words a, Words b, std::uint64_t* out) {
   std::size_t i = 0;
   std::size_t j = 0;
@@ -54,8 +54,8 @@ void merge_piece(Words a, Words b, std::size_t begin, std::size_t end, std::uint
 }  // namespace
 
 void ComparisonSort::sort_chunk(std::span<std::uint64_t> words, std::span<std::uint64_t> scratch) const {
-  // Moves what keeps ascending to the front and the rest to scratch. A word that is followed by a smaller one
-  // may itself be the one out of order (a key that grew): if its predecessor still fits, it goes too.
+  // Moves ascending words to the front and the others to scratch. A word before a smaller one may itself be
+  // out of order (its key grew). If its predecessor fits before the smaller one, it goes to scratch too.
   std::size_t kept = 0;
   std::size_t out = 0;
   const std::size_t most_out = words.size() / 4;
@@ -78,7 +78,7 @@ void ComparisonSort::sort_chunk(std::span<std::uint64_t> words, std::span<std::u
   }
   if (out == 0) return;
   std::sort(scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(out));
-  // From the back, so that the words merge in their own place.
+  // From the back, so that the merge is in place.
   std::size_t place = words.size();
   while (out > 0) {
     const bool from_kept = kept > 0 && words[kept - 1] > scratch[out - 1];
@@ -99,7 +99,7 @@ void ComparisonSort::merge_runs(const parallel::Threads& threads, Words in, std:
 }
 
 void ComparisonSort::operator()(const parallel::Threads& threads, std::vector<std::uint64_t>& words) {
-  scratch_.reserve(words.capacity());  // the two swap places
+  scratch_.reserve(words.capacity());  // the two buffers are swapped
   scratch_.resize(words.size());
   parallel::for_chunks(threads, words.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     sort_chunk(std::span(words).subspan(begin, end - begin), std::span(scratch_).subspan(begin, end - begin));

@@ -9,11 +9,11 @@
 
 namespace palpate {
 
-/// Parallel comparison sort, as the STL sort of the paper (5, "Parallel sorting"): chunks are sorted on their
-/// own and merged in pairs, each merge cut into pieces of equal size.
+/// Parallel comparison sort, like the STL sort of the paper (5, "Parallel sorting"): chunks are sorted
+/// independently and merged in pairs, each merge cut into pieces of equal size.
 ///
-/// Gains from predominantly sorted input: of each chunk the words that keep ascending stay, those that break
-/// the order are taken out, sorted and merged back; chunks that follow each other in order are not merged.
+/// It is faster for predominantly sorted input: in each chunk, words out of order are taken out, sorted and
+/// merged back; chunks that are already in order are not merged.
 class ComparisonSort {
  public:
   /// Sorts `words`. O(n log n), O(n) where they are nearly sorted; keeps its scratch memory.

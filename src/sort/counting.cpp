@@ -11,8 +11,8 @@ namespace palpate {
 namespace {
 
 constexpr int most_digit_bits = 11;
-constexpr int fewest_digit_bits = 6;  ///< ranges enough to divide among threads
-constexpr int range_bits = 12;  ///< cells of a range where there are ranges enough: their starts fill 16 KiB
+constexpr int fewest_digit_bits = 6;  ///< so that there are enough ranges for the threads
+constexpr int range_bits = 12;  ///< cells of a range, if there are enough ranges: their starts fill 16 KiB
 
 /// Bits of the key below those that choose the range.
 int low_bits(int key_bits) {
@@ -33,7 +33,7 @@ void sort_range(std::span<const std::uint64_t> in, std::uint32_t first_word, std
     position += count;
   }
   for (const std::uint64_t word : in) out[begin[word_key(word) - first_cell]++] = word;
-  // Each start has moved on to the start of the next cell: shift them back.
+  // The writes have advanced each start to that of the next cell: shift them back.
   std::copy_backward(begin.begin(), begin.end() - 1, begin.end());
   begin.front() = first_word;
 }
@@ -79,7 +79,7 @@ void index_cells(const parallel::Threads& threads, std::span<const std::uint64_t
   parallel::for_chunks(
       threads, cell_begin.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::size_t first = begin_of(begin);
-        const std::size_t last = begin_of(end - 1);  // words of the last cell begin cells of the next chunk
+        const std::size_t last = begin_of(end - 1);  // later words write starts of the next chunk
         std::uint32_t* const cells = cell_begin.data();
         std::fill(cells + begin, cells + end, 0U);
         cells[begin] = static_cast<std::uint32_t>(first);

@@ -14,8 +14,8 @@ namespace palpate {
 /// Words of a chunk: a histogram of up to 2^11 digits (8 KiB) is small beside them.
 inline constexpr std::size_t digit_grain = std::size_t{1} << 15;
 
-/// How `items` are cut for a digit pass. The passes are stable, so the cut cannot be seen in the result: a
-/// single thread takes everything as one chunk and saves the histograms of the others.
+/// The grain of a digit pass. The passes are stable, so the result does not depend on it. A single thread
+/// uses one chunk, which needs only one histogram.
 inline std::size_t digit_grain_for(const parallel::Threads& threads, std::size_t items) {
   return threads.count() == 1 ? std::max<std::size_t>(items, 1) : digit_grain;
 }
@@ -39,8 +39,8 @@ inline std::size_t counts_to_positions(std::span<std::uint32_t> histograms, std:
   return largest;
 }
 
-/// Writes a word for each reference that has a key, stably by the digit (key >> shift) & (digits - 1). Those
-/// without a key get the digit `digits` and come last. `words` has keys.size() places.
+/// Writes a word for each reference with a key, in stable order of the digit (key >> shift) & (digits - 1).
+/// Those without a key get the digit `digits` and come last. `words` has keys.size() places.
 /// \param digits       a power of two; higher bits of keys are ignored
 /// \param histograms   scratch; holds the end of each digit in each chunk afterwards (chunks x (digits + 1))
 /// \param digit_begin  where each digit begins, and where those without a key do (digits + 1)

@@ -9,18 +9,17 @@
 
 namespace palpate {
 
-/// Stores the key of each reference and finds those that changed since the last frame: the movers. One
-/// pass over old and new keys in order of the references, so that nothing is gathered.
+/// Stores the key of each reference and finds those that changed since the last frame: the movers. One pass
+/// over old and new keys in the order of references, without gathers.
 class KeyChanges {
  public:
-  /// Compares `keys` (one a reference, no_key for those without a word) with those of the last accept().
-  /// References beyond either list have no key in it. Changes nothing that accept() does not take over.
-  /// O(references).
+  /// Compares `keys` (one per reference, no_key for those without a word) with those of the last accept().
+  /// References beyond the end of a list have no key. The stored keys change only in accept(). O(references).
   void find(const parallel::Threads& threads, std::span<const std::uint32_t> keys);
 
   /// References whose key changed, those that appeared or disappeared included.
   [[nodiscard]] std::size_t movers() const { return movers_; }
-  /// Words of the last accepted keys, and of those that find() saw.
+  /// Number of words of the last accepted keys, and of the keys of find().
   [[nodiscard]] std::size_t words_before() const { return words_; }
   [[nodiscard]] std::size_t words_now() const { return words_ + appeared_ - disappeared_; }
 
@@ -30,7 +29,7 @@ class KeyChanges {
   /// then its new word. Parallel; up to two for each mover.
   void list_events(const parallel::Threads& threads, std::vector<std::uint64_t>& events);
 
-  /// Takes over the keys of the last find() as those of the last frame.
+  /// Stores the keys of the last find() as those of the last frame.
   void accept(const parallel::Threads& threads);
   /// Clears all keys.
   void clear();

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-/// Keys for each word up to which a domain counts as dense; beyond, writing the starts of empty cells costs
+/// Keys per word up to which a domain counts as dense. Above that, writing the starts of empty cells costs
 /// more than another pass of a radix sort (docs/notes/benchmarks.md).
 constexpr std::size_t dense_keys_per_word = 4;
 
@@ -16,13 +16,14 @@ Sort PointSort::choose(std::uint32_t key_count, bool wants_cells) {
   if (method_ == Sort::counting) return dense ? Sort::counting : Sort::radix;
   if (method_ != Sort::adaptive) return method_;
   if (switch_.repairs(changes_.movers(), changes_.words_now())) return Sort::repair;
-  // Counting pays through the cell starts that it gives; without them radix is as fast.
+  // Counting sort is better because it also computes cell starts; without them radix sort is as fast.
   return dense && wants_cells ? Sort::counting : Sort::radix;
 }
 
 void PointSort::sort_by_comparison(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                                    std::vector<std::uint64_t>& words) {
-  // Last frame's order with the new keys: predominantly sorted. What disappeared gets no_key and comes last.
+  // Puts new keys into the last order, which is then predominantly sorted. Points that disappeared get no_key
+  // and come last.
   parallel::for_each(threads, words.size(), std::size_t{1} << 14, [&](std::size_t i) {
     const std::uint32_t reference = word_reference(words[i]);
     words[i] = make_word(reference < keys.size() ? keys[reference] : no_key, reference);

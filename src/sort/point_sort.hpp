@@ -18,7 +18,7 @@
 namespace palpate {
 
 /// Keeps words (key, reference) sorted from frame to frame, where each reference has one key at most. The
-/// words do not depend on the method, nor on the thread count.
+/// words depend neither on the method nor on the thread count.
 class PointSort {
  public:
   struct Result {
@@ -29,17 +29,16 @@ class PointSort {
   explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}
 
   /// Sorts one frame.
-  /// \param keys        key of each reference, < key_count, or no_key for those without a word; fewer than
-  /// 2^31 \param words       in: what the last call gave (anything in the first call, or of another size,
-  /// starts
-  ///                    anew); out: one word for each reference with a key, sorted
+  /// \param keys  key of each reference, < key_count, or no_key for those without a word; fewer than 2^31
+  /// \param words  in: what the last call gave (in the first call, or with another size, its content is
+  ///               ignored); out: one word for each reference with a key, sorted
   /// \param cell_begin  optional, (key_count + 1): in: what the last call gave, out: where each key's words
   /// begin Allocates nothing once frames of this size, and with at least half as many movers, were seen.
   /// O(references x digits of the keys) at most for radix.
   Result update(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                 std::uint32_t key_count, std::vector<std::uint64_t>& words,
                 std::vector<std::uint32_t>* cell_begin = nullptr);
-  /// The next update() starts anew, as the first one does.
+  /// Makes the next update() a full sort, like the first one.
   void forget() { changes_.clear(); }
   /// Of Sort::adaptive.
   [[nodiscard]] SortSwitch& adaptive_switch() { return switch_; }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int most_digit_bits = 11;
 
-/// Width of the digits when keys of `bits` bits take as few passes as they can.
+/// Width of digits with which keys of `bits` bits need the fewest passes.
 int digit_width(int bits) {
   const int passes = std::max(1, (bits + most_digit_bits - 1) / most_digit_bits);
   return std::max(1, (bits + passes - 1) / passes);
@@ -61,7 +61,7 @@ void RadixSort::from_keys(const parallel::Threads& threads, std::span<const std:
   const int bits = key_count == 0 ? 0 : static_cast<int>(std::bit_width(key_count - 1));
   const int width = digit_width(bits);
   words.resize(keys.size());
-  scratch_.reserve(keys.size());  // the two swap places: the next call must find room in either
+  scratch_.reserve(keys.size());  // the two buffers are swapped, so both need room for the next call
   scatter_keys(threads, keys, 0, std::size_t{1} << width, histograms_, digit_begin_, words);
   words.resize(digit_begin_.back());
   scratch_.resize(words.size());

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// Parallel radix sort, least significant digit first; stable. Keys of b bits take ceil(b / 11) passes with
-/// digits of equal width: 2^11 open write positions are the most that pay (docs/notes/benchmarks.md).
+/// digits of equal width: more than 2^11 open write positions are slower (docs/notes/benchmarks.md).
 class RadixSort {
  public:
   /// Sorts `words` by the bits from `first_bit` up to the highest bit set in `largest`; digits above it are
@@ -23,7 +23,7 @@ class RadixSort {
                  std::uint32_t key_count, std::vector<std::uint64_t>& words);
 
  private:
-  /// Sorts by `digit_bits` bits from `bit`; leaves `words` alone if one digit holds them all.
+  /// Sorts by `digit_bits` bits from `bit`; does nothing if all words have the same digit.
   void pass(const parallel::Threads& threads, std::vector<std::uint64_t>& words, int bit, int digit_bits);
 
   std::vector<std::uint64_t> scratch_;

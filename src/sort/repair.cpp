@@ -14,10 +14,10 @@ namespace {
 
 /// Words of a segment, and cells of a chunk.
 constexpr std::size_t grain = std::size_t{1} << 15;
-/// Events from which the histograms of a radix sort pay.
+/// Number of events above which a radix sort is faster.
 constexpr std::size_t few_events = 256;
 
-/// Words and cells that can be indexed anew in the time that one event takes to shift what follows it.
+/// Words (and cells) that a full index handles in the time in which one event shifts what follows it.
 constexpr std::size_t words_for_an_event = 32;
 
 constexpr std::uint64_t unmarked(std::uint64_t event) {
@@ -36,8 +36,8 @@ void RepairSort::sort_events(const parallel::Threads& threads, std::uint32_t key
               [](std::uint64_t a, std::uint64_t b) { return unmarked(a) < unmarked(b); });
     return;
   }
-  // Events come in order of their references, and the sort is stable: only the keys are left to sort by.
-  // Removed keys may be those of a frame with more keys.
+  // Events are in the order of references, and the sort is stable, so it sorts by key only. Removed keys may
+  // be those of a frame with more keys.
   std::uint64_t largest = make_word(key_count == 0 ? 0 : key_count - 1, no_key);
   for (const std::uint64_t event : events_) largest |= event;
   radix_(threads, events_, word_key_bit, largest);
@@ -65,7 +65,7 @@ void RepairSort::cut(const parallel::Threads& threads, std::span<const std::uint
 
 void RepairSort::shift_cells(const parallel::Threads& threads, std::span<const std::uint64_t> words,
                              std::vector<std::uint32_t>& cell_begin) const {
-  // A cell begins later by what was inserted before it, and earlier by what was removed.
+  // The begin of a cell grows by the words inserted before it, less those removed.
   parallel::for_chunks(
       threads, cell_begin.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::uint64_t bound = make_word(static_cast<std::uint32_t>(begin), 0);
@@ -88,15 +88,15 @@ void RepairSort::shift_cells(const parallel::Threads& threads, std::span<const s
 void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& changes, std::uint32_t key_count,
                             std::vector<std::uint64_t>& words, std::vector<std::uint32_t>* cell_begin) {
   if (changes.movers() == 0) return;
-  // Room for what the switch sends here (two events for each mover), and for frames with more movers than
-  // this one.
+  // Room for the events that the switch allows (two per mover), and for frames with more movers than this
+  // one.
   make_room(events_, words.size() / 4);
   if (events_.capacity() < 2 * changes.movers()) events_.reserve(std::bit_ceil(4 * changes.movers()));
   changes.list_events(threads, events_);
   sort_events(threads, key_count);
   cut(threads, words);
   if (merged_.capacity() < changes.words_now()) {
-    merged_.clear();  // nothing to carry over
+    merged_.clear();  // no words to copy
     merged_.reserve(changes.words_now() + changes.words_now() / 8);
   }
   merged_.resize(changes.words_now());

@@ -11,13 +11,13 @@
 
 namespace palpate {
 
-/// Sorts by repair of last frame's order (paper 5, "Parallel sorting": the domain is predominantly sorted).
-/// The old and the new word of each mover are sorted, and merged with last frame's words: what stays is only
-/// copied. The result is exactly that of a full sort.
+/// Sorts by repairing the order of the last frame (paper 5, "Parallel sorting": the domain is predominantly
+/// sorted). The old and the new word of each mover are sorted, and merged with last frame's words: words that
+/// stay are only copied. The result is exactly that of a full sort.
 class RepairSort {
  public:
   /// Turns `words`, sorted for the keys that `changes` last accepted, into those of its last find(); does not
-  /// accept them. Where all of the first frame appears, this is a sort of everything.
+  /// accept them. In the first frame all words are new, and this is a full sort.
   /// \param cell_begin  if given: where the words of each key begin, in and out (key_count + 1), for the same
   ///                    key_count as last frame
   /// O(words + movers x digits of the keys); keeps its scratch memory.
@@ -25,7 +25,7 @@ class RepairSort {
                   std::vector<std::uint64_t>& words, std::vector<std::uint32_t>* cell_begin);
 
  private:
-  /// Words [first_word, ...) of last frame, the events from first_event and the place of what they give.
+  /// Words [first_word, ...) of last frame, the events from first_event and the place of the merged words.
   struct Segment {
     std::size_t first_event = 0;
     std::size_t first_merged = 0;

@@ -20,7 +20,7 @@ void sort_into_rows(std::span<const T> items, std::size_t rows, Key&& key, std::
   resize_with_room(sorted, items.size());
   for (const T& item : items)
     sorted[static_cast<std::size_t>(begin[static_cast<std::size_t>(key(item))]++)] = item;
-  // Each start has moved on to the start of the next row: shift them back.
+  // The writes have advanced each start to that of the next row: shift them back.
   for (std::size_t r = rows; r > 0; --r) begin[r] = begin[r - 1];
   begin[0] = 0;
 }

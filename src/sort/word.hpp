@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-/// What the sorts order: key in the high 32 bits, reference (below 2^31) in the low ones. The order of words
-/// is that of (key, reference), so there is one sorted list and every sort finds it.
+/// The words that are sorted: key in the high 32 bits, reference (below 2^31) in the low ones. Words are
+/// ordered by (key, reference), so the sorted list is unique and every sort gives it.
 constexpr std::uint64_t make_word(std::uint32_t key, std::uint32_t reference) {
   return (std::uint64_t{key} << 32) | reference;
 }

@@ -21,7 +21,7 @@ using namespace nlohmann::literals;
 const std::string source = "message from the page";
 constexpr std::size_t most_fields = 4;
 
-/// What of a simulation can change while it runs.
+/// Settings of a simulation that can change while it runs.
 struct LiveSettings {
   SimulationSettings& settings;
 };
@@ -90,7 +90,7 @@ void describe(Visitor& v, Shown& shown) {
   constexpr double largest_exact = 9007199254740992.0;  // 2^53
   v.required("frame", shown.frame, scene_format::within(0, largest_exact));
 }
-/// Refuses what no simulation takes, so that the page hears of it at once.
+/// Throws Error for values that no simulation accepts, so that the page gets an answer at once.
 void decode(const Context& /*context*/, const std::string& /*path*/, const nlohmann::json& json,
             Change& change, const Limits& /*limits*/) {
   static_cast<void>(changed({}, json));
@@ -112,7 +112,7 @@ Command parse_command(std::string_view text) {
 
 nlohmann::ordered_json settings_json(const SimulationSettings& settings) {
   SimulationSettings copy =
-      settings;  // the tables serve reading too, so they take references that are not const
+      settings;  // the tables are also used for reading, so they take non-const references
   LiveSettings live{copy};
   scene_format::Writer writer("");
   describe(writer, live);
@@ -122,7 +122,7 @@ nlohmann::ordered_json settings_json(const SimulationSettings& settings) {
 SimulationSettings changed(const SimulationSettings& settings, const nlohmann::json& change) {
   SimulationSettings copy = settings;
   nlohmann::json named = change;
-  // A scene has no word for "no budget": it leaves the key out, which here means "as it is".
+  // A scene has no value for "no budget": it omits the key, which here means "unchanged".
   if (named.contains("/contact/budget"_json_pointer) && named["contact"]["budget"].is_null()) {
     copy.detection.budget.reset();
     named["contact"].erase("budget");

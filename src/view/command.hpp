@@ -11,9 +11,9 @@
 #include <palpate/settings.hpp>
 #include <palpate/types.hpp>
 
-/// What a page may ask for: a JSON object with one key, the name of the command, and its arguments as an
-/// object: {"pull": {"vertex": 17, "target": [0, 0, 1]}}. Positions are relative to the origin that the page
-/// was told, vertices are those of Surface. docs/viewer.md lists all commands.
+/// Commands of a page: a JSON object with one key, the name of the command, and its arguments as an object:
+/// {"pull": {"vertex": 17, "target": [0, 0, 1]}}. Positions are relative to the origin that was sent to the
+/// page, vertices are those of Surface. docs/viewer.md lists all commands.
 namespace palpate::view {
 
 struct Play {
@@ -21,19 +21,19 @@ struct Play {
 };
 struct StepOnce {};
 struct Reset {};
-/// Simulated time per time of the clock, at most; none: as fast as it can.
+/// Largest ratio of simulated time to clock time; none: as fast as possible.
 struct SetSpeed {
   std::optional<double> speed;
 };
-/// What of a simulation can change while it runs, as the page says it; what is absent stays.
+/// New settings from the page; absent ones stay.
 struct Change {
   nlohmann::json settings = nlohmann::json::object();
 };
-/// Pulls a vertex by a spring, in place of any the page held before.
+/// Pulls a vertex by a spring; replaces the pull of this page before it.
 struct Pull {
   Index vertex = -1;
   Vec3 target{};
-  double strength = 1.0;  ///< times the usual stiffness
+  double strength = 1.0;  ///< over the usual stiffness
 };
 struct MovePull {
   Vec3 target{};
@@ -45,23 +45,24 @@ struct DriveMotion {
   std::optional<double> time;
   std::optional<Vec3> offset;
 };
-/// Lets a prescribed motion run in time again, from where it is on its path.
+/// Lets a prescribed motion continue in time, from its place on the path.
 struct ResumeMotion {
   Index motion = -1;
 };
 struct Seek {
   Index frame = 0;
 };
-/// What the page wants to be sent beside the positions.
+/// The data that the page wants beside the positions.
 struct DisplayOptions {
   bool contacts = false;
   bool borders = false;
   bool cells = false;
-  bool forces = false;                ///< of contacts, on each body
-  std::vector<std::string> fields{};  ///< by name, a number for each vertex; of a vector its length
+  bool forces = false;  ///< of contacts, on each body
+  std::vector<std::string>
+      fields{};  ///< names of fields, sent as a number for each vertex; for vectors the length
   friend bool operator==(const DisplayOptions&, const DisplayOptions&) = default;
 };
-/// The page has drawn a frame: it can take another.
+/// The page has drawn a frame and can take another.
 struct Shown {
   double frame = 0.0;
 };
@@ -69,7 +70,7 @@ struct Shown {
 using Command = std::variant<Play, StepOnce, Reset, SetSpeed, Change, Pull, MovePull, LetGo, DriveMotion,
                              ResumeMotion, Seek, DisplayOptions, Shown>;
 
-/// Longer messages are refused unread.
+/// Longer messages are refused without parsing.
 inline constexpr std::size_t longest_message = 4096;
 
 /// Throws Error "message from the page: ..." on anything but a command. O(length).
@@ -78,7 +79,7 @@ Command parse_command(std::string_view text);
 /// The settings that Change can name, as JSON.
 nlohmann::ordered_json settings_json(const SimulationSettings& settings);
 
-/// `settings` with what a Change names; throws Error naming the key of what is refused.
+/// `settings` with the values of a Change; throws Error naming the key of a refused value.
 SimulationSettings changed(const SimulationSettings& settings, const nlohmann::json& change);
 
 }  // namespace palpate::view

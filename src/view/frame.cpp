@@ -11,10 +11,10 @@
 namespace palpate::view {
 namespace {
 
-/// More cells than that are not drawn; the page gets their number.
+/// More cells are not drawn; the page then gets their number only.
 constexpr std::size_t most_cells = 1 << 16;
 
-/// Writes vectors one behind the other.
+/// Writes vectors one after the other.
 class Writer {
  public:
   Writer(std::span<float> place, const Vec3& origin) : place_(place), origin_(origin) {}
@@ -38,7 +38,7 @@ void add_positions(Message& message, const char* name, const Surface& surface,
   for (const Index point : surface.points()) writer.add_position(at(positions, point));
 }
 
-/// Of each contact: position, direction, depth; vertex (-1 for a point inside), its body, penetrated body.
+/// For each contact: position, direction, depth; vertex (-1 for an inner point), its body, penetrated body.
 void add_contacts(Message& message, const Source& source, const Surface& surface) {
   const Contacts& contacts = source.detector().contacts();
   {
@@ -57,8 +57,8 @@ void add_contacts(Message& message, const Source& source, const Surface& surface
   }
 }
 
-/// Of each edge contact, as of contacts: the middle of the part of the edge that is inside, direction, depth;
-/// no vertex, the edge's body, penetrated body.
+/// For each edge contact the same as for contacts: the middle of the inner part of the edge, direction,
+/// depth; no vertex, the edge's body, penetrated body.
 void add_edge_contacts(Message& message, const Source& source) {
   const EdgeContacts& contacts = source.detector().edge_contacts();
   const Bodies& bodies = source.bodies();
@@ -81,7 +81,7 @@ void add_edge_contacts(Message& message, const Source& source) {
   }
 }
 
-/// Of each border edge its two ends, the one in contact first; of each crossing its position.
+/// For each border edge its two ends, the one in contact first; for each crossing its position.
 void add_borders(Message& message, const Source& source) {
   const Detector& detector = source.detector();
   const std::span<const Vec3> positions = source.positions();
@@ -102,7 +102,7 @@ void add_borders(Message& message, const Source& source) {
   }
 }
 
-/// A number for each vertex, of each field that this source has; NaN where it has no value.
+/// For each field of this source, a number for each vertex; NaN where it has no value.
 void add_fields(Message& message, const Source& source, const Surface& surface,
                 std::span<const std::string> names) {
   for (const std::string& name : names) {

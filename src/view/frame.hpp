@@ -6,11 +6,11 @@
 
 namespace palpate::view {
 
-/// What does not change: bodies, triangles, rest positions. Sent once to each page.
+/// The message on what does not change: bodies, triangles, rest positions. Sent once to each page.
 std::string stage_message(const Source& source, const Surface& surface);
 
-/// The state of a source: surface positions (float32, relative to the origin), and what `look` asks for.
-/// `header` is the other data for the page. Time and length O(vertices + what is asked for).
+/// The state of a source: surface positions (float32, relative to the origin), and the data that `look` asks
+/// for. `header` has other data for the page. Time and length O(vertices + requested data).
 std::string frame_message(const Source& source, const Surface& surface, const DisplayOptions& display,
                           nlohmann::ordered_json header);
 

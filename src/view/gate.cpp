@@ -31,7 +31,7 @@ Verdict Gate::check(const Knock& knock) const {
   if (!is_our_host(knock.host)) return {403, "this host is not served here"};
   const std::string origin = std::string("http://").append(knock.host);
   if (knock.origin ? !equal_ignoring_case(*knock.origin, origin) : knock.is_socket) {
-    return {403, "this origin may not ask"};
+    return {403, "requests from this origin are refused"};
   }
   if (knock.method != "GET") return {405, "only GET is answered"};
   std::string_view path = knock.target.substr(0, knock.target.find_first_of("?#"));
@@ -41,7 +41,7 @@ Verdict Gate::check(const Knock& knock) const {
   if (!equal_in_constant_time(token, token_)) {
     return {401, "the address needs the token that the command printed"};
   }
-  // Files are named relative to the folder of the token, so the slash behind it must be there.
+  // Files are named relative to the folder of the token, so the path needs a slash after the token.
   if (path.size() == token.size()) return {404, "the address ends in a slash"};
   return {200, {}, path.substr(token.size() + 1)};
 }

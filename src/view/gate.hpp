@@ -8,7 +8,7 @@
 
 namespace palpate::view {
 
-/// What a request says of itself.
+/// The parts of a request that are checked.
 struct Knock {
   std::string_view method;
   std::string_view target;  ///< path and query
@@ -17,20 +17,20 @@ struct Knock {
   bool is_socket = false;  ///< asks for a WebSocket
 };
 
-/// Why a request is turned away, or what it asks for.
+/// The decision on a request: accepted, or refused with a reason.
 struct Verdict {
   int status = 200;         ///< of HTTP
   std::string_view why{};   ///< for people, where status is not 200
   std::string_view path{};  ///< behind the token: "", "app.js", "socket"
 };
 
-/// Decides who may talk to the server. A page of a foreign site can make the browser of the user send
-/// requests to this machine: it does not know the token, cannot hide its Origin, and where it plays with
-/// names (DNS rebinding) the Host gives it away.
+/// Decides which requests are accepted. A page of a foreign site can make the user's browser send requests to
+/// this machine. But it does not know the token, cannot hide its Origin, and is recognised by the Host if it
+/// uses DNS rebinding.
 class Gate {
  public:
-  /// \param token  what addresses must begin with
-  /// \param names  hosts that the server answers for, without a port
+  /// \param token  the first part of the path of addresses
+  /// \param names  accepted host names, without a port
   Gate(std::string token, std::vector<std::string> names, std::uint16_t port);
 
   /// 405 another method than GET; 403 a Host that is not ours, or an Origin that is not the Host's (a socket
@@ -49,7 +49,7 @@ class Gate {
 std::string random_token();
 /// Whether a text can be a token: 16 to 128 letters, digits, '-' and '_'.
 bool is_token(std::string_view text);
-/// Takes as long wherever the texts differ, so that a token cannot be guessed letter by letter.
+/// Takes the same time wherever the texts differ, so that a token cannot be guessed letter by letter.
 bool equal_in_constant_time(std::string_view a, std::string_view b);
 
 }  // namespace palpate::view

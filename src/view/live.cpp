@@ -33,7 +33,7 @@ Json vector_json(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// The fields that a page can colour by: numbers and vectors that every step has.
+/// The fields for colours on the page: numbers and vectors that exist in every step.
 Json fields_json() {
   Json list = Json::array();
   for (const FieldInfo& field : field_infos()) {
@@ -50,7 +50,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       simulation_(Model(model_), scene.settings, threads),
       surface_(simulation_.bodies()),
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
-      // A fifth of an edge in a step: what tissue in contact can follow.
+      // A fifth of an edge per step, which tissue in contact can follow.
       motions_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
       limits_(model_, simulation_.contact_materials(), edge_lengths_, scene.settings.time_step),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
@@ -143,7 +143,7 @@ Json LiveSource::pulls_json() const {
   return list;
 }
 
-/// With the reactions of prescribed bodies.
+/// Contact forces, and reactions of prescribed bodies.
 Json LiveSource::forces() const {
   Json list = wrenches_json(simulation_);
   for (std::size_t m = 0; m < model_.motions.size() && has_reactions_; ++m) {
@@ -156,7 +156,7 @@ Json LiveSource::forces() const {
   return list;
 }
 
-/// With what the motor of each that is led by hand must give.
+/// The state of prescribed motions; with the force of the motor for those moved by hand.
 Json LiveSource::driven_motions_json() const {
   Json list = motions_.json(time());
   if (!has_reactions_) return list;
@@ -175,7 +175,7 @@ Index LiveSource::spring(const Held& held) {
   return simulation_.grab({point, held.target, stiffness});
 }
 
-/// A hand far away pulls no harder than the tissue can take.
+/// Limits the force of pulls, so that a hand far away does not destroy the tissue.
 void LiveSource::lead_pulls() {
   for (auto& [client, held] : pulls_) {
     simulation_.release(held.grab);
@@ -183,13 +183,12 @@ void LiveSource::lead_pulls() {
   }
 }
 
-/// N/m: what one layer of tets of the body resists about as much as.
+/// N/m: approximate stiffness of one layer of tets of the body.
 double LiveSource::usual_stiffness(Index body) const {
   return at(simulation_.contact_materials(), body).young_modulus * at(edge_lengths_, body);
 }
 
-/// The contact stiffness that bodies like these choose (ContactResponse::stiffness()), as a place to start
-/// from.
+/// A typical automatic contact stiffness of these bodies (ContactResponse::stiffness()), as an initial value.
 double LiveSource::typical_contact_stiffness() const {
   double softest = 0.0;
   for (Index b = 0; b < bodies().body_count(); ++b) {
@@ -231,9 +230,9 @@ void LiveSource::apply(Client client, const Pull& pull) {
 
 void LiveSource::apply(Client client, const MovePull& pull) {
   const auto held = pulls_.find(client);
-  if (held == pulls_.end()) return;  // a reset has taken it
+  if (held == pulls_.end()) return;  // a reset has removed it
   const Vec3 target = stage_.origin + pull.target;
-  simulation_.move_grab(held->second.grab, target);  // refuses what is no place
+  simulation_.move_grab(held->second.grab, target);  // throws Error for coordinates that are not finite
   held->second.target = target;
 }
 

@@ -14,11 +14,11 @@
 
 namespace palpate::view {
 
-/// A running simulation that pages can watch and touch.
+/// A running simulation that pages can watch and change.
 class LiveSource : public Source {
  public:
   /// \param scene    for name, units, colours and settings
-  /// \param model    what load_model() made of it; overlaps may have been taken out
+  /// \param model  the result of load_model(); overlaps may have been removed
   /// Throws Error where Simulation does.
   LiveSource(const Scene& scene, Model model, int threads);
 
@@ -54,23 +54,23 @@ class LiveSource : public Source {
   struct Held {
     Index grab = -1;
     Index vertex = -1;
-    Vec3 target{};           ///< where the hand is
-    double stiffness = 0.0;  ///< of the spring that pulls with less than `most`
-    double most = 0.0;       ///< force, see PullLimits
+    Vec3 target{};           ///< position of the hand
+    double stiffness = 0.0;  ///< of the spring while its force is below `most`
+    double most = 0.0;       ///< largest force, see PullLimits
   };
   [[nodiscard]] nlohmann::ordered_json about(const Scene& scene) const;
   [[nodiscard]] nlohmann::ordered_json motions_json() const;
   [[nodiscard]] nlohmann::ordered_json pulls_json() const;
   [[nodiscard]] nlohmann::ordered_json driven_motions_json() const;
   void lead_pulls();
-  /// A grab with the spring that is right for now.
+  /// Makes or updates a grab with the current spring.
   [[nodiscard]] Index spring(const Held& held);
   [[nodiscard]] Index body_of_motion(Index motion) const;
   [[nodiscard]] double usual_stiffness(Index body) const;
   [[nodiscard]] double typical_contact_stiffness() const;
   [[nodiscard]] bool is_free(Index point) const;
 
-  Model model_;  ///< as at the start
+  Model model_;  ///< at the start
   int threads_;
   Simulation simulation_;
   Surface surface_;
@@ -80,7 +80,7 @@ class LiveSource : public Source {
   Stage stage_;
   PhaseSeconds seconds_{};
   std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
-  std::int64_t most_inverted_tets_ = 0;   ///< the same
+  std::int64_t most_inverted_tets_ = 0;   ///< since the start or reset()
   bool has_reactions_ = false;            ///< the last step computed reactions of prescribed bodies
   std::map<Client, Held> pulls_;
 };

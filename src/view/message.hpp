@@ -13,7 +13,7 @@ namespace palpate::view {
 /// "arrays": [name, "f4" | "i4", values].
 class Message {
  public:
-  /// Begins an array of `count` numbers; returns the place to write them to, valid until the next call.
+  /// Begins an array of `count` numbers; returns the memory to write them to, valid until the next call.
   std::span<float> add_floats(std::string_view name, std::size_t count);
   std::span<std::int32_t> add_integers(std::string_view name, std::size_t count);
 

@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-/// A path may be run through so much faster than by itself.
+/// Largest speed along a path by hand, over its own speed.
 constexpr double fastest_path = 4.0;
 
 }  // namespace

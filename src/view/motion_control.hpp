@@ -12,10 +12,10 @@ namespace palpate::view {
 /// Moves bodies with a prescribed motion by hand: along the path, or off it, and never faster than tissue can
 /// follow.
 ///
-/// Motions that nobody touches are left alone, so that a run that is only watched has the bits of any other.
+/// Other motions are not changed, so that watching a run does not change its bits.
 class MotionControl {
  public:
-  /// \param longest_step  how far an offset moves in a step at most
+  /// \param longest_step  largest change of an offset in a step
   MotionControl(std::vector<Motion> paths, double longest_step);
 
   /// Each throws Error on a number out of range.
@@ -26,7 +26,7 @@ class MotionControl {
   void lead(Simulation& simulation, double now, double time_step);
   void reset();
 
-  /// Whether a hand holds any.
+  /// Whether any body is moved by hand.
   [[nodiscard]] bool holds() const;
   /// For each motion: its body's time on the path, its offset, whether it is held.
   [[nodiscard]] nlohmann::ordered_json json(double now) const;
@@ -35,7 +35,7 @@ class MotionControl {
   struct DrivenMotion {
     Motion path;
     bool touched = false;
-    bool held = false;  ///< stays where it is led; else it follows its path in time
+    bool held = false;  ///< moved by hand; else it follows its path in time
     double time = 0.0;
     double wanted_time = 0.0;
     Vec3 offset{};

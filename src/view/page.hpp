@@ -8,11 +8,11 @@ namespace palpate::view {
 /// A file of the page.
 struct PageFile {
   std::string_view name;  ///< "index.html"
-  std::string_view type;  ///< as HTTP says it
+  std::string_view type;  ///< content type of HTTP
   std::string_view content;
 };
 
-/// The page as it was built into this library; empty where npm was missing then.
+/// The files of the page in this library; empty if npm was missing at build time.
 std::span<const PageFile> page_files();
 
 }  // namespace palpate::view

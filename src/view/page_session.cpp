@@ -32,7 +32,7 @@ void PageSession::leave() {
 
 void PageSession::begin(Request request) {
   request_ = std::move(request);
-  beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own clock
+  beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has its own timeout
   socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
   socket_.read_message_max(longest_message);
   socket_.async_accept(request_, [self = shared_from_this()](beast::error_code failed) {
@@ -47,7 +47,7 @@ void PageSession::begin(Request request) {
 
 void PageSession::read() {
   socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
-    if (failed) {  // closed, or a message that is too long
+    if (failed) {  // closed, or the message is too long
       self->leave();
       return;
     }
@@ -68,7 +68,7 @@ void PageSession::take(std::string_view text) {
       display_ = *display;
       hub_->display();
     } else if (const Shown* shown = std::get_if<Shown>(&command)) {
-      // Frames before it came too late to be drawn.
+      // Earlier frames were skipped by the page.
       std::erase_if(in_flight_,
                     [&](std::uint64_t frame) { return static_cast<double>(frame) <= shown->frame; });
       send_news();

@@ -11,7 +11,7 @@
 
 namespace palpate::view {
 
-/// A page that is open: takes its commands, sends it stage, states and frames.
+/// An open page: receives its commands, sends stage, states and frames.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
@@ -22,7 +22,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   PageSession& operator=(const PageSession&) = delete;
 
   void begin(Request request);
-  /// Sends what is new to the page, one message at a time.
+  /// Sends new messages to the page, one at a time.
   void send_news();
   void tell_refusal(const std::string& why);
   [[nodiscard]] const DisplayOptions& display() const { return display_; }
@@ -45,10 +45,10 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   bool joined_ = false;
   bool sending_ = false;
   bool has_stage_ = false;
-  std::uint64_t state_ = 0;                     ///< the last sent
-  std::uint64_t frame_ = 0;                     ///< the last sent
+  std::uint64_t state_ = 0;                     ///< number of the last one sent
+  std::uint64_t frame_ = 0;                     ///< number of the last one sent
   std::deque<std::uint64_t> in_flight_;         ///< numbers of the frames
-  std::shared_ptr<const std::string> refusal_;  ///< the newest that is not yet sent
+  std::shared_ptr<const std::string> refusal_;  ///< the newest one not yet sent
 };
 
 }  // namespace palpate::view

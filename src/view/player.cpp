@@ -20,7 +20,7 @@ Player::Clock::duration ticks(double seconds) {
   return std::chrono::duration_cast<Player::Clock::duration>(Seconds(seconds));
 }
 
-/// Seconds of the clock that a time of the scene stands for.
+/// Seconds per unit of time of the scene.
 double seconds_per_unit(const Json& about) {
   const std::string unit = about.at("units").at("time");
   if (unit == "ms") return 1e-3;
@@ -131,7 +131,7 @@ void Player::run() {
       if (runs() && Clock::now() >= next_step_) advance();
       if (state_stale_) publish_state();
       if (frame_is_due(Clock::now())) publish_frame();
-    } catch (const std::exception& error) {  // out of memory, say: pages must hear of it
+    } catch (const std::exception& error) {  // for example out of memory: pages must be told
       fail(error.what());
     }
   }
@@ -154,7 +154,7 @@ bool Player::frame_is_due(Clock::time_point now) const {
   return frame_wanted_ && (frame_stale_ || display_changed_) && now >= next_frame_;
 }
 
-/// Until there is something to do; false at the end.
+/// Waits until there is something to do; false at the end.
 bool Player::wait() {
   const bool can_run = playing_ && source_->interval();
   std::unique_lock lock(mutex_);
@@ -215,7 +215,7 @@ void Player::execute(Client client, Command& command) {
           since_frame_ = {};
           since_start_ = {};
           simulated_ = 0.0;
-        } else if constexpr (!one_of<What, DisplayOptions, Shown>) {  // those two are between page and server
+        } else if constexpr (!one_of<What, DisplayOptions, Shown>) {  // these two are handled by the server
           source_->apply(client, what);
         }
       },

@@ -17,14 +17,14 @@
 
 namespace palpate::view {
 
-/// How a player starts.
+/// Initial settings of a player.
 struct PlayerSettings {
   bool playing = true;
-  bool alone = false;           ///< runs on while no page is open
+  bool alone = false;           ///< continue while no page is open
   std::optional<double> speed;  ///< see SetSpeed
 };
 
-/// The newest message for pages; none before the first.
+/// The newest messages for pages; null before the first.
 struct News {
   std::shared_ptr<const std::string> frame;  ///< a binary message
   std::uint64_t frame_number = 0;            ///< 0: none yet
@@ -40,38 +40,37 @@ struct Refusal {
 
 /// Runs a source in a thread of its own, takes commands of pages and keeps the newest frame for them.
 ///
-/// Nothing here waits for a page: frames are made when one asked for (want_frame()), at most 60 in a second
-/// of the clock, and replace each other; commands wait in a queue of bounded length. All members may be
-/// called from any thread.
+/// It never waits for a page: frames are made on request (want_frame()), at most 60 per second, and a new one
+/// replaces the last. Commands wait in a queue of bounded length. All members may be called from any thread.
 class Player {
  public:
   using Clock = std::chrono::steady_clock;
-  /// Commands that wait at most; further ones are refused.
+  /// Largest number of waiting commands; further ones are refused.
   static constexpr std::size_t most_commands = 1024;
 
-  /// \param on_news  called in the thread of the player when there is something new; must be short
+  /// \param on_news  called in the thread of the player for each new message; must be short
   Player(std::unique_ptr<Source> source, const PlayerSettings& settings, std::function<void()> on_news);
   ~Player() { stop(); }
   Player(const Player&) = delete;
   Player& operator=(const Player&) = delete;
 
-  /// Ends the thread after the step at hand; from then on nothing is new.
+  /// Ends the thread after the current step; no news after that.
   void stop();
 
   /// False where the queue is full.
   bool post(Client client, Command command);
   void join(Client client);
   void leave(Client client);
-  /// What any page wants to see beside positions.
+  /// Sets the data that any page wants beside positions.
   void display(const DisplayOptions& display);
-  /// A page is ready for a frame newer than its last one.
+  /// Call when a page is ready for a newer frame.
   void want_frame();
 
   [[nodiscard]] News news() const;
   [[nodiscard]] std::vector<Refusal> pop_refusals();
   /// The message that describes the bodies.
   [[nodiscard]] const std::shared_ptr<const std::string>& stage() const { return stage_; }
-  /// JSON for scripts: steps and simulated time since the start of the player, seconds of the clock while it
+  /// JSON for scripts: steps and simulated time since the start of the player, wall-clock seconds while it
   /// played.
   [[nodiscard]] std::string status() const;
 
@@ -93,7 +92,7 @@ class Player {
   [[nodiscard]] bool runs() const;
   [[nodiscard]] bool frame_is_due(Clock::time_point now) const;
 
-  // Of the thread of the player alone:
+  // Used only by the thread of the player:
   std::unique_ptr<Source> source_;
   Surface surface_;
   std::shared_ptr<const std::string> stage_;
@@ -111,7 +110,7 @@ class Player {
   double simulated_ = 0.0;
   std::vector<std::pair<Client, Command>> taken_;
 
-  mutable std::mutex mutex_;  ///< for what follows; held for moments only
+  mutable std::mutex mutex_;  ///< protects the members below; held for short times only
   std::condition_variable changed_;
   std::vector<std::pair<Client, Command>> commands_;
   std::vector<Client> ended_;

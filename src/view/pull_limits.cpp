@@ -49,7 +49,7 @@ const Material& material_of(const Model& model, Index tet) {
   return at(model.materials, model.material_of_tet.empty() ? body : at(model.material_of_tet, tet));
 }
 
-/// (n_points) What the tets at each point take.
+/// (n_points) Largest force by the tets at each point.
 std::vector<double> tet_limits(const Model& model) {
   std::vector<double> forces(model.bodies.points_rest().size(), 0.0);
   const auto count = static_cast<Index>(model.bodies.tets().size());
@@ -77,7 +77,7 @@ std::vector<double> softest_at_points(const Model& model) {
   return moduli;
 }
 
-/// Whether anything holds each body to space or to another.
+/// (n_bodies) Whether a body is fixed, prescribed or tied.
 std::vector<std::uint8_t> held_bodies(const Model& model) {
   const Bodies& bodies = model.bodies;
   std::vector<std::uint8_t> held(bodies.bodies().size(), 0);
@@ -94,7 +94,7 @@ std::vector<std::uint8_t> held_bodies(const Model& model) {
   return held;
 }
 
-/// (n_points) A quarter of each tet.
+/// (n_points) A quarter of the mass of each tet at a point.
 std::vector<double> point_masses(const Model& model) {
   std::vector<double> masses(model.bodies.points_rest().size(), 0.0);
   const auto count = static_cast<Index>(model.bodies.tets().size());

@@ -15,9 +15,9 @@
 
 namespace palpate::view {
 
-/// The frames that `palpate run` left in a folder. Contacts are found anew at the stored positions, which
-/// gives what the run found: contacts depend on positions alone. Displacements count from the first frame.
-/// Fields are those that the run wrote into its frames, forces those of its forces.csv.
+/// The frames that `palpate run` left in a folder. Contacts are detected again at the stored positions. This
+/// gives the contacts of the run, since they depend only on positions. Displacements are relative to the
+/// first frame. Fields are those in the frames, forces those in forces.csv.
 class ReplaySource : public Source {
  public:
   /// Reads run.json, the list of frames and the first frame. Throws Error naming the file that is missing or
@@ -35,7 +35,7 @@ class ReplaySource : public Source {
   [[nodiscard]] const PhaseSeconds& seconds() const override { return seconds_; }
   [[nodiscard]] nlohmann::ordered_json counts() const override;
   [[nodiscard]] nlohmann::ordered_json forces() const override { return forces_.at_time(time()); }
-  /// Of those that the frames have (`output.fields` of the scene).
+  /// A field of the frames (`output.fields` of the scene).
   [[nodiscard]] std::vector<double> field(const std::string& name) const override;
   [[nodiscard]] nlohmann::ordered_json settings() const override { return settings_json(scene_.settings); }
   void apply(Client client, const Change& change) override;
@@ -54,7 +54,7 @@ class ReplaySource : public Source {
   [[nodiscard]] nlohmann::ordered_json about() const;
   [[nodiscard]] nlohmann::ordered_json stored_fields_json() const;
 
-  /// A body as run.json lists it.
+  /// A body as listed in run.json.
   struct Listed {
     std::string name;
     std::uint32_t points = 0;

@@ -58,7 +58,7 @@ struct Server::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  /// From the thread of the player: there is news. Sent once until the server has read it.
+  /// Called in the thread of the player for news. Notifies once until the server has read them.
   void tell() {
     if (told.exchange(true)) return;
     asio::post(context, [this] {

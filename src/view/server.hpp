@@ -12,18 +12,18 @@ namespace palpate::view {
 
 struct ServerSettings {
   std::string host = "127.0.0.1";  ///< address to listen at
-  std::uint16_t port = 0;          ///< 0: any that is free
+  std::uint16_t port = 0;          ///< 0: any free port
   std::string token;               ///< see is_token()
-  std::vector<std::string> names;  ///< further hosts that pages may address it by
+  std::vector<std::string> names;  ///< further host names of this server
 };
 
-/// Whether a text is an IP address, which a server can listen at.
+/// Whether a text is an IP address at which a server can listen.
 bool is_address(const std::string& host);
 
 /// Serves the page over HTTP and the player's messages over WebSockets, in the thread that calls run_for().
 ///
-/// For each page the newest frame wins: at most two are in flight, and the page says when it has drawn
-/// one.
+/// For each page the newest frame wins: at most two are in flight, and the page reports each frame that it
+/// has drawn.
 class Server {
  public:
   /// Listens; throws Error where it cannot.
@@ -37,7 +37,7 @@ class Server {
   [[nodiscard]] std::string address() const;
   [[nodiscard]] Player& player();
 
-  /// Serves for so long.
+  /// Serves for this time.
   void run_for(std::chrono::milliseconds time);
 
  private:

@@ -17,7 +17,7 @@ namespace http = beast::http;
 constexpr std::uint32_t longest_header = 8192;
 constexpr std::chrono::seconds longest_wait(10);
 
-/// The value of a header that must not be there twice.
+/// The value of a header that must not be repeated.
 std::optional<std::string_view> single(const http::request<http::empty_body>& request, http::field field) {
   const auto [first, last] = request.equal_range(field);
   if (first == last || std::next(first) != last) return std::nullopt;
@@ -25,7 +25,7 @@ std::optional<std::string_view> single(const http::request<http::empty_body>& re
   return std::string_view(value.data(), value.size());
 }
 
-/// Whether what came is no HTTP that we take; else the connection has ended or waited too long.
+/// Whether the error is malformed HTTP; other errors are a closed connection or a timeout.
 bool is_malformed(const beast::error_code& failed) {
   const beast::error_code end = http::error::end_of_stream;
   return failed != end && failed.category() == end.category();
@@ -50,7 +50,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
                      [self = shared_from_this()](beast::error_code failed, std::size_t) {
                        if (!failed) return self->answer();
                        if (is_malformed(failed)) {
-                         self->send(400, "text/plain", "this is no request that is answered here\n");
+                         self->send(400, "text/plain", "malformed request\n");
                        }
                      });
   }
@@ -73,10 +73,10 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
     }
     if (verdict.path == "status") return send(200, "application/json", hub_->player->status() + "\n");
     const std::string_view name = verdict.path.empty() ? "index.html" : verdict.path;
-    for (const PageFile& file : page_files()) {  // a table, no files: there is no path to climb out of
+    for (const PageFile& file : page_files()) {  // a table, not the file system: paths cannot leave a folder
       if (file.name == name) return send(200, file.type, std::string(file.content));
     }
-    send(404, "text/plain", "there is no such thing here\n");
+    send(404, "text/plain", "not found\n");
   }
 
   void send(int status, std::string_view type, std::string body) {

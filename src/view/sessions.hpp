@@ -15,7 +15,7 @@ namespace palpate::view {
 
 class PageSession;
 
-/// Common to the sessions, which keep it alive.
+/// Data common to the sessions, which keep it alive.
 struct Hub {
   Hub(Gate g, std::unique_ptr<Player> p) : gate(std::move(g)), player(std::move(p)) {}
 
@@ -25,10 +25,10 @@ struct Hub {
   Client next_client = 1;
   std::size_t connections = 0;
 
-  /// Connections at a time; more are closed at once.
+  /// Largest number of connections; further ones are closed at once.
   static constexpr std::size_t most_connections = 64;
 
-  /// Sends every page what is new to it.
+  /// Sends new messages to every page.
   void spread();
   /// Gives the player the union of the display options of all pages.
   void display();

@@ -25,7 +25,7 @@ Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scen
 
 namespace {
 
-/// The views that the scene has pictures taken of, as the scene says them.
+/// The views of the scene's pictures, in the form of the scene.
 Json views_json(const Scene& scene) {
   const Json output = Json::parse(write_scene(scene)).value("output", Json::object());
   return output.value("views", Json::array());

@@ -24,17 +24,17 @@ inline constexpr std::array<std::string_view, 8> phase_names{"grid",  "contacts"
                                                              "depth", "forces",   "solver",       "step"};
 using PhaseSeconds = std::array<double, phase_names.size()>;
 
-/// Which page a command came from.
+/// The page that sent a command.
 using Client = std::uint64_t;
 
 /// How the world is shown: the same for all frames.
 // What clang-tidy sees thrown in a move is an assertion of nlohmann's.
 struct Stage {                   // NOLINT(bugprone-exception-escape)
   nlohmann::ordered_json about;  ///< for the page: title, units, bodies, ...
-  Vec3 origin{};                 ///< that positions are sent relative to, since float32 is fine near zero
+  Vec3 origin{};  ///< positions are sent relative to it, because float32 is more accurate near zero
 };
 
-/// What pages display: a running simulation, or the stored frames of one. Used by one thread.
+/// The data that pages display: a running simulation, or stored frames. Used by one thread.
 class Source {
  public:
   Source() = default;
@@ -49,23 +49,23 @@ class Source {
   [[nodiscard]] virtual double time() const = 0;               ///< simulated, in the unit of the scene
   /// Simulated time from this state to the next; none at the end.
   [[nodiscard]] virtual std::optional<double> interval() const = 0;
-  /// Goes on to the next state. Throws Error where it cannot.
+  /// Advances to the next state. Throws Error where it cannot.
   virtual void advance() = 0;
   /// Back to the start.
   virtual void reset() = 0;
-  /// What the phases of the last advance() took.
+  /// Times of the phases of the last advance().
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;
   /// Counts of the state, for the page.
   [[nodiscard]] virtual nlohmann::ordered_json counts() const = 0;
-  /// Per body the wrench of its contacts (wrenches_json()), and as "held" its reaction where that is known;
-  /// empty where nothing is.
+  /// For each body the wrench of its contacts (wrenches_json()), and as "held" its reaction if known; empty
+  /// if nothing is known.
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
-  /// (n_points) numbers of a field; empty where this source has none of that name.
+  /// (n_points) numbers of a field; empty where this source does not have it.
   [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }
-  /// What can be set, as it is.
+  /// The current values of settings that can be changed.
   [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
 
-  /// Each throws Error, and changes nothing, where this source cannot do it.
+  /// Each applies a command. Throws Error, and changes nothing, where this source cannot do it.
   virtual void apply(Client client, const Change& change) = 0;
   virtual void apply(Client client, const Pull& pull) = 0;
   virtual void apply(Client client, const MovePull& pull) = 0;
@@ -73,14 +73,14 @@ class Source {
   virtual void apply(Client client, const DriveMotion& command) = 0;
   virtual void apply(Client client, const ResumeMotion& command) = 0;
   virtual void apply(Client client, const Seek& seek) = 0;
-  /// A page is gone, with all it held.
+  /// Called when a page is closed: releases its pulls.
   virtual void forget(Client client) = 0;
 };
 
 /// Name, ranges and colour of each body, for Stage::about.
 nlohmann::ordered_json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scene);
 
-/// Entries of Stage::about that any source has.
+/// Entries of Stage::about that every source has.
 nlohmann::ordered_json about_json(const Scene& scene, const nlohmann::ordered_json& bodies, double diagonal);
 
 /// Whether a page can colour by a field: numbers and vectors.
@@ -91,7 +91,7 @@ nlohmann::ordered_json field_json(const FieldInfo& field);
 /// The counts of a detection, for Source::counts().
 nlohmann::ordered_json detection_json(const DetectionCounts& counts);
 
-/// Middle of the box of all points, and its diagonal. O(points).
+/// Centre and diagonal of the box of all points. O(points).
 struct Extent {
   Vec3 center;
   double diagonal;

@@ -13,10 +13,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t wrench_columns = 6;
 constexpr std::size_t row_width = 2 * wrench_columns;
-/// Points of a chart of the whole run.
+/// Largest number of points in a chart of the whole run.
 constexpr std::size_t most_stretches = 1000;
 
-/// The fields of a line of CSV; quotes as RFC 4180 has them. A name of a body has no line break in practice.
+/// The fields of a line of CSV; quotes as RFC 4180 has them. Line breaks in names of bodies are not
+/// supported.
 std::vector<std::string> csv_fields(std::string_view line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -102,7 +103,7 @@ void StoredForces::add_row(const std::vector<std::string>& fields) {
 
 Json StoredForces::at_time(double time) const {
   Json list = Json::array();
-  // Times in the two files are the same numbers, or nearly.
+  // Times in the two files are equal up to rounding.
   const double slack = 1e-9 * (times_.empty() ? 0.0 : times_.back());
   const auto found = std::ranges::lower_bound(times_, time - slack);
   if (found == times_.end() || *found > time + slack) return list;

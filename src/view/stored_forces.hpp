@@ -11,25 +11,25 @@
 
 namespace palpate::view {
 
-/// What acted on the bodies in each step of a run: its forces.csv.
+/// The forces on bodies in each step of a run, from forces.csv.
 class StoredForces {
  public:
   StoredForces() = default;
-  /// \param names  of the bodies, in their order
-  /// Without the file, or where it is not that of these bodies, there are no forces; a row that is cut off is
-  /// left out.
+  /// \param names  of the bodies, in their order.
+  /// Without the file, or if it is for other bodies, there are no forces. A truncated row is left out.
   StoredForces(const std::filesystem::path& file, std::span<const std::string> names);
 
   [[nodiscard]] bool any() const { return !times_.empty(); }
-  /// Of each body in the step that led to a time, as wrenches_json() has them; empty where no row is of it.
+  /// For each body, the wrenches in the step that led to a time, in the form of wrenches_json(); empty where
+  /// no row has that time.
   [[nodiscard]] nlohmann::ordered_json at_time(double time) const;
-  /// {"times": [...], "bodies": [[...] per body]}: sizes of the contact forces over the run, the largest of
-  /// each stretch where steps are many.
+  /// {"times": [...], "bodies": [[...] per body]}: lengths of the contact forces over the run; for long runs
+  /// the largest of each interval.
   [[nodiscard]] nlohmann::ordered_json history() const;
 
  private:
   struct Columns {
-    std::size_t contact = 0;          ///< the first of six
+    std::size_t contact = 0;          ///< the first of six columns
     std::optional<std::size_t> held;  ///< the same
   };
   bool find_columns(const std::vector<std::string>& header, std::span<const std::string> names);
@@ -37,7 +37,7 @@ class StoredForces {
 
   std::size_t time_column_ = 0;
   std::vector<Columns> columns_;  ///< (n_bodies)
-  std::vector<double> times_;     ///< growing
+  std::vector<double> times_;     ///< ascending
   std::vector<double> values_;    ///< (rows x 12 n_bodies): contact, then held (zero where it is not)
 };
 

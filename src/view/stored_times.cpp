@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-/// "time" and the phases, as metrics.csv names them before their units.
+/// "time" and the phases, with the names of metrics.csv without units.
 constexpr std::array<std::string_view, 1 + phase_names.size()> columns{
     "time",       "wall_grid",   "wall_contacts", "wall_border_edges", "wall_crossings",
     "wall_depth", "wall_forces", "wall_solver",   "wall_step"};
@@ -74,7 +74,7 @@ std::vector<StoredStep> read_stored_times(const std::filesystem::path& metrics) 
 }
 
 PhaseSeconds mean_seconds(const std::vector<StoredStep>& steps, double begin, double end) {
-  // Times in the two files are the same numbers, or nearly.
+  // Times in the two files are equal up to rounding.
   const double slack = 1e-9 * std::max(end - begin, 0.0);
   PhaseSeconds sum{};
   std::size_t count = 0;

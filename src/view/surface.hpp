@@ -9,15 +9,15 @@
 
 namespace palpate::view {
 
-/// What of the bodies can be seen from outside: the surface triangles, and their points numbered anew as
-/// vertices, in the order of the points. So the vertices of a body are a range, as its triangles are.
+/// The visible part of the bodies: the surface triangles, and their points, renumbered as vertices in the
+/// order of points. So the vertices of a body are a range, like its triangles.
 class Surface {
  public:
   explicit Surface(const Bodies& bodies);
 
   [[nodiscard]] Index vertex_count() const { return static_cast<Index>(points_.size()); }
   [[nodiscard]] std::span<const Index> points() const { return points_; }  ///< (n_vertices) point of a vertex
-  /// -1 for a point inside.
+  /// The vertex of a point; -1 for an inner point.
   [[nodiscard]] Index vertex_of(Index point) const { return vertices_[static_cast<std::size_t>(point)]; }
   [[nodiscard]] std::span<const Triangle> triangles() const { return triangles_; }  ///< corners are vertices
   [[nodiscard]] std::span<const Range> body_vertices() const { return body_vertices_; }  ///< (n_bodies)

@@ -9,9 +9,9 @@ namespace palpate::view {
 /// {"force": [x, y, z], "torque": [x, y, z]}
 nlohmann::ordered_json wrench_json(const Wrench& wrench);
 
-/// What contacts did to each body in the last step: {"force": [x, y, z], "torque": [x, y, z]} per body,
+/// The wrench of contacts on each body in the last step: {"force": [x, y, z], "torque": [x, y, z]} per body,
 /// torques about its centre of mass, in the units of the scene. Contacts of a body with itself add up to
-/// nothing. O(contacts log).
+/// zero. O(contacts log).
 nlohmann::ordered_json wrenches_json(const Simulation& simulation);
 
 }  // namespace palpate::view

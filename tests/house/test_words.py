@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import words  # noqa: E402
 
 CODE = {".cpp", ".hpp", ".ts", ".js", ".mjs"}
-FOLDERS = ("src/", "apps/", "include/", "python/", "viewer/", "tests/", "bench/", "examples/", "docs/")
+FOLDERS = ("src/", "apps/", "include/", "python/", "viewer/", "tests/", "bench/", "examples/", "docs/", "scenes/")
 # Raw strings, strings, characters and comments of C++ and TypeScript.
 LITERAL = re.compile(r'R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|`(?:\\.|[^`\\])*`|//[^\n]*|/\*.*?\*/', re.DOTALL)
 PART = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")

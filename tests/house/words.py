@@ -49,6 +49,4 @@ ALLOWED = [
     ("docs/glossary.md", "*", "it maps these words to the terms"),
     ("tests/python/test_world.py", "shares_memory", "a function of NumPy"),
     ("tests/report/*", "share", "data that the report under test reads by this name"),
-    ("apps/palpate/mesh*", "hangs together", "`palpate mesh`: not renamed yet"),
-    ("apps/palpate*/*", "*share", "`palpate mesh`: not renamed yet"),
 ]

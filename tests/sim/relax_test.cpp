@@ -228,7 +228,7 @@ TEST(Bodies, TakesOtherRestPositionsOrNone) {
     FAIL();
   } catch (const Error& e) {
     EXPECT_EQ(std::string(e.what()),
-              "left: tet 0: found no positive volume, expected a tet that is not flat or inside out");
+              "left: tet 0: found no positive volume, expected a tet that is not flat or inverted");
   }
   EXPECT_EQ(model.bodies.points_rest()[3].x, -points[3].x);
   points.pop_back();

@@ -61,7 +61,7 @@ inline Vec3 rotated(const Vec3& p, const Vec3& axis, double angle) {
   return std::cos(angle) * p + std::sin(angle) * cross(n, p) + (1.0 - std::cos(angle)) * dot(n, p) * n;
 }
 
-/// Tets that share nothing, anywhere: `point` makes a corner. Tets of no volume are left out.
+/// Random tets without common points: `point` makes a corner. Tets without volume are left out.
 template <class MakePoint>
 TetMesh soup(int tets, MakePoint&& make_point) {
   TetMesh mesh;

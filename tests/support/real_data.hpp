@@ -10,14 +10,14 @@
 
 namespace palpate::test {
 
-/// What is not ours to ship: PALPATE_TEST_DATA, or beside the project. Tests that need it are skipped
-/// without.
+/// The folder of data that we may not ship: PALPATE_TEST_DATA, or the default beside the project. Tests that
+/// need it are skipped without it.
 inline std::filesystem::path real_data_folder() {
   const char* folder = std::getenv("PALPATE_TEST_DATA");
   return folder != nullptr ? folder : std::filesystem::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data";
 }
 
-/// A mesh of it, centred, with the longest side of its box as long as `size`.
+/// A mesh of this folder, centred, scaled so that the longest side of its box is `size`.
 inline TetMesh real_mesh(const std::filesystem::path& name, double size) {
   TetMesh mesh = io::read_mesh(real_data_folder() / "meshes" / name).mesh;
   Box box;

@@ -6,8 +6,8 @@
 
 namespace palpate::test {
 
-/// Compiled targets that this processor has, with fused multiply-adds and at least four doubles a vector:
-/// results have the same bits on all of them.
+/// Compiled targets of this processor with fused multiply-adds and at least four doubles per vector: results
+/// have the same bits on all of them.
 inline std::int64_t targets_of_same_bits() {
   return hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | (HWY_AVX2 - 1));
 }
@@ -24,7 +24,7 @@ inline void for_each_simd_target(std::int64_t targets, const std::function<void(
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
-/// To each target that this processor has.
+/// The same for each target of this processor.
 inline void for_each_simd_target(const std::function<void(const char*)>& body) {
   for_each_simd_target(hwy::SupportedTargets(), body);
 }

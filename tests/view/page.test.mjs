@@ -146,7 +146,7 @@ test("a body with a prescribed motion follows the hand", async () => {
   const server = await serve("scene.json", { flags: ["--speed", "max"] });
   const page = await open(server.address);
   await page.locator("#motion-0").fill("100");
-  const run = page.locator("text=Let it run");
+  const run = page.locator("text=Follow its path");
   await until("it is held", () => run.isEnabled());
   await run.click();
   await until("it is let run", () => run.isDisabled());
@@ -246,7 +246,7 @@ test("begins with a named view, names bodies under the mouse, shows sides and a 
   assert.equal(await page.isChecked("#cut"), true);
   assert.equal(await page.isChecked("text=upper >> xpath=.. >> input[type=checkbox]"), false);
   const sections = await page.locator("#panel summary").allTextContents();
-  assert.deepEqual(sections.map((name) => name.replace(/ \(.*/, "")), ["Bodies", "Cut", "Colours", "Touch", "Prescribed motion", "Forces", "Settings", "Developer"]);
+  assert.deepEqual(sections.map((name) => name.replace(/ \(.*/, "")), ["Bodies", "Cut", "Colours", "Touch", "Motion", "Forces", "Settings", "Developer"]);
   assert.equal(await page.getAttribute("#triad", "aria-label"), "Orientation of the axes: x left, y posterior, z superior");
   assert.match(await text(page, "scale-bar"), /^(1|2|5)0* mm$/);
   const { x, y } = await middle(page);

@@ -152,10 +152,47 @@ TEST_F(ServerTest, ClosesOnMessagesThatAreTooLong) {
   EXPECT_TRUE(header_of(other.receive_kind("frame")).contains("frame")) << "others go on";
 }
 
-TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
-  test::Fuzz fuzz(7);
-  auto page = std::make_unique<test::Socket>(port(), path("socket"));
-  for (int i = 0; i < 100000; ++i) {
+/// A page that answers each frame: after two that it does not answer no more come.
+class AnsweringPage {
+ public:
+  explicit AnsweringPage(std::uint16_t port, const std::string& path) : socket_(port, path) {}
+  void send(const std::string& text) { socket_.send(text); }
+  nlohmann::json next() {
+    const std::optional<test::Socket::Received> received = socket_.receive();
+    if (!received) throw std::runtime_error("the server closed the connection");
+    nlohmann::json header = header_of(*received);
+    if (header["kind"] == "frame") socket_.send(shown(header["frame"]));
+    return header;
+  }
+  /// Whether a change of a setting was accepted: commands of before may still fill the queue of the player.
+  bool changes_friction(double friction) {
+    send(R"({"change": {"contact": {"friction": )" + std::to_string(friction) + "}}}");
+    while (true) {
+      const nlohmann::json header = next();
+      if (header["kind"] == "refusal") return false;
+      if (header["kind"] == "state" && header["settings"]["contact"]["friction"] == friction) return true;
+    }
+  }
+  /// Restarts the simulation, and waits until it has made so many steps.
+  void runs(std::int64_t steps) {
+    send(R"({"speed": {"speed": "max"}})");
+    send(R"({"reset": {}})");
+    send(R"({"play": {"on": true}})");
+    for (std::int64_t step = 0; step < steps;) {
+      const nlohmann::json header = next();
+      if (header["kind"] == "frame") step = header["counts"]["step"];
+    }
+  }
+
+ private:
+  test::Socket socket_;
+};
+
+/// Sends damaged commands; then another page must be answered, and the simulation must go on.
+void expect_no_stop_by_fuzz(std::uint16_t port, const std::string& path, int messages, std::uint64_t seed) {
+  test::Fuzz fuzz(seed);
+  auto page = std::make_unique<test::Socket>(port, path);
+  for (int i = 0; i < messages; ++i) {
     std::string text = fuzz.message();
     // A text that is not UTF-8 ends the connection: so only now and then.
     const bool ends = i % 1000 == 999;
@@ -166,39 +203,25 @@ TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
     while (page->receive()) {
     }
     EXPECT_EQ(page->close_code(), 1007) << "the server has read all that came before";
-    page = std::make_unique<test::Socket>(port(), path("socket"));
+    page = std::make_unique<test::Socket>(port, path);
   }
   page->send("nonsense");
   EXPECT_EQ(header_of(page->receive_kind("refusal"))["kind"], "refusal");
-  test::Socket other(port(), path("socket"));
-  // Each frame is said to be drawn: after two that are not, no more come, and who waits for one waits for
-  // ever.
-  const auto next = [&] {
-    const std::optional<test::Socket::Received> received = other.receive();
-    if (!received) throw std::runtime_error("the server closed the connection");
-    nlohmann::json header = header_of(*received);
-    if (header["kind"] == "frame") other.send(shown(header["frame"]));
-    return header;
-  };
-  // Commands of before may still fill the queue of the player: then it is refused, and sent again.
-  const auto has_changed = [&] {
-    other.send(R"({"change": {"contact": {"friction": 0.123}}})");
-    while (true) {
-      const nlohmann::json header = next();
-      if (header["kind"] == "refusal") return false;
-      if (header["kind"] == "state" && header["settings"]["contact"]["friction"] == 0.123) return true;
-    }
-  };
-  while (!has_changed()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  other.send(R"({"speed": {"speed": "max"}})");
-  other.send(R"({"reset": {}})");
-  other.send(R"({"play": {"on": true}})");
-  std::int64_t step = 0;
-  while (step < 3) {
-    const nlohmann::json header = next();
-    if (header["kind"] == "frame") step = header["counts"]["step"];
-  }
+  AnsweringPage other(port, path);
+  while (!other.changes_friction(0.125)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  other.runs(3);
 }
+
+TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
+  expect_no_stop_by_fuzz(port(), path("socket"), 100'000, 7);
+}
+/// A server each, with messages of its own: what failed once in many runs was the answer after the messages
+/// (a test's page that did not answer frames waited for ever), so repeats count more than messages.
+class ServerRepeat : public ServerTest, public ::testing::WithParamInterface<int> {};
+TEST_P(ServerRepeat, DISABLED_AFuzzDoesNotStopIt) {
+  expect_no_stop_by_fuzz(port(), path("socket"), 2000, static_cast<std::uint64_t>(GetParam()));
+}
+INSTANTIATE_TEST_SUITE_P(Thousand, ServerRepeat, ::testing::Range(0, 1000));
 
 TEST_F(ServerTest, HasRoomForSixtyFourConnections) {
   std::vector<std::unique_ptr<test::Socket>> pages;

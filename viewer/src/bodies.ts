@@ -1,4 +1,4 @@
-// The bodies as three.js meshes: one mesh a body, positions changed in place.
+// The bodies as three.js meshes: one mesh per body, whose positions are changed in place.
 import * as three from "three";
 import { amountColour, bodyColour, niceAbove, type Colour } from "./colours";
 import { CutFace } from "./cut_face";

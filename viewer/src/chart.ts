@@ -1,4 +1,4 @@
-// Where the time goes: the last frames as stacked bars of ms per phase, with a line for the budget, and the
+// Chart of times: the last frames as stacked bars of ms per phase, with a line for the budget, and the
 // contacts and movers below.
 import { niceAbove, phaseColours, short } from "./colours";
 import type { Frame } from "./protocol";

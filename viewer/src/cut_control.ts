@@ -1,4 +1,4 @@
-// The cut through the bodies: one state, which the views of the scene write, and the controls change.
+// The cut through the bodies: one state, which views of the scene and the controls set.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { check, choose, row, section, slider, type Slider } from "./parts";

@@ -1,5 +1,6 @@
-// The face where a plane cuts a body: a ray from the eye that has crossed the surface an odd number of times is inside of
-// it there. Crossings turn a bit of the picture's stencil over; where it is set a square in the plane is drawn.
+// The face where a plane cuts a body: a ray from the eye that has crossed the surface an odd number of times
+// is inside of it there. Crossings flip a bit of the stencil buffer; where it is set, a square in the plane
+// is drawn.
 import * as three from "three";
 
 /** One square for all faces, placed alike, so that where bodies overlap the faces have the same depth to the bit. */

@@ -1,6 +1,7 @@
-// A surface, or the part of it on one side of a plane. Triangles that the plane crosses are cut to pieces here: clipping
-// in the shader decides by pixel, for triangles seen from the side by a place outside of them, which leaves stray samples
-// and steps. Neighbours share the points at the plane, so that no sample falls between them.
+// A surface, or the part of it on one side of a plane. Triangles that the plane crosses are cut to pieces
+// here: clipping in the shader decides per pixel. For triangles seen from the side it uses a place outside of
+// them, which leaves stray pixels and steps. Neighbours have common points at the plane, so that there are no
+// gaps between them.
 import * as three from "three";
 
 export class CutSurface {
@@ -71,7 +72,7 @@ export class CutSurface {
     let used = 0;
     for (let t = 0; t < corners.length; t += 3) {
       if (above[corners[t]!]! < 0 && above[corners[t + 1]!]! < 0 && above[corners[t + 2]!]! < 0) continue;
-      // Its outline as far as it is kept: three or four corners.
+      // The outline of the kept part: three or four corners.
       const outline: number[] = [];
       for (let k = 0; k < 3; ++k) {
         const [v, next] = [corners[t + k]!, corners[t + ((k + 1) % 3)]!];
@@ -104,7 +105,7 @@ export class CutSurface {
     const needed = 3 * (this.count + points);
     const old = this.geometry.getAttribute("position") as three.BufferAttribute | undefined;
     if (old && old.array.length >= needed) return;
-    this.geometry.dispose();  // the graphics memory is of the old length
+    this.geometry.dispose();  // the buffer on the graphics card has the old length
     for (const name of ["position", "normal", "color"]) {
       const values = new Float32Array(needed + (points > 0 ? 3 * Math.ceil(0.5 * points) : 0));
       if (old) values.set(this.values(name).subarray(0, 3 * this.count));

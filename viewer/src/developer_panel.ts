@@ -1,4 +1,4 @@
-// What developers of the contact query look at: counts, the time of each phase, layers of the grid.
+// The panel for developers of the contact query: counts, the time of each phase, layers of the grid.
 import { Chart } from "./chart";
 import { phaseColours } from "./colours";
 import { make, row, section } from "./parts";
@@ -31,7 +31,7 @@ export class DeveloperPanel {
   update(frame: Frame): void {
     this.chart.add(frame);
     const now = performance.now();
-    if (now - this.lastTable < 200) return;  // numbers that nobody could read cost frames
+    if (now - this.lastTable < 200) return;  // faster changes cannot be read, and cost frames
     this.lastTable = now;
     this.showTimes(frame);
     this.showCounts(frame);

@@ -1,5 +1,6 @@
-// Forces over simulated time: what contacts do to the bodies that feel most, what a hand pulls. Of a running simulation
-// those of the last frames, of stored results those of the whole run, with a mark at the frame that is shown.
+// Forces over simulated time: contact forces on the bodies with the largest ones, and forces of pulls. For a
+// running simulation over the last frames, for stored results over the whole run, with a mark at the current
+// frame.
 import type { BodySet } from "./bodies";
 import { css, niceAbove, short } from "./colours";
 import type { Frame, Stage } from "./protocol";

@@ -1,4 +1,4 @@
-// What a ray meets first: the skin that the cut leaves, or a face of the cut.
+// The first hit of a ray: the surface that the cut leaves, or a face of the cut.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 

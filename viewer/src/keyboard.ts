@@ -1,4 +1,4 @@
-// The keys, once: what they do, and the list that '?' shows.
+// The keys: their actions, and the list that '?' shows.
 import { byId, make } from "./parts";
 
 export interface Key {
@@ -12,7 +12,7 @@ export function bindKeys(keys: Key[]): void {
   document.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    // What has the focus keeps its own keys.
+    // A focused control keeps its own keys.
     if (target.matches("select, input[type=number]")) return;
     if (target.matches("button, summary, input") && /^( |Enter|Arrow.*|Home|End)$/.test(event.key)) return;
     const bound = keys.find((k) => k.key === event.key || k.key === event.key.toLowerCase());

@@ -1,4 +1,4 @@
-// What is drawn over the bodies: contacts, border edges with their crossings, cells, the pull.
+// Layers drawn over the bodies: contacts, border edges with their crossings, cells, the pull.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { amountColour } from "./colours";
@@ -16,8 +16,8 @@ class Growing<T extends three.Line | three.LineSegments | three.Points> {
     const geometry = this.object.geometry as three.BufferGeometry;
     const old = geometry.getAttribute("position") as three.BufferAttribute | undefined;
     if (!old || old.array.length < values.length) {
-      geometry.dispose();  // the graphics memory is of the old length
-      const points = Math.ceil(values.length / 2);  // half as many again, and never a part of one
+      geometry.dispose();  // the buffer on the graphics card has the old length
+      const points = Math.ceil(values.length / 2);  // half of it as reserve, in whole points
       const room = new Float32Array(3 * Math.max(2, points));
       geometry.setAttribute("position", new three.BufferAttribute(room, 3).setUsage(three.DynamicDrawUsage));
     }

@@ -1,4 +1,4 @@
-// The page of `palpate view`: joins the connection, the view, the panel and the keys.
+// The page of `palpate view`: connects the socket, the view, the panel and the keys.
 import * as three from "three";
 import { BodySet } from "./bodies";
 import { short } from "./colours";
@@ -277,7 +277,7 @@ class Page {
     try {
       if (this.recorder.running) this.recorder.stop();
       else this.recorder.start(this.stage?.name ?? "palpate");
-      this.view.redraw();  // a canvas at rest sends no picture
+      this.view.redraw();  // an unchanged canvas gives no picture
     } catch (error) {
       this.notices.show(String(error));
     }

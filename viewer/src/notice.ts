@@ -1,4 +1,4 @@
-// A line over the view: what was refused, for a while, or what is wrong, until it is not.
+// A line over the view: a refused command for some seconds, or an error until it is resolved.
 import { byId } from "./parts";
 
 export class Notice {

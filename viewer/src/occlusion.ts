@@ -1,5 +1,6 @@
-// Ambient occlusion of vertices: how much of the space before a vertex is taken by bodies near by. The bodies that are
-// shown are put on a coarse grid; each vertex looks along a few directions about its normal.
+// Ambient occlusion of vertices: the fraction of the space in front of a vertex that near bodies fill. The
+// visible bodies are marked on a coarse grid; for each vertex a few directions around its normal are
+// followed.
 import type { BodySet } from "./bodies";
 
 const cells = 40;
@@ -66,7 +67,7 @@ export class Occlusion {
     let [nx, ny, nz] = [normals[3 * own]!, normals[3 * own + 1]!, normals[3 * own + 2]!];
     const size = Math.hypot(nx, ny, nz) || 1;
     nx /= size, ny /= size, nz /= size;
-    // Two directions across the normal (Duff et al. 2017).
+    // Two directions orthogonal to the normal (Duff et al. 2017).
     const sign = nz >= 0 ? 1 : -1;
     const a = -1 / (sign + nz);
     const b = nx * ny * a;

@@ -1,4 +1,4 @@
-// Over the view: how the axes point, how long things are, and what body is under the mouse.
+// Over the view: the directions of the axes, a scale bar, and the body under the mouse.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { niceBelow, short } from "./colours";

@@ -1,4 +1,4 @@
-// The panel beside the view: what is shown and cut first, then what is touched and set, last what it costs.
+// The panel beside the view: first views and cuts, then touch and settings, last the costs.
 import * as three from "three";
 import type { BodySet, Colouring } from "./bodies";
 import { css, short } from "./colours";
@@ -118,7 +118,7 @@ export class Panel {
   }
 
   private motions(): HTMLElement {
-    const element = section("Prescribed motion", true);
+    const element = section("Motion", true);
     this.stage.motions.forEach((motion, m) => {
       const name = this.stage.bodies[motion.body]?.name ?? `motion ${m}`;
       const time = slider({
@@ -130,8 +130,9 @@ export class Panel {
         show: (t) => `${short(t)} ${this.stage.units.time}`,
         change: (t) => this.actions.moveMotion(m, t),
       });
-      const run = make("button", { onclick: () => this.actions.send("resume_motion", { motion: m }) }, "Let it run");
-      element.append(row(name, time.element), row("", run));
+      const run = make("button", { onclick: () => this.actions.send("resume_motion", { motion: m }) }, "Follow its path");
+      const still = motion.end <= motion.begin;  // a path of one pose: nothing to choose
+      element.append(...(still ? [row(name, run)] : [row(name, time.element), row("", run)]));
       this.sliders.push((frame) => {
         const driven = frame.counts.driven?.[m];
         if (!driven) return;
@@ -139,21 +140,21 @@ export class Panel {
         if (!driven.held) time.set(Math.min(Math.max(driven.time, motion.begin), motion.end));
       });
     });
-    element.append(make("small", {}, "Drag such a body to move it freely."));
+    element.append(make("small", {}, "These bodies move along a path. Drag one to move it freely."));
     return element;
   }
 
   private point(): HTMLElement {
     const strength = slider({ id: "strength", label: "Strength of the pull", low: 0.05, high: 20, value: 1, logarithmic: true, show: (s) => `× ${short(s)}`, change: (s) => (this.strength = s) });
     const children: Node[] = this.stage.mode === "live"
-      ? [row("Pull strength", strength.element), make("small", {}, "No pull is harder than the tissue at its point can take.")] : [];
+      ? [row("Pull strength", strength.element), make("small", {}, "The force of a pull is limited to what the tissue can bear.")] : [];
     return section("Touch", true, this.pick, ...children);
   }
 
   showPick(lines: [string, string][]): void {
     if (lines.length === 0) {
       const live = this.stage.mode === "live";
-      this.pick.replaceChildren(make("span", { class: "faint" }, live ? "Click tissue to read what is there, drag it to pull." : "Click tissue to read what is there."));
+      this.pick.replaceChildren(make("span", { class: "faint" }, live ? "Click tissue to read its values; drag it to pull." : "Click tissue to read its values."));
       return;
     }
     this.pick.replaceChildren(make("table", {}, ...lines.map(([name, value]) => make("tr", {}, make("td", {}, name), make("td", {}, value)))));

@@ -1,4 +1,4 @@
-// What the server tells (docs/viewer.md), and how it is read.
+// The messages of the server (docs/viewer.md), and their parser.
 
 export type Range = [number, number];
 export type Vector = [number, number, number];

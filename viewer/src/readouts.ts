@@ -1,4 +1,4 @@
-// What is read off beside the bodies: the force of the pull, the picked point, the scale of colours, time and rate.
+// Values beside the bodies: the force of the pull, the picked point, the scale of colours, time and rate.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { amountGradient, short } from "./colours";

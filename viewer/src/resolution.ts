@@ -1,4 +1,4 @@
-// Fewer pixels while the picture moves on machines that are slow to draw; all of them as soon as it stands still.
+// Reduces the resolution while the picture moves on slow machines; full resolution as soon as it is still.
 
 /** A picture that takes longer is slow, ms. */
 const slowPicture = 34;

@@ -1,4 +1,4 @@
-// The ends of the scale of colours: automatic, which grows with what is shown, or fixed.
+// The ends of the scale of colours: automatic, which grows with the values, or fixed.
 import type { BodySet } from "./bodies";
 import { choose, make, row } from "./parts";
 import type { Stage } from "./protocol";

@@ -12,7 +12,7 @@ function framed(points: Float32Array, axes: [three.Vector3, three.Vector3, three
   const least = [Infinity, Infinity];
   const most = [-Infinity, -Infinity];
   let nearest = -Infinity;
-  // Each side of the frame is a plane that leans by its slope: the furthest point along its normal touches it.
+  // Each side of the frame is a plane with this slope; it touches the furthest point along its normal.
   const slopes = [across, up];
   for (let i = 0; i < points.length; i += 3) {
     point.fromArray(points, i);

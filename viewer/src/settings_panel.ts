@@ -1,5 +1,5 @@
-// What can change while a simulation runs. The controls follow what the server says is set, so that several
-// pages agree.
+// Settings that can change while a simulation runs. The controls show the settings of the server, so that
+// several pages agree.
 import type { Settings, Stage, Vector } from "./protocol";
 import { choose, make, row, section, slider, type Slider } from "./parts";
 import { short } from "./colours";

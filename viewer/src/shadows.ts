@@ -1,5 +1,5 @@
-// When the shadows that bodies cast on each other and on the ground are made anew: as soon as other bodies are shown,
-// and now and then while they move.
+// Decides when the shadows of bodies on each other and on the ground are updated: at once when other bodies
+// are shown, and at intervals while they move.
 import type { BodySet } from "./bodies";
 import { Ground } from "./ground";
 import type { SceneView } from "./scene_view";

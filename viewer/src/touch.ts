@@ -1,4 +1,5 @@
-// The hand: drags tissue by a spring, drags bodies with a prescribed motion, picks a point to read what is there.
+// The mouse or finger as a hand: pulls tissue by a spring, drags bodies with a prescribed motion, picks a
+// point to read its values.
 import * as three from "three";
 import type { BodySet } from "./bodies";
 import { firstHit } from "./hits";
@@ -33,7 +34,7 @@ export class Touch {
     private readonly hand: Hand,
   ) {
     const place = view.canvas.parentElement!;
-    // Before the orbit controls: who touches tissue does not turn the view.
+    // Handled before the orbit controls: touching tissue must not rotate the view.
     place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
     view.canvas.addEventListener("pointermove", (event) => {
       if (!event.isPrimary) return;
@@ -74,7 +75,7 @@ export class Touch {
       this.grip = { kind: "motion", plane, motion, from: hit.point.clone(), offset };
       return true;
     }
-    // The vertex may be well beside the mouse: a hand that stands still does not pull.
+    // The vertex may be some pixels from the mouse: a mouse that does not move must not pull.
     const target = bodies.vertex(hit.vertex);
     this.grip = { kind: "pull", plane, from: hit.point.clone(), start: target.clone(), target };
     this.hand.picked(hit.vertex);

@@ -1,4 +1,4 @@
-// Derived units for people: N, Pa and N m with the prefix that suits, from the units of the scene.
+// Derived units for display: N, Pa and N m with a suitable prefix, from the units of the scene.
 import { short } from "./colours";
 
 export interface Units {
