@@ -15,8 +15,9 @@ namespace palpate::app {
 struct RunImages {
   std::filesystem::path folder;
   const Scene& scene;
-  const Simulation& simulation;  ///< at its end
-  std::span<const Vec3> start;   ///< (n_points) positions before the first step
+  const Simulation& simulation;            ///< at its end
+  std::span<const Vec3> start;             ///< (n_points) positions before the first step
+  std::span<const Index> material_of_tet;  ///< Model::material_of_tet
   const RunOutcome& outcome;
   int threads = 0;
 };
@@ -30,13 +31,14 @@ void render_pictures(const RunImages& run, bool quiet);
 /// Pictures of the ends of stages: RESULTS/stages/NAME.png and NAME.VIEW.png for each view of an end.
 class StagePictures {
  public:
-  /// Borrows all but the folder. \param start  (n_points) positions before the first step
+  /// Borrows all but the folder, as RunImages.
   StagePictures(std::filesystem::path folder, const Scene& scene, const Simulation& simulation,
-                std::span<const Vec3> start, int threads)
+                std::span<const Vec3> start, std::span<const Index> material_of_tet, int threads)
       : folder_(std::move(folder)),
         scene_(scene),
         simulation_(simulation),
         start_(start),
+        material_of_tet_(material_of_tet),
         threads_(threads) {}
   /// Throws Error where one cannot be taken or written.
   void take(const std::string& stage, const RunOutcome& outcome) const;
@@ -46,6 +48,7 @@ class StagePictures {
   const Scene& scene_;
   const Simulation& simulation_;
   std::span<const Vec3> start_;
+  std::span<const Index> material_of_tet_;
   int threads_;
 };
 

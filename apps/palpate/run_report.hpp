@@ -29,7 +29,7 @@ struct RunReport {
   const RunOutcome& outcome;
   std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
   std::optional<std::string> from_stage;     ///< it began at the end of this stage of another run
-  std::vector<std::string> not_reached;      ///< of stages whose condition was not met, what came of them
+  std::vector<std::string> stage_warnings;   ///< StageRun::warnings()
   std::filesystem::path folder;
   std::size_t frames = 0;
   std::vector<FieldMaximum> maxima;             ///< of the fields that frames have

@@ -13,8 +13,8 @@ struct BodyFile {
   std::string file;
 };
 
-/// The tissue that has the most tets of a body.
-int main_tissue(const TissueBody& body);
+/// The tissue that has the most voxels of a body.
+int main_tissue(const TissueBody& body, const NamedMap& map);
 
 /// What is worth telling of a mesh whose bodies went to these files.
 ConformingReport conforming_report(const ConformingMesh& made, const std::vector<BodyFile>& files,

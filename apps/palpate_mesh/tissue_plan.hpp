@@ -21,6 +21,10 @@ struct TissuePlan {
 /// Throws BadInput where a flag names a tissue that there is not.
 TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
 
+/// Throws Error where the relations of tissues whose voxels touch contradict each other, so that it is told
+/// before meshing. O(voxels log).
+void check_plan(const TissuePlan& plan, const NamedMap& map);
+
 /// One line each on what a reader of a mesh should know of the labels: those cut by the border of the map,
 /// islands, labels of a few voxels. O(voxels).
 std::vector<std::string> label_warnings(const NamedMap& map);

@@ -7,6 +7,8 @@
 
 #include <palpate/io/mesh_reader.hpp>
 
+#include "io/vtk_cells.hpp"
+
 /// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
 namespace palpate::io {
 
@@ -33,12 +35,12 @@ MeshFile read_vtu(const std::filesystem::path& path);
 /// The same of the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
-/// What is behind read_cell_vectors(), one a format; each keeps its promises.
-std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name);
-std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name);
-std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name);
+/// What is behind read_cell_data(), one a format; each keeps its promises.
+std::vector<double> read_gmsh_data(const std::filesystem::path& path, const CellDataKey& key);
+std::vector<double> read_vtk_legacy_data(const std::filesystem::path& path, const CellDataKey& key);
+std::vector<double> read_vtu_data(const std::filesystem::path& path, const CellDataKey& key);
 /// The same of the text of a file; `source` is its name for messages.
-std::vector<Vec3> read_vtu_vectors_text(const std::string& source, std::string_view text,
-                                        const std::string& name);
+std::vector<double> read_vtu_data_text(const std::string& source, std::string_view text,
+                                       const CellDataKey& key);
 
 }  // namespace palpate::io

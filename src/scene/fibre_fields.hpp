@@ -10,7 +10,7 @@ namespace palpate {
 /// Gives the tets whose material has Fibres::field the directions that the mesh file has for them, scaled and
 /// turned as the body is; zero leaves the direction of the material. The bodies and their regions are in the
 /// model already. Throws Error naming the scene, the key and the file. O(tets).
-void add_fibre_fields(const Scene& scene, const VectorReader& read_vectors, Model& model);
+void add_fibre_fields(const Scene& scene, const CellReader& read_cells, Model& model);
 
 /// Gives the tets of bodies with SceneBody::fibre_ends the directions of fibres_between(). Throws Error
 /// naming the scene and the key.

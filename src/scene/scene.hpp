@@ -40,6 +40,7 @@ struct SceneBody {
   bool absent = false;                ///< not there before a stage brings it in
   bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
   bool self_collision = false;        ///< the body also touches itself
+  BodyNames no_contact{};             ///< other bodies that it does not touch
   std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;

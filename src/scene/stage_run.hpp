@@ -6,6 +6,7 @@
 
 #include <palpate/simulation.hpp>
 
+#include "scene/placed_overlaps.hpp"
 #include "scene/scene.hpp"
 #include "scene/stage_change.hpp"
 
@@ -15,6 +16,7 @@ namespace palpate {
 struct StageEnding {
   std::int64_t step = 0;
   bool reached = true;  ///< false: its condition was not met by the time it may last at most
+  std::vector<PlacedOverlap> overlaps{};  ///< of bodies that the plan put into rigid ones
 };
 
 /// Where a run is in its stages: part of a checkpoint. A simulation's own saved state has what they changed,
@@ -48,8 +50,9 @@ class StageRun {
   [[nodiscard]] const StageProgress& progress() const { return progress_; }
   /// Goes on where another run was. Throws Error on a progress with more stages than the scene has.
   void resume(Simulation& simulation, StageProgress progress);
-  /// How the stages ended whose condition was not met: "'settle' ended after 2 s, not at rest"; or empty.
-  [[nodiscard]] std::vector<std::string> not_reached() const;
+  /// What is to be told of stages that are over: "stage 'settle' ended after 2 s, not at rest", and
+  /// "stage 'insert' puts 'plate' into 'bone', by 1.2 mm at its end". Mostly empty.
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
   [[nodiscard]] bool reached(const Simulation& simulation) const;
@@ -58,11 +61,14 @@ class StageRun {
 
   std::string source_;
   std::string time_unit_;
+  std::string length_unit_;
+  std::vector<std::string> body_names_;
   std::vector<Stage> stages_;
   std::vector<std::int64_t> most_steps_;  ///< of each
   std::vector<Index> force_on_;           ///< of each; -1: no condition of force
   std::vector<Index> force_from_;         ///< of each; -1: of all
   StageChanges changes_;
+  PlacedOverlaps placed_;
   StageProgress progress_;
 };
 

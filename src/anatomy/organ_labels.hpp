@@ -22,4 +22,17 @@ struct OrganLabels {
 /// `edge` is in [0.25, 4], or an Error is thrown. O(cubes).
 OrganLabels eye_labels(double edge);
 
+/// The piece of the orbital floor that breaks out: an ellipse seen from above.
+struct FloorDefect {
+  double width = 14.0;   ///< along x, mm, in [2, 22]
+  double length = 16.0;  ///< along y, mm, in [2, 24]
+  double x = -1.0;       ///< of its centre, mm, in [-8, 8]
+  double y = 8.0;        ///< of its centre, mm, in [0, 16]
+};
+
+/// An orbit over a maxillary sinus, for the repair of a fracture of its floor: bulb, recti, nerve, fat,
+/// fragment, floor (where the tissue is lifted from the bone) and bone; no skin, no plate. `edge` as above.
+/// Throws Error where it or the defect is out of range. O(cubes).
+OrganLabels orbit_labels(double edge, const FloorDefect& defect);
+
 }  // namespace palpate::anatomy
