@@ -21,9 +21,8 @@ import palpate
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 SCENE = ROOT / "scenes" / "orbit-repair.json"
 SHAPES = {"bent": [], "flat": ["--flat"]}
-PLACES = {"planned": (-2.0, 7.5), "4 mm forward": (-2.0, 3.5), "4 mm lateral": (2.0, 7.5)}
-DEFECT = ["--defect", "14,18", "--defect-at=-2,7"]
-FINENESS = {"coarse": 1.4, "middle": 1.0, "fine": 0.7}
+PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
+TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}
 SOFT = "fat"
 
 
@@ -44,26 +43,18 @@ def make_plate(folder, shape, place):
     x, y = PLACES[place]
     file = folder / "plates" / f"{shape}-{place.replace(' ', '-')}.vtu"
     file.parent.mkdir(parents=True, exist_ok=True)
-    call("generate", "orbit-plate", "--size", "18,22", f"--at={x},{y}", *SHAPES[shape], "--out", file)
+    call("generate", "orbit-plate", f"--at={x},{y}", *SHAPES[shape], "--out", file)
     return file
 
 
-def sizes(factor):
-    """Flags of `palpate mesh` for the committed meshes, all sizes times a factor."""
-    flags = []
-    for organ, size in [("", 7.0), ("fat:fragment=", 2.2), ("fat:floor=", 3.2)]:
-        flags += ["--size", f"{organ}{factor * size:g}"]
-    return flags
-
-
 def make_meshes(folder, fineness):
-    """The bodies of the label map with triangles so fine; the folder of their files."""
+    """The bodies of the label map with so many tets; the folder of their files."""
     labels = folder / "orbit.seg.nrrd"
     out = folder / "meshes" / fineness
     folder.mkdir(parents=True, exist_ok=True)
-    call("generate", "orbit-labels", *DEFECT, "--out", labels)
+    call("generate", "orbit-labels", "--out", labels)
     call("mesh", labels, "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
-         "fat:floor=slides", "--relation", "fat:fragment=slides", *sizes(FINENESS[fineness]), "--out", out, "--quiet")
+         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[fineness], "--out", out, "--quiet")
     return out
 
 
@@ -73,8 +64,10 @@ def change(scene, values):
     bodies["plate"]["mesh"] = values.get("plate", bodies["plate"]["mesh"])
     factor = values.get("stiffness", 1.0)
     bodies[SOFT]["material"]["young_modulus"] *= factor
-    for load in scene["stages"][2]["loads"][0]["loads"]:
-        load["pressure"] *= factor
+    for stage in scene["stages"]:
+        for change_of_loads in stage.get("loads", ()):
+            for load in change_of_loads["loads"]:
+                load["pressure"] *= factor if load["pressure"] > 0 else 1.0
     if "meshes" in values:
         for body in scene["bodies"]:
             if body["name"] != "plate":
@@ -208,7 +201,7 @@ def main():
     parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
     parser.add_argument("--places", nargs="+", choices=PLACES, default=list(PLACES))
     parser.add_argument("--stiffness", nargs="+", type=float, default=[0.5, 1.0, 2.0], help="of the fat, factors")
-    parser.add_argument("--meshes", nargs="+", choices=FINENESS, default=list(FINENESS))
+    parser.add_argument("--meshes", nargs="+", choices=TETS, default=list(TETS))
     given = parser.parse_args()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ constexpr const char* examples = R"(Examples:
   palpate generate eye --out scenes/meshes/eye             the meshes of scenes/eye.json
   palpate generate skull --out scenes/meshes/skull         the meshes of scenes/skull.json
   palpate generate eye-labels --out eye.seg.nrrd && palpate mesh eye.seg.nrrd --conforming --rigid bone
-  palpate generate orbit-labels --defect 14,16 --out orbit.seg.nrrd      an orbit with a broken floor (docs/orbit.md))";
+  palpate generate orbit-labels --defect 13,16 --out orbit.seg.nrrd      an orbit with a broken floor (docs/orbit.md))";
 
 /// The folder to write to: one that was named may be there already, the default may not.
 fs::path folder_for(const std::string& name, const std::optional<fs::path>& named) {
@@ -125,11 +125,11 @@ Subcommand add_orbit_labels(CLI::App& generate) {
       "a label map: an orbit over a sinus, with a piece of its floor that breaks out", options,
       [](const LabelOptions& wanted) { return anatomy::orbit_labels(wanted.voxel, wanted.defect); });
   add_value(*command.app, "--defect", "WIDTH,LENGTH",
-            "size of the piece along x and y, mm, up to 22,24; default: 14,16",
+            "size of the piece along x and y, mm, up to 22,24; default: 13,16",
             [options](const std::string& flag, const std::string& text) {
               std::tie(options->defect.width, options->defect.length) = parse_pair(flag, text);
             });
-  add_value(*command.app, "--defect-at", "X,Y", "its centre, mm from the centre of the bulb; default: -1,8",
+  add_value(*command.app, "--defect-at", "X,Y", "its centre, mm from the centre of the bulb; default: -2,7",
             [options](const std::string& flag, const std::string& text) {
               std::tie(options->defect.x, options->defect.y) = parse_pair(flag, text);
             });
@@ -147,11 +147,11 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   app->footer(examples);
   add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: plate.vtu",
             [options](const std::string&, const std::string& text) { options->out = text; });
-  add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 18,22",
+  add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 17,20",
             [options](const std::string& flag, const std::string& text) {
               std::tie(options->plate.width, options->plate.length) = parse_pair(flag, text);
             });
-  add_value(*app, "--at", "X,Y", "its middle, mm from the centre of the bulb; default: -1,8",
+  add_value(*app, "--at", "X,Y", "its middle, mm from the centre of the bulb; default: -2,7",
             [options](const std::string& flag, const std::string& text) {
               std::tie(options->plate.x, options->plate.y) = parse_pair(flag, text);
             });
@@ -162,7 +162,7 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   };
   app->add_flag("--flat", options->plate.flat, "flat, and lies on the floor");
   add_length("--thickness", "default: 0.8", options->plate.thickness);
-  add_length("--above", "of its lower side over the floor; default: 0.2", options->plate.above);
+  add_length("--above", "of its lower side over the floor; default: 0.6", options->plate.above);
   return {app, [options] {
             const TetMesh mesh = as_input([&] { return anatomy::make_orbit_plate(options->plate); });
             write_mesh(options->out, mesh);

@@ -16,7 +16,7 @@ TetMesh make_orbit_plate(const OrbitPlate& options) {
   check("y", options.y, 0.0, 16.0);
   check("thickness", options.thickness, 0.2, 3.0);
   check("above", options.above, 0.0, 5.0);
-  constexpr double about = 2.0;
+  constexpr double about = 1.2;
   const auto across = static_cast<int>(std::lround(options.width / about));
   const double cell = options.width / across;
   const auto along = static_cast<int>(std::lround(options.length / cell));

@@ -24,10 +24,10 @@ OrganLabels eye_labels(double edge);
 
 /// The piece of the orbital floor that breaks out: an ellipse seen from above.
 struct FloorDefect {
-  double width = 14.0;   ///< along x, mm, in [2, 22]
+  double width = 13.0;   ///< along x, mm, in [2, 22]
   double length = 16.0;  ///< along y, mm, in [2, 24]
-  double x = -1.0;       ///< of its centre, mm, in [-8, 8]
-  double y = 8.0;        ///< of its centre, mm, in [0, 16]
+  double x = -2.0;       ///< of its centre, mm, in [-8, 8]
+  double y = 7.0;        ///< of its centre, mm, in [0, 16]
 };
 
 /// An orbit over a maxillary sinus, for the repair of a fracture of its floor: bulb, recti, nerve, fat,

@@ -22,15 +22,15 @@ std::vector<Organ> make_eye();
 /// A plate for the floor of the orbit of make_eye() and orbit_labels().
 struct OrbitPlate {
   bool flat = false;  ///< as steep as the floor is in the middle, and lies on it; false: bent as the floor is
-  double width = 18.0;     ///< along x, mm, in [4, 26]
-  double length = 22.0;    ///< along y, mm, in [4, 30]
-  double x = -1.0;         ///< of its middle, mm, in [-8, 8]
-  double y = 8.0;          ///< of its middle, mm, in [0, 16]
+  double width = 17.0;     ///< along x, mm, in [4, 26]
+  double length = 20.0;    ///< along y, mm, in [4, 30]
+  double x = -2.0;         ///< of its middle, mm, in [-8, 8]
+  double y = 7.0;          ///< of its middle, mm, in [0, 16]
   double thickness = 0.8;  ///< mm, in [0.2, 3]
-  double above = 0.2;      ///< of its lower side over the floor, mm, in [0, 5]; flat: where it is least
+  double above = 0.6;      ///< of its lower side over the floor, mm, in [0, 5]; flat: where it is least
 };
 
-/// Of cells of about 2 mm, so that the length is a multiple of their edge. Throws Error where an option is
+/// Of cells of about 1.2 mm, so that the length is a multiple of their edge. Throws Error where an option is
 /// out of range.
 TetMesh make_orbit_plate(const OrbitPlate& options);
 
