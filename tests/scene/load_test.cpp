@@ -102,7 +102,8 @@ TEST(LoadRegions, ALabelOfTheMeshFileSelectsTets) {
   const auto of = [&](const std::string& regions) {
     return load_model(scene_of(R"("mesh": "a.vtu", "regions": [)" + regions + "]"), reader, labels);
   };
-  const Model model = of(R"({"label": 7, "material": {"density": 5}}, {"label": 2, "material": {"density": 6}})");
+  const Model model =
+      of(R"({"label": 7, "material": {"density": 5}}, {"label": 2, "material": {"density": 6}})");
   EXPECT_EQ(model.material_of_tet, (std::vector<Index>{1, 2, 1}));
   EXPECT_EQ(model.materials[1].density, 5.0);
   EXPECT_EQ(asked, (std::vector<std::string>{"/base/a.vtu:label:1"}));
