@@ -13,4 +13,13 @@ inline std::string number_text(double value) {
   return {text.data(), end};
 }
 
+/// The same to three digits, for a value that is told to people.
+inline std::string short_number_text(double value) {
+  std::array<char, 32> text{};
+  constexpr int digits = 3;
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits).ptr;
+  return {text.data(), end};
+}
+
 }  // namespace palpate

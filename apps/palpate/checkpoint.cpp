@@ -15,15 +15,6 @@
 #include "scene/stage_archive.hpp"
 #include "sim/saved_state.hpp"
 
-namespace palpate {
-
-template <class Archive>
-void describe(Archive& archive, OutcomeValue& value) {
-  archive(value.value, value.vector);
-}
-
-}  // namespace palpate
-
 namespace palpate::app {
 
 // The members of a checkpoint, for archives. Archives find these functions by argument-dependent lookup.
@@ -53,7 +44,7 @@ void describe(Archive& archive, LargestForce& largest) {
 template <class Archive>
 void describe(Archive& archive, StageRecord& r) {
   archive(r.name, r.first_step, r.last_step, r.time, r.reached, r.steps_not_converged, r.inverted_tets,
-          r.outcomes, r.state_hash);
+          r.outcomes, r.state_hash, r.overlaps);
 }
 
 template <class Archive>

@@ -12,7 +12,6 @@
 #include "exit_codes.hpp"
 #include "generate_anatomy.hpp"
 #include "io/atomic_file.hpp"
-#include "io/vtu_writer.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
@@ -71,13 +70,6 @@ void add_integer(CLI::App& app, const std::string& flag, const std::string& help
   add_value(app, flag, "N", help, [most, &value](const std::string& f, const std::string& text) {
     value = static_cast<int>(parse_integer(f, text, 1, most));
   });
-}
-
-void write_mesh(const fs::path& path, const TetMesh& mesh) {
-  io::write_vtu(path,
-                {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = {}, .time = {}});
-  print_out(fmt::format("{}: {}, {}\n", path.string(), counted(mesh.points.size(), "point"),
-                        counted(mesh.tets.size(), "tet")));
 }
 
 Subcommand add_stacking(CLI::App& generate) {

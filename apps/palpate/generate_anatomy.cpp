@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 
-#include "anatomy/eye_labels.hpp"
+#include "anatomy/organ_labels.hpp"
 #include "anatomy/organs.hpp"
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
@@ -24,7 +26,8 @@ namespace fs = std::filesystem;
 constexpr const char* examples = R"(Examples:
   palpate generate eye --out scenes/meshes/eye             the meshes of scenes/eye.json
   palpate generate skull --out scenes/meshes/skull         the meshes of scenes/skull.json
-  palpate generate eye-labels --out eye.seg.nrrd && palpate mesh eye.seg.nrrd --conforming --rigid bone)";
+  palpate generate eye-labels --out eye.seg.nrrd && palpate mesh eye.seg.nrrd --conforming --rigid bone
+  palpate generate orbit-labels --defect 13,16 --out orbit.seg.nrrd      an orbit with a broken floor (docs/orbit.md))";
 
 /// The folder to write to. A folder that the user names may exist, the default folder may not.
 fs::path folder_for(const std::string& name, const std::optional<fs::path>& named) {
@@ -41,16 +44,7 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
 }
 
 void write_organs(const fs::path& folder, const std::vector<anatomy::Organ>& organs) {
-  for (const anatomy::Organ& organ : organs) {
-    const fs::path path = folder / (organ.name + ".vtu");
-    io::write_vtu(path, {.points = organ.mesh.points,
-                         .tets = organ.mesh.tets,
-                         .point_arrays = {},
-                         .tet_arrays = {},
-                         .time = {}});
-    print_out(fmt::format("{}: {}, {}\n", path.string(), counted(organ.mesh.points.size(), "point"),
-                          counted(organ.mesh.tets.size(), "tet")));
-  }
+  for (const anatomy::Organ& organ : organs) write_mesh(folder / (organ.name + ".vtu"), organ.mesh);
 }
 
 Subcommand add_organs(CLI::App& generate, const std::string& name, const std::string& help,
@@ -81,24 +75,27 @@ std::string nrrd_of(const anatomy::OrganLabels& map) {
   return text;
 }
 
-Subcommand add_eye_labels(CLI::App& generate) {
-  struct Options {
-    fs::path out{"eye.seg.nrrd"};
-    double voxel = 1.0;
-  };
-  CLI::App* app = generate.add_subcommand(
-      "eye-labels", "a label map: the orbit of 'eye' as a segmentation, organs without gaps, no plate");
+struct LabelOptions {
+  fs::path out;
+  double voxel = 1.0;
+  anatomy::FloorDefect defect;
+};
+
+/// Adds a generator of a label map; `make` is called with what was asked for.
+Subcommand add_labels(CLI::App& generate, const std::string& name, const std::string& help,
+                      const std::shared_ptr<LabelOptions>& options,
+                      std::function<anatomy::OrganLabels(const LabelOptions&)> make) {
+  CLI::App* app = generate.add_subcommand(name, help);
   app->footer(examples);
-  auto options = std::make_shared<Options>();
-  add_value(*app, "--out", "FILE", "where to write it (.nrrd), in mm; default: eye.seg.nrrd",
+  add_value(*app, "--out", "FILE", "where to write it (.nrrd), in mm; default: " + options->out.string(),
             [options](const std::string&, const std::string& text) { options->out = text; });
   add_value(*app, "--voxel", "MM", "edge of a voxel, 0.25 to 4; default: 1",
             [options](const std::string& flag, const std::string& text) {
               constexpr scene_format::Limits limits{.low = 0.25, .high = 4.0};
               options->voxel = parse_number(flag, text, limits);
             });
-  return {app, [options] {
-            const anatomy::OrganLabels map = anatomy::eye_labels(options->voxel);
+  return {app, [options, make = std::move(make)] {
+            const anatomy::OrganLabels map = as_input([&] { return make(*options); });
             io::write_atomically(options->out, nrrd_of(map));
             print_out(fmt::format("{}: {} x {} x {} voxels, {} labels\n", options->out.string(), map.size[0],
                                   map.size[1], map.size[2], map.names.size()));
@@ -106,12 +103,86 @@ Subcommand add_eye_labels(CLI::App& generate) {
           }};
 }
 
+Subcommand add_eye_labels(CLI::App& generate) {
+  return add_labels(generate, "eye-labels",
+                    "a label map: the orbit of 'eye' as a segmentation, organs without gaps, no plate",
+                    std::make_shared<LabelOptions>(LabelOptions{.out = "eye.seg.nrrd", .defect = {}}),
+                    [](const LabelOptions& options) { return anatomy::eye_labels(options.voxel); });
+}
+
+/// "A,B"
+std::pair<double, double> parse_pair(const std::string& flag, const std::string& text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos) throw BadInput(flag, "", "'" + text + "'", "two numbers: A,B");
+  return {parse_number(flag, text.substr(0, comma), scene_format::Limits{}),
+          parse_number(flag, text.substr(comma + 1), scene_format::Limits{})};
+}
+
+Subcommand add_orbit_labels(CLI::App& generate) {
+  auto options = std::make_shared<LabelOptions>(LabelOptions{.out = "orbit.seg.nrrd", .defect = {}});
+  Subcommand command = add_labels(
+      generate, "orbit-labels",
+      "a label map: an orbit over a sinus, with a piece of its floor that breaks out", options,
+      [](const LabelOptions& wanted) { return anatomy::orbit_labels(wanted.voxel, wanted.defect); });
+  add_value(*command.app, "--defect", "WIDTH,LENGTH",
+            "size of the piece along x and y, mm, up to 22,24; default: 13,16",
+            [options](const std::string& flag, const std::string& text) {
+              std::tie(options->defect.width, options->defect.length) = parse_pair(flag, text);
+            });
+  add_value(*command.app, "--defect-at", "X,Y", "its centre, mm from the centre of the bulb; default: -2,7",
+            [options](const std::string& flag, const std::string& text) {
+              std::tie(options->defect.x, options->defect.y) = parse_pair(flag, text);
+            });
+  return command;
+}
+
+Subcommand add_orbit_plate(CLI::App& generate) {
+  struct Options {
+    fs::path out{"plate.vtu"};
+    anatomy::OrbitPlate plate;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* app = generate.add_subcommand(
+      "orbit-plate", "a mesh: a plate for the floor of 'orbit-labels', bent as it is or flat");
+  app->footer(examples);
+  add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: plate.vtu",
+            [options](const std::string&, const std::string& text) { options->out = text; });
+  add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 17,20",
+            [options](const std::string& flag, const std::string& text) {
+              std::tie(options->plate.width, options->plate.length) = parse_pair(flag, text);
+            });
+  add_value(*app, "--at", "X,Y", "its middle, mm from the centre of the bulb; default: -2,7",
+            [options](const std::string& flag, const std::string& text) {
+              std::tie(options->plate.x, options->plate.y) = parse_pair(flag, text);
+            });
+  const auto add_length = [&](const char* flag, const char* help, double& value) {
+    add_value(*app, flag, "MM", help, [options, &value](const std::string& given, const std::string& text) {
+      value = parse_number(given, text, scene_format::Limits{});
+    });
+  };
+  app->add_flag("--flat", options->plate.flat, "flat, and lies on the floor");
+  add_length("--thickness", "default: 0.8", options->plate.thickness);
+  add_length("--above", "of its lower side over the floor; default: 0.6", options->plate.above);
+  return {app, [options] {
+            const TetMesh mesh = as_input([&] { return anatomy::make_orbit_plate(options->plate); });
+            write_mesh(options->out, mesh);
+            return exit_done;
+          }};
+}
+
 }  // namespace
+
+void write_mesh(const fs::path& path, const TetMesh& mesh) {
+  io::write_vtu(path,
+                {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = {}, .time = {}});
+  print_out(fmt::format("{}: {}, {}\n", path.string(), counted(mesh.points.size(), "point"),
+                        counted(mesh.tets.size(), "tet")));
+}
 
 std::vector<Subcommand> add_generate_anatomy(CLI::App& generate) {
   return {add_organs(generate, "eye", "meshes: an orbit with bulb, recti, nerve, fat, skin, bone and plate",
                      anatomy::make_eye),
-          add_eye_labels(generate),
+          add_eye_labels(generate), add_orbit_labels(generate), add_orbit_plate(generate),
           add_organs(generate, "skull", "meshes: a face with skull, upper jaw, lower jaw and soft tissue",
                      anatomy::make_skull)};
 }

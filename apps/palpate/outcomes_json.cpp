@@ -1,5 +1,6 @@
 #include "outcomes_json.hpp"
 
+#include "geometry/vector.hpp"
 #include "numbers.hpp"
 #include "scene/json_text.hpp"
 
@@ -40,7 +41,14 @@ Json outcome_json(const RunReport& report, std::size_t i, const Json& definition
 
 Json stages_json(const RunReport& report) {
   Json list = Json::array();
+  const auto name = [&](Index body) { return at(report.simulation.bodies().bodies(), body).name; };
   for (const StageRecord& stage : report.outcome.stages) {
+    Json overlaps = Json::array();
+    for (const PlacedOverlap& overlap : stage.overlaps) {
+      overlaps.push_back({{"bodies", {name(overlap.placed), name(overlap.other)}},
+                          {"contacts", overlap.contacts},
+                          {"deepest", overlap.deepest}});
+    }
     list.push_back({{"name", stage.name},
                     {"first_step", stage.first_step},
                     {"last_step", stage.last_step},
@@ -48,7 +56,8 @@ Json stages_json(const RunReport& report) {
                     {"reached", stage.reached},
                     {"steps_not_converged", stage.steps_not_converged},
                     {"inverted_tets", stage.inverted_tets},
-                    {"state_hash", stage.state_hash}});
+                    {"state_hash", stage.state_hash},
+                    {"overlaps", std::move(overlaps)}});
   }
   return list;
 }

@@ -21,7 +21,7 @@ using Rows = std::vector<std::vector<std::string>>;
 
 void add_warnings(const RunReport& report, HtmlPage& page) {
   const RunOutcome& outcome = report.outcome;
-  std::vector<std::string> warnings = report.not_reached;
+  std::vector<std::string> warnings = report.stage_warnings;
   if (!outcome.failure.empty()) warnings.push_back("the run failed: " + outcome.failure);
   if (outcome.interrupted) warnings.emplace_back("interrupted: it is not all of the run");
   if (outcome.steps_not_converged > 0) warnings.push_back(not_converged_text(outcome));

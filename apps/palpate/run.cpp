@@ -150,7 +150,7 @@ void say_missing_frames(const FrameWriter& frames) {
 void say_warnings(const RunReport& report) {
   if (const std::string warning = not_converged_text(report.outcome); !warning.empty())
     print_note(fmt::format("{}: {}", report.folder.string(), warning));
-  for (const std::string& stage : report.not_reached)
+  for (const std::string& stage : report.stage_warnings)
     print_note(fmt::format("{}: {}", report.folder.string(), stage));
 }
 
@@ -170,6 +170,7 @@ int run(const RunOptions& options) {
   const std::optional<RelaxReport> relaxed =
       relax_model(scene, begin.input.model, options.threads, options.quiet);
   const ForceProbe probe(scene, begin.input.model);
+  const std::vector<Index> material_of_tet = begin.input.model.material_of_tet;
   Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
   simulation.record_reactions(true);
   const std::vector<Vec3> start(simulation.positions().begin(), simulation.positions().end());
@@ -183,7 +184,7 @@ int run(const RunOptions& options) {
   const fs::path& folder = begin.folder;
   Outputs outputs(begin, probe, outcomes);
   say_missing_frames(outputs.frames);
-  StagePictures stage_pictures(folder, scene, simulation, start, options.threads);
+  StagePictures stage_pictures(folder, scene, simulation, start, material_of_tet, options.threads);
   const bool pictured = scene.output.report && !begin.plan.no_picture;
   Progress progress(simulation.metrics().step, begin.plan.most_steps, options.quiet);
   RunOutcome outcome =
@@ -205,7 +206,7 @@ int run(const RunOptions& options) {
                      .outcome = outcome,
                      .resumed_from = first,
                      .from_stage = begin.from_stage,
-                     .not_reached = stages.not_reached(),
+                     .stage_warnings = stages.warnings(),
                      .folder = folder,
                      .frames = outputs.frames.count(),
                      .maxima = outputs.frames.maxima(),
@@ -221,7 +222,8 @@ int run(const RunOptions& options) {
   std::vector<fs::path> pictures;
   if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     try {
-      render_pictures({folder, scene, simulation, start, outcome, options.threads}, options.quiet);
+      render_pictures({folder, scene, simulation, start, material_of_tet, outcome, options.threads},
+                      options.quiet);
       pictures = picture_paths(folder, scene);
     } catch (const Error& error) {  // the run itself is complete
       outcome.failure = error.what();

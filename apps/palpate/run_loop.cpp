@@ -84,7 +84,8 @@ void end_stage(const Simulation& simulation, RunOutcome& outcome, const RunOutpu
                             .steps_not_converged = not_converged,
                             .inverted_tets = static_cast<std::size_t>(simulation.metrics().inverted_tets),
                             .outcomes = outcome.outcomes,
-                            .state_hash = simulation.state_hash()});
+                            .state_hash = simulation.state_hash(),
+                            .overlaps = ending.overlaps});
   outputs.frames.add(simulation, true);
   if (keep) outputs.checkpoints.keep_stage(name, simulation, outcome, outputs);
   outputs.at_stage_end(outcome.stages.back(), outcome);

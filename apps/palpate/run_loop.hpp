@@ -51,6 +51,7 @@ struct StageRecord {
   std::size_t inverted_tets = 0;       ///< at its end
   std::vector<OutcomeValue> outcomes;  ///< at its end
   std::string state_hash;
+  std::vector<PlacedOverlap> overlaps{};  ///< at its end
 };
 
 /// What happened in a run.

@@ -1,6 +1,7 @@
 #include "run_pictures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <fmt/format.h>
 #include <limits>
@@ -26,13 +27,20 @@ std::string caption(const RunImages& run) {
                      run.outcome.at_rest ? ", at rest" : "");
 }
 
+io::Colour colour(const std::optional<std::array<double, 3>>& given, const io::Colour& otherwise) {
+  if (!given) return otherwise;
+  io::Colour result{};
+  std::ranges::transform(*given, result.begin(), [](double c) { return static_cast<float>(c); });
+  return result;
+}
+
+/// Of the bodies, then of the regions: in the order of the model's materials.
 std::vector<io::Colour> colours(const Scene& scene) {
   std::vector<io::Colour> list;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    list.push_back(colour(scene.bodies[b].color, io::default_colour(static_cast<Index>(b))));
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    list.push_back(io::default_colour(static_cast<Index>(b)));
-    const auto& color = scene.bodies[b].color;
-    if (color)
-      std::ranges::transform(*color, list.back().begin(), [](double c) { return static_cast<float>(c); });
+    for (const Region& region : scene.bodies[b].regions) list.push_back(colour(region.color, list[b]));
   }
   return list;
 }
@@ -122,6 +130,9 @@ io::Image render_view(const RunImages& run, const View& view, bool at_start, int
     cut.normal = view.cut->normal;
   }
   const io::CutSurface surface = io::cut_open(run.simulation.bodies(), positions, shown.values, cut);
+  std::vector<Index> colour_of_triangle;
+  for (const Index tet : run.material_of_tet.empty() ? std::vector<Index>{} : surface.tet_of_triangle)
+    colour_of_triangle.push_back(at(run.material_of_tet, tet));
   std::vector<Index> dots;
   if (view.contacts && !at_start) dots = run.simulation.detector().contacts().point;
   io::PictureSettings settings{.width = width,
@@ -138,6 +149,7 @@ io::Image render_view(const RunImages& run, const View& view, bool at_start, int
                              .contact_points = dots,
                              .body_colours = colours(run.scene),
                              .values = surface.values,
+                             .colour_of_triangle = colour_of_triangle,
                              .edges = surface.edges},
                             settings, parallel::Threads(run.threads));
 }
@@ -169,11 +181,12 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
 
 namespace {
 
-/// Draws the whole scene with the bodies that are present.
+/// The whole scene. Where a body is not there, the bodies that are; where there are regions, with their
+/// colours.
 void render_main_picture(const RunImages& run, const fs::path& path) {
   const Picture& picture = run.scene.output.picture;
   const std::vector<std::uint8_t> there = present(run, false);
-  if (std::ranges::count(there, 0) > 0) {
+  if (std::ranges::count(there, 0) > 0 || !run.material_of_tet.empty()) {
     const View view{.name = {}, .size = picture.size, .camera = picture.camera, .contacts = true};
     return io::write_png(path, render_view(run, view));
   }
@@ -208,7 +221,7 @@ std::vector<fs::path> stage_picture_paths(const fs::path& folder, const Scene& s
 }
 
 void StagePictures::take(const std::string& stage, const RunOutcome& outcome) const {
-  const RunImages run{folder_, scene_, simulation_, start_, outcome, threads_};
+  const RunImages run{folder_, scene_, simulation_, start_, material_of_tet_, outcome, threads_};
   fs::create_directories(folder_ / "stages");
   const std::vector<fs::path> paths = stage_picture_paths(folder_, scene_, stage);
   render_main_picture(run, paths.front());

@@ -15,8 +15,9 @@ namespace palpate::app {
 struct RunImages {
   std::filesystem::path folder;
   const Scene& scene;
-  const Simulation& simulation;  ///< at its end
-  std::span<const Vec3> start;   ///< (n_points) positions before the first step
+  const Simulation& simulation;            ///< at its end
+  std::span<const Vec3> start;             ///< (n_points) positions before the first step
+  std::span<const Index> material_of_tet;  ///< Model::material_of_tet
   const RunOutcome& outcome;
   int threads = 0;
 };
@@ -31,14 +32,14 @@ void render_pictures(const RunImages& run, bool quiet);
 /// Pictures of the ends of stages: RESULTS/stages/NAME.png and NAME.VIEW.png for each view of an end.
 class StagePictures {
  public:
-  /// All arguments but the folder must outlive this.
-  /// \param start  (n_points) positions before the first step
+  /// Borrows all but the folder, as RunImages.
   StagePictures(std::filesystem::path folder, const Scene& scene, const Simulation& simulation,
-                std::span<const Vec3> start, int threads)
+                std::span<const Vec3> start, std::span<const Index> material_of_tet, int threads)
       : folder_(std::move(folder)),
         scene_(scene),
         simulation_(simulation),
         start_(start),
+        material_of_tet_(material_of_tet),
         threads_(threads) {}
   /// Draws the pictures of a stage. Throws Error where one cannot be drawn or written.
   void take(const std::string& stage, const RunOutcome& outcome) const;
@@ -48,6 +49,7 @@ class StagePictures {
   const Scene& scene_;
   const Simulation& simulation_;
   std::span<const Vec3> start_;
+  std::span<const Index> material_of_tet_;
   int threads_;
 };
 

@@ -27,9 +27,9 @@ struct RunReport {
   const OutcomeProbe& outcomes;
   const std::optional<RelaxReport>& relaxed;  ///< empty: the scene did not ask for it
   const RunOutcome& outcome;
-  std::optional<std::int64_t> resumed_from;  ///< step; empty: the run began at the start
-  std::optional<std::string> from_stage;     ///< name of the stage of another run at whose end it began
-  std::vector<std::string> not_reached;      ///< messages on stages whose condition was not met
+  std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
+  std::optional<std::string> from_stage;     ///< it began at the end of this stage of another run
+  std::vector<std::string> stage_warnings;   ///< StageRun::warnings()
   std::filesystem::path folder;
   std::size_t frames = 0;
   std::vector<FieldMaximum> maxima;             ///< of the fields of frames

@@ -193,9 +193,9 @@ int exit_code(const RunReport& report, bool strict) {
                           report.most_steps, report.folder.string(), resume_hint(report.folder)));
     return exit_failed;
   }
-  if (strict && !report.not_reached.empty()) {
-    throw std::runtime_error(
-        fmt::format("{} (--strict); results are in {}", report.not_reached.front(), report.folder.string()));
+  if (strict && !report.stage_warnings.empty()) {
+    throw std::runtime_error(fmt::format("{} (--strict); results are in {}", report.stage_warnings.front(),
+                                         report.folder.string()));
   }
   if (!strict || outcome.steps_not_converged == 0) return exit_done;
   throw std::runtime_error(

@@ -148,7 +148,7 @@ SceneInput load_scene_input(Scene scene) {
           records.push_back(std::move(mesh.record));
           return std::move(mesh.mesh);
         },
-        io::read_cell_vectors);
+        io::read_cell_data);
     auto next = records.begin();
     for (const SceneBody& body : input.scene.bodies) {
       const bool from_file = std::holds_alternative<MeshFile>(body.source);

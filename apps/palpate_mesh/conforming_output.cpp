@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -26,34 +25,30 @@ void to_world(TetMesh& mesh, const Frame& frame) {
   for (Tet& tet : mesh.tets) std::swap(tet[2], tet[3]);
 }
 
+Index label_of(const NamedMap& map, int tissue) {
+  return map.labels[static_cast<std::size_t>(tissue - 1)].extent.label;
+}
+
 void write_mesh(const fs::path& file, const TetMesh& mesh, const std::vector<int>& tissue_of_tet,
                 const NamedMap& map) {
   std::vector<Index> labels;
   labels.reserve(tissue_of_tet.size());
-  for (const int t : tissue_of_tet)
-    labels.push_back(map.labels[static_cast<std::size_t>(t - 1)].extent.label);
+  for (const int t : tissue_of_tet) labels.push_back(label_of(map, t));
   const std::vector<io::NamedArray> arrays{{.name = "label", .values = std::span<const Index>(labels)}};
   io::write_vtu(
       file, {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = arrays, .time = {}});
 }
 
-std::string body_name(const TissueBody& body, const TissuePlan& plan) {
-  std::string name;
-  for (const int t : body.tissues)
-    name += (name.empty() ? "" : " + ") + plan.names[static_cast<std::size_t>(t - 1)];
-  return name;
+const std::string& body_name(const TissueBody& body, const NamedMap& map) {
+  return map.labels[static_cast<std::size_t>(main_tissue(body, map) - 1)].name.name;
 }
 
-/// The tissue with the most tets gives the body its material, the others are regions.
-std::vector<Region> regions_of(const TissueBody& body) {
+/// The largest tissue gives the body its name and material, the others are regions.
+std::vector<Region> regions_of(const TissueBody& body, const NamedMap& map) {
   std::vector<Region> regions;
   for (const int tissue : body.tissues) {
-    if (tissue == main_tissue(body)) continue;
-    const auto [first, last] = std::ranges::equal_range(body.tissue_of_tet, tissue);
-    TetSelection run;
-    run.indices.resize(static_cast<std::size_t>(last - first));
-    std::iota(run.indices.begin(), run.indices.end(), static_cast<Index>(first - body.tissue_of_tet.begin()));
-    regions.push_back({run, first_tissue});
+    if (tissue != main_tissue(body, map))
+      regions.push_back({LabelSelection{label_of(map, tissue)}, first_tissue});
   }
   return regions;
 }
@@ -79,7 +74,7 @@ std::vector<Index> grown_points(const ConformingMesh& made, const TissueBody& bo
 /// Glues a soft body to the rigid ones that it is grown to: their points coincide. A point is attached to one
 /// body only.
 std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueBody& body,
-                                       const TissuePlan& plan) {
+                                       const TissuePlan& plan, const NamedMap& map) {
   std::vector<Attachment> attached;
   std::set<Index> held;
   for (const TissueBody& other : made.bodies) {
@@ -88,16 +83,38 @@ std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueB
     for (const Index p : grown_points(made, body, other.tissues.front(), plan.relations)) {
       if (held.insert(p).second) points.indices.push_back(p);
     }
-    if (!points.indices.empty()) attached.push_back({body_name(other, plan), std::move(points)});
+    if (!points.indices.empty()) attached.push_back({body_name(other, map), std::move(points)});
   }
   return attached;
 }
 
+/// Rigid bodies that a soft one is grown to wherever they touch: nothing is left to collide.
+std::vector<std::string> glued_bodies(const ConformingMesh& made, const TissueBody& body,
+                                      const TissuePlan& plan, const NamedMap& map) {
+  std::vector<std::string> names;
+  for (const TissueBody& other : made.bodies) {
+    if (!other.rigid || body.rigid) continue;
+    bool touches = false;
+    bool all_grown = true;
+    for (const InterfaceFace& face : made.faces) {
+      const int rigid = other.tissues.front();
+      const int soft = face.labels[0] == rigid ? face.labels[1] : face.labels[0];
+      const bool meets = face.labels[0] == rigid || face.labels[1] == rigid;
+      if (!meets || std::ranges::count(body.tissues, soft) == 0) continue;
+      touches = true;
+      all_grown = all_grown && plan.relations.between(rigid, soft) == Relation::grown;
+    }
+    if (touches && all_grown) names.push_back(body_name(other, map));
+  }
+  return names;
+}
+
 }  // namespace
 
-int main_tissue(const TissueBody& body) {
-  return *std::ranges::max_element(
-      body.tissues, {}, [&](int tissue) { return std::ranges::count(body.tissue_of_tet, tissue); });
+int main_tissue(const TissueBody& body, const NamedMap& map) {
+  return *std::ranges::max_element(body.tissues, {}, [&](int tissue) {
+    return map.labels[static_cast<std::size_t>(tissue - 1)].extent.voxels;
+  });
 }
 
 ConformingReport write_conforming(const fs::path& folder, const MeshOptions& options, const NamedMap& map,
@@ -108,14 +125,15 @@ ConformingReport write_conforming(const fs::path& folder, const MeshOptions& opt
   std::set<std::string> used{"tissues.vtu"};
   std::vector<BodyFile> files;
   for (TissueBody& body : made.bodies) {
-    files.push_back({body_name(body, plan), mesh_file_name(body_name(body, plan), used)});
+    files.push_back({body_name(body, map), mesh_file_name(body_name(body, map), used)});
     to_world(body.mesh, frame);
     write_mesh(folder / files.back().file, body.mesh, body.tissue_of_tet, map);
-    const auto main = static_cast<std::size_t>(main_tissue(body) - 1);
+    const auto main = static_cast<std::size_t>(main_tissue(body, map) - 1);
     scene.bodies.push_back(
         first_body(files.back().name, files.back().file, body.rigid, map.labels[main].name.color));
-    if (!body.rigid) scene.bodies.back().regions = regions_of(body);
-    scene.bodies.back().attached = attachments_of(made, body, plan);
+    if (!body.rigid) scene.bodies.back().regions = regions_of(body, map);
+    scene.bodies.back().attached = attachments_of(made, body, plan, map);
+    scene.bodies.back().no_contact.names = glued_bodies(made, body, plan, map);
   }
   to_world(made.mesh.mesh, frame);
   write_mesh(folder / "tissues.vtu", made.mesh.mesh, made.mesh.labels, map);

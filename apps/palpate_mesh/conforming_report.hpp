@@ -13,8 +13,8 @@ struct BodyFile {
   std::string file;
 };
 
-/// The tissue with most tets of a body.
-int main_tissue(const TissueBody& body);
+/// The tissue that has the most voxels of a body.
+int main_tissue(const TissueBody& body, const NamedMap& map);
 
 /// The report on a mesh whose bodies were written to these files.
 ConformingReport conforming_report(const ConformingMesh& made, const std::vector<BodyFile>& files,

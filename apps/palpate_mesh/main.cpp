@@ -126,6 +126,7 @@ void mesh_together(MeshOptions& options, const fs::path& folder) {
   Stopwatch watch;
   const NamedMap map = as_input([&] { return read_named_map(options); });
   const TissuePlan plan = plan_of(options, map);
+  as_input([&] { check_plan(plan, map); });
   Progress progress(options.quiet);
   int meshings = 0;
   const MeshingProgress told{

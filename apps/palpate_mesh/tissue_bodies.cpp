@@ -13,16 +13,16 @@ namespace {
 
 using Pair = std::array<int, 2>;
 
-std::set<Pair> touching(const std::vector<InterfaceFace>& faces) {
-  std::set<Pair> pairs;
+TissuePairs touching(const std::vector<InterfaceFace>& faces) {
+  TissuePairs pairs;
   for (const InterfaceFace& face : faces) {
     if (face.labels[0] > 0) pairs.insert(face.labels);
   }
   return pairs;
 }
 
-/// For each tissue, the lowest tissue of its body (1 to n; 0 is not used).
-std::vector<int> body_of_tissues(const std::set<Pair>& pairs, const Relations& relations,
+/// The lowest tissue of the body of each tissue (1 to n; 0 is not used).
+std::vector<int> body_of_tissues(const TissuePairs& pairs, const Relations& relations,
                                  const std::vector<bool>& rigid) {
   std::vector<int> lowest(rigid.size() + 1);
   std::iota(lowest.begin(), lowest.end(), 0);
@@ -71,10 +71,8 @@ Relation Relations::between(int a, int b) const {
   return found;
 }
 
-std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
-                                  const Relations& relations, const std::vector<bool>& rigid,
-                                  const std::vector<std::string>& names) {
-  const std::set<Pair> pairs = touching(faces);
+void check_relations(const TissuePairs& pairs, const Relations& relations, const std::vector<bool>& rigid,
+                     const std::vector<std::string>& names) {
   const std::vector<int> lowest = body_of_tissues(pairs, relations, rigid);
   for (const auto& [a, b] : pairs) {
     const Relation relation = relations.between(a, b);
@@ -87,6 +85,14 @@ std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<In
                             relation_names[static_cast<std::size_t>(relation)]),
                 fmt::format("{}:{}=grown, or another relation on the way between them", first, second));
   }
+}
+
+std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
+                                  const Relations& relations, const std::vector<bool>& rigid,
+                                  const std::vector<std::string>& names) {
+  const TissuePairs pairs = touching(faces);
+  check_relations(pairs, relations, rigid, names);
+  const std::vector<int> lowest = body_of_tissues(pairs, relations, rigid);
   std::map<int, std::vector<int>> groups;
   for (int t = 1; t < static_cast<int>(lowest.size()); ++t) {
     if (std::ranges::count(mesh.labels, t) > 0) groups[lowest[static_cast<std::size_t>(t)]].push_back(t);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,17 @@ struct TissueBody {
   std::vector<Index> points;       ///< (n_points), their indices in the whole mesh
 };
 
+/// Pairs of tissues that touch, each ascending, from 1.
+using TissuePairs = std::set<std::array<int, 2>>;
+
+/// Throws Error where tissues that slide or are open are one body through others. `rigid` and `names` are
+/// those of tissue t at t - 1. O(pairs x tissues).
+void check_relations(const TissuePairs& pairs, const Relations& relations, const std::vector<bool>& rigid,
+                     const std::vector<std::string>& names);
+
 /// Cuts a mesh into bodies: soft tissues that are grown together are one, each rigid tissue is one by itself.
-/// Both sides of a cut have the same triangles, each with points of its own. Index t - 1 of `rigid` and
-/// `names` is tissue t. Throws Error where tissues that slide or are open belong to one body by way of
-/// others. O(n log n).
+/// On both sides of a cut lie the same triangles, with points of their own. `rigid` and `names` are those of
+/// tissue t at t - 1. Throws Error as check_relations() does. O(n log n).
 std::vector<TissueBody> bodies_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces,
                                   const Relations& relations, const std::vector<bool>& rigid,
                                   const std::vector<std::string>& names);

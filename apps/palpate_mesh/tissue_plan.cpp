@@ -60,10 +60,10 @@ bool touches_border(const LabelMap& map, const LabelExtent& extent) {
   return false;
 }
 
-/// The sizes of the components of each label, in the order of the labels of the map.
-std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
-  std::vector<std::uint16_t> labels;
-  labels.reserve(map.map.labels.size());
+/// The tissue of each voxel, 0 for none.
+std::vector<std::uint16_t> tissues_of_voxels(const NamedMap& map) {
+  std::vector<std::uint16_t> tissues;
+  tissues.reserve(map.map.labels.size());
   std::int32_t last = 0;
   std::uint16_t tissue = 0;
   for (const std::int32_t label : map.map.labels) {
@@ -73,8 +73,33 @@ std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
           found == map.labels.end() ? 0 : std::distance(map.labels.begin(), found) + 1);
       last = label;
     }
-    labels.push_back(tissue);
+    tissues.push_back(tissue);
   }
+  return tissues;
+}
+
+/// Tissues with voxels that share a face.
+TissuePairs touching(const NamedMap& map) {
+  const std::vector<std::uint16_t> tissues = tissues_of_voxels(map);
+  const auto row = static_cast<std::size_t>(map.map.size[0]);
+  const auto slice = row * static_cast<std::size_t>(map.map.size[1]);
+  TissuePairs pairs;
+  const auto add = [&](std::size_t a, std::size_t b) {
+    const int one = std::min(tissues[a], tissues[b]);
+    const int other = std::max(tissues[a], tissues[b]);
+    if (one > 0 && one != other) pairs.insert({one, other});
+  };
+  for (std::size_t v = 0; v < tissues.size(); ++v) {
+    if (v % row > 0) add(v - 1, v);
+    if (v % slice >= row) add(v - row, v);
+    if (v >= slice) add(v - slice, v);
+  }
+  return pairs;
+}
+
+/// The sizes of the components of each label, by its place among those of the map.
+std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
+  const std::vector<std::uint16_t> labels = tissues_of_voxels(map);
   const Components components = components_of(map.map.size, labels);
   std::vector<std::vector<std::size_t>> parts(map.labels.size());
   for (std::size_t c = 0; c < components.sizes.size(); ++c)
@@ -100,6 +125,10 @@ TissuePlan plan_of(const MeshOptions& options, const NamedMap& map) {
   }
   plan.sizes = sizes_of(options, map);
   return plan;
+}
+
+void check_plan(const TissuePlan& plan, const NamedMap& map) {
+  check_relations(touching(map), plan.relations, plan.rigid, plan.names);
 }
 
 std::vector<std::string> label_warnings(const NamedMap& map) {

@@ -21,8 +21,12 @@ struct TissuePlan {
 /// Throws BadInput where a flag names a tissue that does not exist.
 TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
 
-/// Warnings on labels, one line each: labels cut by the border of the map, islands, labels of a few voxels.
-/// O(voxels).
+/// Throws Error where the relations of tissues whose voxels touch contradict each other, so that it is told
+/// before meshing. O(voxels log).
+void check_plan(const TissuePlan& plan, const NamedMap& map);
+
+/// One line each on what a reader of a mesh should know of the labels: those cut by the border of the map,
+/// islands, labels of a few voxels. O(voxels).
 std::vector<std::string> label_warnings(const NamedMap& map);
 
 }  // namespace palpate::app

@@ -40,6 +40,13 @@ class Outcome:
         return f"palpate.Outcome(kind={self.kind!r}, value={self.value!r}, unit={self.unit!r}, vector={vector!r})"
 
 
+def _outcomes_of(rows: list[tuple[str, str, float, str, tuple[float, float, float] | None]]) -> dict[str, Outcome]:
+    return {
+        name: Outcome(kind, value, unit, None if vector is None else np.array(vector))
+        for name, kind, value, unit, vector in rows
+    }
+
+
 class Grab:
     """A spring that pulls a point of a simulation; made by Simulation.grab()."""
 
@@ -104,6 +111,7 @@ class Simulation(_core.Simulation):
             model = Model(read)
         self._duration = read.duration
         self._stage_steps = read.stage_steps
+        self._stage_names = [stage["name"] for stage in scene_dict(read).get("stages", ())]
         self._settings = {key: value for key, value in scene_dict(read).items() if key not in ("bodies", "name", "output")}
         super().__init__(model, read, threads_or_default(threads))
         if reactions:
@@ -174,11 +182,13 @@ class Simulation(_core.Simulation):
         self._settings = merged
 
     def outcomes(self) -> dict[str, Outcome]:
-        """The present outcomes of the scene, by name, in its order (docs/stages.md)."""
-        return {
-            name: Outcome(kind, value, unit, None if vector is None else np.array(vector))
-            for name, kind, value, unit, vector in self._outcomes()
-        }
+        """The outcomes of the scene as they are now, by name, in its order (docs/stages.md)."""
+        return _outcomes_of(self._outcomes())
+
+    @property
+    def stage_outcomes(self) -> dict[str, dict[str, Outcome]]:
+        """The outcomes at the end of each stage that is over: {stage: {outcome: Outcome}}."""
+        return {name: _outcomes_of(rows) for name, rows in zip(self._stage_names, self._stage_outcomes())}
 
     def remove(self, body: int | str) -> None:
         """Removes a body: it has no contacts and no weight, and does not move; its ties are removed. Raises Error if it

@@ -9,12 +9,13 @@ import os
 import re
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
-from ._error import Error
+from ._error import Error, NotConverged
 from ._pool import Runner, RunLost, dask_runner, local_runner
 from ._progress import bar, needed
 from ._scene import scene_dict, scene_of
@@ -98,7 +99,9 @@ def _run(job: Job) -> Row:
     else:
         job.apply(scene, dict(job.values))
     simulation = Simulation(scene, threads=job.threads)
-    simulation.run(job.steps, until_rest=job.until_rest)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotConverged)  # the row has steps_not_converged
+        simulation.run(job.steps, until_rest=job.until_rest)
     metrics = simulation.metrics
     row: Row = {
         "steps": metrics.step,
@@ -108,12 +111,24 @@ def _run(job: Job) -> Row:
         "deepest": metrics.deepest,
         "steps_not_converged": simulation.steps_not_converged,
         "inverted_tets": metrics.inverted_tets,
+        "most_inverted_tets": simulation.most_inverted_tets,
         "kinetic_energy": metrics.kinetic_energy,
         "elastic_energy": metrics.elastic_energy,
         "state_hash": simulation.state_hash,
+        **_outcome_columns(simulation),
     }
     if job.measure is not None:
         row.update(_plain_row(job.measure(simulation)))
+    return row
+
+
+def _outcome_columns(simulation: Simulation) -> Row:
+    """Outcomes at the end by their names, at the ends of stages as "STAGE.NAME"; nothing for a scene without."""
+    row: Row = {name: outcome.value for name, outcome in simulation.outcomes().items()}
+    for stage, outcomes in simulation.stage_outcomes.items():
+        row.update({f"{stage}.{name}": outcome.value for name, outcome in outcomes.items()})
+    if simulation.stage is not None:
+        row["warnings"] = "; ".join(simulation.stage_warnings)
     return row
 
 
@@ -152,18 +167,23 @@ class Store:
         os.replace(beside, self._file(key))
 
 
+def _digest_of(file: str | os.PathLike[str]) -> str:
+    try:
+        with open(file, "rb") as stream:
+            return (hashlib.file_digest(stream, "sha256").hexdigest()
+                    if hasattr(hashlib, "file_digest") else hashlib.sha256(stream.read()).hexdigest())
+    except OSError as error:
+        raise Error(os.fspath(file), "", f"'{error.strerror}'", "a mesh file") from None
+
+
 def _digest_of_meshes(scene: Mapping[str, Any]) -> list[str]:
-    """Digests of the mesh files of a scene, so that a changed mesh gives new runs."""
-    digests = []
-    for body in scene["bodies"]:
-        if "mesh" in body:
-            try:
-                with open(body["mesh"], "rb") as stream:
-                    digests.append(hashlib.file_digest(stream, "sha256").hexdigest()
-                                   if hasattr(hashlib, "file_digest") else hashlib.sha256(stream.read()).hexdigest())
-            except OSError as error:
-                raise Error(body["mesh"], "", f"'{error.strerror}'", "a mesh file") from None
-    return digests
+    """Digests of the mesh files of a scene, so that a changed mesh makes other runs."""
+    return [_digest_of(body["mesh"]) for body in scene["bodies"] if "mesh" in body]
+
+
+def _digest_of_values(values: Row) -> list[str]:
+    """Digests of values that are files, as the mesh of a plan: what is in them counts, and not only their names."""
+    return [_digest_of(value) for value in values.values() if isinstance(value, str) and os.path.isfile(value)]
 
 
 def _name_of(function: Callable[..., Any] | None) -> str:
@@ -238,7 +258,7 @@ def sweep_rows(
     same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
                        _name_of(measure)])
     store = None if folder is None else Store(folder)
-    keys = [_key(same + scene_text(values, "parameters")) for values in samples]
+    keys = [_key(same + scene_text(values, "parameters") + "".join(_digest_of_values(values))) for values in samples]
     jobs = {key: Job(text, apply, measure, values, steps, until_rest, threads) for key, values in zip(keys, samples)}
     rows: dict[str, Row] = {}
     for key in jobs if store is not None else ():
@@ -287,9 +307,8 @@ def sweep(
     progress: shows a bar of tqdm.
 
     Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
-    inverted_tets (at the end), energies, state_hash and seconds; what `measure` returned. `apply` and `measure` are sent to other processes, by
-    cloudpickle where it is installed: functions of a notebook, lambdas and local functions are allowed. A run whose worker process
-    dies is made again, three times at most.
+    inverted_tets (at the end), most_inverted_tets, energies, state_hash and seconds; the scene's outcomes at the end (NAME) and at the ends of stages (STAGE.NAME), and warnings of stages; what `measure` returned. `apply` and `measure` are sent to other processes, by
+    cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
     Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
     """
     try:

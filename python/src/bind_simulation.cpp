@@ -2,6 +2,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
 #include "bind.hpp"
@@ -63,6 +64,19 @@ void bind_checkpoint(nb::class_<Simulation>& simulation) {
             s.restore({static_cast<const std::byte*>(saved.data()), saved.size()});
           },
           nb::arg("saved"), doc::Simulation_restore);
+}
+
+/// Name, kind, value, unit and vector of each outcome.
+nb::list outcome_rows(const Simulation& simulation, const std::vector<OutcomeValue>& values) {
+  const OutcomeProbe& probe = simulation.outcomes();
+  nb::list list;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto& vector = values[i].vector;
+    list.append(nb::make_tuple(
+        probe.infos()[i].name, probe.infos()[i].kind, values[i].value, probe.unit(i),
+        vector ? nb::cast(std::array<double, 3>{vector->x, vector->y, vector->z}) : nb::none()));
+  }
+  return list;
 }
 
 }  // namespace
@@ -138,22 +152,23 @@ void bind_simulation(nb::module_& m) {
           },
           nb::sig("def stage_endings(self) -> list[tuple[int, bool]]"),
           "Of each stage that is over its last step, and whether its condition was met.")
+      .def_prop_ro(
+          "stage_warnings", [](Simulation& s) { return s.stages().warnings(); },
+          "What is to be told of stages that are over, a line each: a condition that was not met, and a body "
+          "that was put into a rigid one, as a plate into bone.")
       .def(
-          "_outcomes",
-          [](Simulation& s) {
-            nb::list list;
-            const std::vector<OutcomeValue> values = s.outcomes().values(s.idle());
-            for (std::size_t i = 0; i < values.size(); ++i) {
-              const auto& vector = values[i].vector;
-              list.append(nb::make_tuple(
-                  s.outcomes().infos()[i].name, s.outcomes().infos()[i].kind, values[i].value,
-                  s.outcomes().unit(i),
-                  vector ? nb::cast(std::array<double, 3>{vector->x, vector->y, vector->z}) : nb::none()));
-            }
-            return list;
-          },
+          "_outcomes", [](Simulation& s) { return outcome_rows(s, s.outcomes().values(s.idle())); },
           nb::sig(
               "def _outcomes(self) -> list[tuple[str, str, float, str, tuple[float, float, float] | None]]"))
+      .def(
+          "_stage_outcomes",
+          [](Simulation& s) {
+            nb::list stages;
+            for (const auto& values : s.stage_outcomes()) stages.append(outcome_rows(s, values));
+            return stages;
+          },
+          nb::sig("def _stage_outcomes(self) -> list[list[tuple[str, str, float, str, tuple[float, float, "
+                  "float] | None]]]"))
       .def_prop_ro("relaxed", &Simulation::relaxed, doc::Simulation_relaxed)
       .def_prop_ro("steps_not_converged", &Simulation::steps_not_converged,
                    "Steps so far of this object in which a solve ended above the tolerance: do not trust "

@@ -25,7 +25,7 @@ TetMesh read_checked_mesh(const std::string& path) {
 Model::Model(const Scene& scene)
     : data_(load_model(
           scene, [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); },
-          io::read_cell_vectors)),
+          io::read_cell_data)),
       self_collision_(scene.settings.detection.self_collision),
       turned_(data_.bodies.tets().size()) {}
 

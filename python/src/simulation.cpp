@@ -25,6 +25,7 @@ void check_signals() {
 struct Parted {
   std::span<const std::byte> simulation;
   StageProgress progress;
+  std::vector<std::vector<OutcomeValue>> outcomes;
 };
 
 /// Splits the bytes of save() of a simulation with stages.
@@ -35,9 +36,9 @@ Parted parted(std::span<const std::byte> saved) {
   last(size);
   if (size > saved.size())
     throw Error("saved state", "", "the state of a simulation without stages", "one with them");
-  Parted parts{saved.first(size), {}};
+  Parted parts{saved.first(size), {}, {}};
   ArchiveReader reader(saved.subspan(size), "saved state");
-  reader(parts.progress, size);
+  reader(parts.progress, parts.outcomes, size);
   reader.finish();
   return parts;
 }
@@ -71,7 +72,7 @@ void Simulation::step() {
     stages_->begin(*simulation_);
     if (stages_->any()) follow_holds();
     simulation_->step();
-    stages_->ends(*simulation_);
+    if (stages_->ends(*simulation_)) stage_outcomes_.push_back(outcomes_->values(*simulation_));
   }
   const StepMetrics& metrics = simulation_->metrics();
   if (!metrics.solver_converged) ++steps_not_converged_;
@@ -138,7 +139,7 @@ std::vector<std::byte> Simulation::save() {
   StageProgress progress = stages_->progress();
   std::uint64_t size = saved.size();
   ArchiveWriter writer;
-  writer(progress, size);
+  writer(progress, stage_outcomes_, size);
   const std::vector<std::byte> more = writer.take();
   saved.insert(saved.end(), more.begin(), more.end());
   return saved;
@@ -148,9 +149,10 @@ void Simulation::restore(std::span<const std::byte> saved) {
   const Busy::Use use(busy_, "Simulation.restore");
   {
     const nanobind::gil_scoped_release release;
-    const auto [simulation, progress] = stages_->any() ? parted(saved) : Parted{saved, {}};
+    auto [simulation, progress, outcomes] = stages_->any() ? parted(saved) : Parted{saved, {}, {}};
     simulation_->restore(simulation);
-    if (stages_->any()) stages_->resume(*simulation_, progress);
+    if (stages_->any()) stages_->resume(*simulation_, std::move(progress));
+    stage_outcomes_ = std::move(outcomes);
     follow_holds();
   }
   contacts_.reset();

@@ -38,7 +38,11 @@ class Simulation {
   Index untie(Index a, Index b);
   [[nodiscard]] const StageRun& stages() const { return *stages_; }
   [[nodiscard]] const OutcomeProbe& outcomes() const { return *outcomes_; }
-  /// Saves the state, with the progress through stages, if there are any.
+  /// The outcomes at the ends of the stages that are over.
+  [[nodiscard]] const std::vector<std::vector<OutcomeValue>>& stage_outcomes() const {
+    return stage_outcomes_;
+  }
+  /// With where it is in its stages, where it has some.
   std::vector<std::byte> save();
   void restore(std::span<const std::byte> saved);
   /// The report on the removal of overlaps; None if the scene did not ask for it.
@@ -84,6 +88,7 @@ class Simulation {
   std::int64_t most_inverted_tets_ = 0;
   std::unique_ptr<StageRun> stages_;
   std::unique_ptr<OutcomeProbe> outcomes_;
+  std::vector<std::vector<OutcomeValue>> stage_outcomes_;
   Busy busy_;
 
   void follow_holds();

@@ -32,18 +32,7 @@ Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   return without(std::move(fat), plate_room);
 }
 
-/// Height of the plate's lower side: the gap between organs above the floor.
-double plate_bottom(const Distance& cavity, double x, double y) {
-  double low = -30.0;
-  double high = 0.0;
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (low + high);
-    (cavity({x, y, middle}) > -gap ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-/// A mesh of a shape. Slender or thin shapes are meshed wider by `widening`, then fitted to the shape.
+/// A mesh of a shape; of slender or thin ones that of a shape wider by `widening`, fitted to it.
 TetMesh meshed(const Distance& shape, double cell, double widening = 0.0) {
   constexpr double reach = 45.0;
   const StuffingOptions options{{-reach, -reach, -reach}, {reach, reach, reach}, cell};
@@ -70,13 +59,12 @@ std::vector<Organ> make_eye() {
   organs.push_back({"nerve", meshed(nerve_shape(gap), 3.0, 0.3)});
   organs.push_back({"fat", meshed_fat(slender, 4.4)});
   organs.push_back({"skin", meshed(skin_shape(gap), 5.4, 1.0)});
-  const Distance cavity = cavity_shape();
   organs.push_back(
       {"plate", make_plate({.cells = eye_plate_cells,
                             .cell = eye_plate_cell,
                             .thickness = eye_plate_thickness,
                             .start = eye_plate_start,
-                            .bottom = [&](double x, double y) { return plate_bottom(cavity, x, y); }})});
+                            .bottom = [](double x, double y) { return over_orbit_floor(x, y, gap); }})});
   for (Organ& organ : organs) round_points(organ.mesh);
   return organs;
 }

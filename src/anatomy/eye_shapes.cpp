@@ -35,6 +35,32 @@ Distance bone_shape() {
   return smoothly_without(united({wall, rim}), cavity, 5.0);
 }
 
+Distance orbit_bone_shape() {
+  const Vec3 middle{-1.0, 10.0, -31.0};
+  const Vec3 radii{15.0, 17.0, 14.0};
+  constexpr double wall = 2.5;
+  const Distance sinus = without(ellipsoid(middle, radii), cavity_shape(), orbit_floor_thickness);
+  const Distance maxilla = ellipsoid(middle, {radii.x + wall, radii.y + wall, radii.z + wall});
+  return without(without(united({bone_shape(), maxilla}), cavity_shape()), sinus);
+}
+
+Distance orbit_floor_shape() {
+  return common(
+      {layer(cavity_shape(), 0.0, orbit_floor_thickness), box({-16.0, -30.0, -40.0}, {16.0, 26.0, -7.0})});
+}
+
+double over_orbit_floor(double x, double y, double above) {
+  const Distance cavity = cavity_shape();
+  double low = -30.0;
+  double high = 0.0;
+  constexpr int halvings = 50;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (cavity({x, y, middle}) > -above ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 Distance rectus_shape(double angle, double gap) {
   constexpr double depth = 2.5;
   const double reach = bulb_radius + gap + depth;

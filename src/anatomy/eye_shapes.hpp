@@ -12,6 +12,7 @@ namespace palpate::anatomy {
 
 /// Gap between organs that are meshed separately, mm: more than the distance of chords from a curved surface.
 inline constexpr double eye_gap = 0.2;
+inline constexpr double orbit_floor_thickness = 2.0;
 inline constexpr double eye_plate_thickness = 0.8;
 inline constexpr double eye_plate_cell = 1.9;
 inline constexpr std::array<int, 2> eye_plate_cells{9, 11};
@@ -25,7 +26,13 @@ Distance bulb_shape();
 /// The inside of the bony orbit: a cone that narrows to the apex, with a floor that rises to the back.
 Distance cavity_shape();
 Distance bone_shape();
-/// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is its direction around the axis of
+/// The bone over a maxillary sinus, with a floor of the orbit as thick as `orbit_floor_thickness`.
+Distance orbit_bone_shape();
+/// Where the floor of the orbit is: a layer of that thickness below the cavity, from the rim to the back.
+Distance orbit_floor_shape();
+/// Height at (x, y) that is `above` (mm) over the floor of the orbit.
+double over_orbit_floor(double x, double y, double above);
+/// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is where it lies around the axis of
 /// the orbit.
 Distance rectus_shape(double angle, double gap);
 Distance nerve_shape(double gap);

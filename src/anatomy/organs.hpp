@@ -19,6 +19,21 @@ struct Organ {
 /// perforated titanium plate on the orbital floor. Organs that touch are apart by about 0.2 mm.
 std::vector<Organ> make_eye();
 
+/// A plate for the floor of the orbit of make_eye() and orbit_labels().
+struct OrbitPlate {
+  bool flat = false;  ///< as steep as the floor is in the middle, and lies on it; false: bent as the floor is
+  double width = 17.0;     ///< along x, mm, in [4, 26]
+  double length = 20.0;    ///< along y, mm, in [4, 30]
+  double x = -2.0;         ///< of its middle, mm, in [-8, 8]
+  double y = 7.0;          ///< of its middle, mm, in [0, 16]
+  double thickness = 0.8;  ///< mm, in [0.2, 3]
+  double above = 0.6;      ///< of its lower side over the floor, mm, in [0, 5]; flat: where it is least
+};
+
+/// Of cells of about 1.2 mm, so that the length is a multiple of their edge. Throws Error where an option is
+/// out of range.
+TetMesh make_orbit_plate(const OrbitPlate& options);
+
 /// A face around the head's centre: skull, upper jaw, lower jaw with rami, and the soft tissue over them.
 std::vector<Organ> make_skull();
 

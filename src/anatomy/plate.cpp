@@ -20,7 +20,7 @@ TetMesh make_plate(const PlateOptions& options) {
   std::vector<Tet> kept;
   for (std::size_t t = 0; t < plate.tets.size(); ++t) {
     const auto cell = static_cast<int>(t / tets_a_cell);
-    if (!is_hole(cell % nx, cell / nx, options.cells)) kept.push_back(plate.tets[t]);
+    if (!options.perforated || !is_hole(cell % nx, cell / nx, options.cells)) kept.push_back(plate.tets[t]);
   }
   plate.tets = kept;
   for (Vec3& p : plate.points) {

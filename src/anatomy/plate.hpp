@@ -7,17 +7,18 @@
 
 namespace palpate::anatomy {
 
-/// A perforated plate that follows a surface.
+/// A plate that follows a surface.
 struct PlateOptions {
   std::array<int, 2> cells{1, 1};                ///< along x and y, >= 1
   double cell = 1.0;                             ///< edge length, > 0
   double thickness = 1.0;                        ///< along z, > 0
   Vec3 start;                                    ///< corner with the least x and y
   std::function<double(double, double)> bottom;  ///< z of the lower side at (x, y)
+  bool perforated = true;
 };
 
-/// A mesh of a plate, 5 tets per cell, mirrored in alternate cells as in make_box(). Inner cells with odd
-/// indices along both axes are holes. Throws Error where an option is out of range.
+/// 5 tets a cell, mirrored in alternate cells as in make_box(). Of a perforated plate inner cells with odd
+/// numbers along both axes are holes. Throws Error where an option is out of range.
 TetMesh make_plate(const PlateOptions& options);
 
 }  // namespace palpate::anatomy

@@ -38,17 +38,18 @@ class GmshReader {
     return std::move(mesh_.file);
   }
 
-  /// After read(): for each tet, the vector of its element.
-  [[nodiscard]] std::vector<Vec3> vectors_of_tets() const {
+  /// After read(): the vector of the element that each tet is of, three numbers.
+  [[nodiscard]] std::vector<double> vectors_of_tets() const {
     if (!step_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
-    std::vector<Vec3> vectors;
+    std::vector<double> vectors;
     for (const std::int64_t element : mesh_.element_of_tet) {
       const auto found = vectors_.find(element);
       if (found == vectors_.end()) {
         throw Error(scanner_.source(), fmt::format("cell data {}, element {}", name_, element), "nothing",
                     "a vector for each element with a volume");
       }
-      vectors.push_back(found->second);
+      const Vec3& vector = found->second;
+      vectors.insert(vectors.end(), {vector.x, vector.y, vector.z});
     }
     return vectors;
   }
@@ -233,10 +234,12 @@ MeshFile read_gmsh(const std::filesystem::path& path) {
   return GmshReader(scanner).read();
 }
 
-std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name) {
+std::vector<double> read_gmsh_data(const std::filesystem::path& path, const CellDataKey& key) {
+  if (key.components != 3)
+    throw Error(path.string(), "cell data " + key.name, "a Gmsh file", "a .vtu or .vtk file");
   const std::string bytes = read_file(path, "a Gmsh mesh file");
   TextScanner scanner(path.string(), bytes);
-  GmshReader reader(scanner, name);
+  GmshReader reader(scanner, key.name);
   reader.read();
   return reader.vectors_of_tets();
 }

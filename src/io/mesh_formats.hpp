@@ -7,7 +7,9 @@
 
 #include <palpate/io/mesh_reader.hpp>
 
-/// The readers of read_mesh(), one per format, with the guarantees of read_mesh().
+#include "io/vtk_cells.hpp"
+
+/// The readers behind read_mesh(), one a format; each keeps read_mesh()'s promises.
 namespace palpate::io {
 
 /// Gmsh MSH file format 1, 2 to 2.2, 4.0 and 4.1 (Gmsh reference manual, "MSH file format"); 3 is refused.
@@ -34,12 +36,12 @@ MeshFile read_vtu(const std::filesystem::path& path);
 /// The same of the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
-/// The readers of read_cell_vectors(), one per format, with its guarantees.
-std::vector<Vec3> read_gmsh_vectors(const std::filesystem::path& path, const std::string& name);
-std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name);
-std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name);
+/// What is behind read_cell_data(), one a format; each keeps its promises.
+std::vector<double> read_gmsh_data(const std::filesystem::path& path, const CellDataKey& key);
+std::vector<double> read_vtk_legacy_data(const std::filesystem::path& path, const CellDataKey& key);
+std::vector<double> read_vtu_data(const std::filesystem::path& path, const CellDataKey& key);
 /// The same of the text of a file; `source` is its name for messages.
-std::vector<Vec3> read_vtu_vectors_text(const std::string& source, std::string_view text,
-                                        const std::string& name);
+std::vector<double> read_vtu_data_text(const std::string& source, std::string_view text,
+                                       const CellDataKey& key);
 
 }  // namespace palpate::io

@@ -16,12 +16,12 @@ namespace {
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
-  std::vector<Vec3> (*read_vectors)(const std::filesystem::path&, const std::string&) = nullptr;
+  std::vector<double> (*read_data)(const std::filesystem::path&, const CellDataKey&) = nullptr;
 };
 
-constexpr std::array<Format, 6> formats{{{".vtu", read_vtu, read_vtu_vectors},
-                                         {".vtk", read_vtk_legacy, read_vtk_legacy_vectors},
-                                         {".msh", read_gmsh, read_gmsh_vectors},
+constexpr std::array<Format, 6> formats{{{".vtu", read_vtu, read_vtu_data},
+                                         {".vtk", read_vtk_legacy, read_vtk_legacy_data},
+                                         {".msh", read_gmsh, read_gmsh_data},
                                          {".node", read_tetgen},
                                          {".ele", read_tetgen},
                                          {".mesh", read_medit}}};
@@ -82,12 +82,23 @@ MeshFile read_mesh(const std::filesystem::path& path) {
 }
 
 std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name) {
+  constexpr std::size_t dimensions = 3;
+  const std::vector<double> data = read_cell_data(path, name, dimensions);
+  std::vector<Vec3> vectors;
+  vectors.reserve(data.size() / dimensions);
+  for (std::size_t i = 0; i < data.size(); i += dimensions)
+    vectors.push_back({data[i], data[i + 1], data[i + 2]});
+  return vectors;
+}
+
+std::vector<double> read_cell_data(const std::filesystem::path& path, const std::string& name,
+                                   std::size_t components) {
   const Format& format = format_of(path);
-  if (format.read_vectors == nullptr) {
+  if (format.read_data == nullptr) {
     throw Error(path.string(), "cell data " + name, "the extension " + std::string(format.extension),
-                ".vtu, .vtk or .msh: of other files vectors of cells are not read");
+                ".vtu, .vtk or .msh: of other files data of cells are not read");
   }
-  return format.read_vectors(path, name);
+  return format.read_data(path, {name, components});
 }
 
 }  // namespace palpate::io

@@ -40,6 +40,12 @@ void check(const PictureSubject& subject, const PictureSettings& settings) {
   expect(subject.body_colours.empty() || std::cmp_greater_equal(subject.body_colours.size(), bodies),
          "body_colours", std::to_string(subject.body_colours.size()) + " colours", std::to_string(bodies));
   if (!subject.values.empty()) check_length("values", subject.values.size(), subject.positions.size());
+  if (!subject.colour_of_triangle.empty()) {
+    check_length("colour_of_triangle", subject.colour_of_triangle.size(), subject.triangles.size());
+    const Index most = *std::ranges::max_element(subject.colour_of_triangle);
+    expect(std::cmp_less(most, subject.body_colours.size()), "colour_of_triangle", std::to_string(most),
+           "a number below " + std::to_string(subject.body_colours.size()));
+  }
   if (!subject.edges.empty()) check_length("edges", subject.edges.size(), subject.triangles.size());
   expect(!settings.scale || settings.scale->most > settings.scale->least, "scale",
          "a largest value that is not above the least", "a larger number");
@@ -63,11 +69,13 @@ struct Frame {
   [[nodiscard]] Vec3 operator()(const Vec3& point) const { return (1.0 / radius) * (point - centre); }
 };
 
-/// The light of a corner: from its value if it has one, else from the colour of its body.
-Light corner_light(const PictureSubject& subject, const PictureSettings& settings, Index point) {
+/// The light of a corner: that of its value where it has one, else that of its triangle or body.
+Light corner_light(const PictureSubject& subject, const PictureSettings& settings, std::size_t triangle,
+                   Index point) {
   if (settings.scale && !subject.values.empty() && std::isfinite(at(subject.values, point)))
     return to_light(scale_colour(at(subject.values, point), *settings.scale));
-  const Index body = at(subject.body_of_point, point);
+  const Index body = subject.colour_of_triangle.empty() ? at(subject.body_of_point, point)
+                                                        : subject.colour_of_triangle[triangle];
   return to_light(subject.body_colours.empty() ? default_colour(body) : at(subject.body_colours, body));
 }
 
@@ -78,9 +86,9 @@ void add_visible_triangles(const PictureSubject& subject, const PictureSettings&
     if (!std::ranges::all_of(t, [&](Index corner) { return is_finite(at(subject.positions, corner)); }))
       continue;
     input.triangles.push_back(t);
-    input.corner_colours.push_back({corner_light(subject, settings, t[0]),
-                                    corner_light(subject, settings, t[1]),
-                                    corner_light(subject, settings, t[2])});
+    input.corner_colours.push_back({corner_light(subject, settings, i, t[0]),
+                                    corner_light(subject, settings, i, t[1]),
+                                    corner_light(subject, settings, i, t[2])});
     if (!subject.edges.empty()) input.drawn_sides.push_back(subject.edges[i]);
   }
   expect(!input.triangles.empty(), "triangles", "none with finite positions", "at least one");

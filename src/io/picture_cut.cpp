@@ -17,13 +17,17 @@ class Cutter {
     result_.points.assign(positions.begin(), positions.end());
     result_.values.assign(values.begin(), values.end());
     result_.body_of_point.assign(bodies.body_of_point().begin(), bodies.body_of_point().end());
-    for (const Triangle& t : bodies.triangles()) {
+    for (std::size_t i = 0; i < bodies.triangles().size(); ++i) {
+      const Triangle& t = bodies.triangles()[i];
       const Index body = bodies.body_of(t);
       if (at(settings.shown, body) == 0) continue;
+      tet_ = bodies.triangle_tets()[i];
       at(settings.cut, body) == 0 ? add(t, all_edges) : add_clipped(t);
     }
-    for (const Tet& tet : bodies.tets()) {
+    for (std::size_t t = 0; t < bodies.tets().size(); ++t) {
+      const Tet& tet = bodies.tets()[t];
       const Index body = bodies.body_of(tet);
+      tet_ = static_cast<Index>(t);
       if (at(settings.shown, body) != 0 && at(settings.cut, body) != 0) add_face(tet);
     }
   }
@@ -49,6 +53,7 @@ class Cutter {
   void add(const Triangle& triangle, std::uint8_t edges) {
     result_.triangles.push_back(triangle);
     result_.edges.push_back(edges);
+    result_.tet_of_triangle.push_back(tet_);
   }
 
   /// Adds the part of a triangle behind the plane: one or two triangles.
@@ -100,6 +105,7 @@ class Cutter {
   const CutSettings& settings_;
   Vec3 normal_;
   CutSurface result_;
+  Index tet_ = 0;  ///< of what is being added
 };
 
 }  // namespace

@@ -21,9 +21,10 @@ struct CutSettings {
 struct CutSurface {
   std::vector<Vec3> points;  ///< (n x 3)
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> edges;   ///< (n_triangles) bit i: the side from corner i to the next is an edge
-  std::vector<Index> body_of_point;  ///< (n)
-  std::vector<double> values;        ///< (n), interpolated
+  std::vector<std::uint8_t> edges;     ///< (n_triangles) bit i: the side from corner i to the next is an edge
+  std::vector<Index> body_of_point;    ///< (n)
+  std::vector<double> values;          ///< (n), interpolated
+  std::vector<Index> tet_of_triangle;  ///< (n_triangles) that it is a face of, or a cut through
 };
 
 /// Cuts bodies open. `values` are of the points (n_points). O(triangles + tets).

@@ -159,11 +159,17 @@ std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, In
   return CellAppender(cells, source, first_cell).append(first_point, n_points, file);
 }
 
-void append_cell_vectors(std::span<const double> values, std::span<const Index> tets_of_cells,
-                         std::vector<Vec3>& vectors) {
+std::string CellDataKey::expected() const {
+  return fmt::format("{}: a {} for each cell", components, components == 1 ? "number" : "vector");
+}
+
+void append_cell_data(std::span<const double> values, std::span<const Index> tets_of_cells,
+                      std::vector<double>& data) {
+  if (tets_of_cells.empty()) return;
+  const std::size_t components = values.size() / tets_of_cells.size();
   for (std::size_t cell = 0; cell < tets_of_cells.size(); ++cell) {
-    const Vec3 vector{values[3 * cell], values[3 * cell + 1], values[3 * cell + 2]};
-    vectors.insert(vectors.end(), static_cast<std::size_t>(tets_of_cells[cell]), vector);
+    const std::span<const double> row = values.subspan(components * cell, components);
+    for (Index tet = 0; tet < tets_of_cells[cell]; ++tet) data.insert(data.end(), row.begin(), row.end());
   }
 }
 

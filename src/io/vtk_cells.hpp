@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -25,8 +26,17 @@ struct VtkCells {
 std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points,
                                     std::int64_t first_cell, const std::string& source, MeshFile& file);
 
-/// Appends the vector of each cell (n_cells x 3 numbers) once for each of its tets.
-void append_cell_vectors(std::span<const double> values, std::span<const Index> tets_of_cells,
-                         std::vector<Vec3>& vectors);
+/// Which data of cells to read.
+struct CellDataKey {
+  std::string name;
+  std::size_t components = 3;
+
+  /// What a file should have: "1: a number for each cell".
+  [[nodiscard]] std::string expected() const;
+};
+
+/// Appends the numbers of each cell (n_cells x components) once for each tet that the cell became.
+void append_cell_data(std::span<const double> values, std::span<const Index> tets_of_cells,
+                      std::vector<double>& data);
 
 }  // namespace palpate::io

@@ -31,18 +31,19 @@ std::string decoded(std::string_view word) {
 /// attributes").
 class LegacyDataReader {
  public:
-  LegacyDataReader(TextScanner& scanner, const VtkLegacyFile& file, const std::string& name)
-      : scanner_(scanner), numbers_(scanner), cells_(file.cells.ends.size()), name_(name) {
+  LegacyDataReader(TextScanner& scanner, const VtkLegacyFile& file, const CellDataKey& key)
+      : scanner_(scanner), numbers_(scanner), cells_(file.cells.ends.size()), key_(key) {
     numbers_.set_binary(file.binary);
     scanner_.set_position(file.data_begin);
   }
 
   std::vector<double> read() {
     while (!found_ && !scanner_.at_end()) read_section();
-    if (!found_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
+    if (!found_) throw Error(scanner_.source(), "", "no cell data of the name '" + key_.name + "'", "some");
     const auto bad = std::ranges::find_if_not(values_, [](double value) { return std::isfinite(value); });
     if (bad != values_.end()) {
-      throw Error(scanner_.source(), fmt::format("cell data {}, cell {}", name_, (bad - values_.begin()) / 3),
+      const auto cell = static_cast<std::size_t>(bad - values_.begin()) / key_.components;
+      throw Error(scanner_.source(), fmt::format("cell data {}, cell {}", key_.name, cell),
                   fmt::format("{}", *bad), "finite numbers");
     }
     return std::move(values_);
@@ -111,20 +112,20 @@ class LegacyDataReader {
   }
 
   void take(const std::string& name, std::size_t components, std::size_t rows, const ScalarType& type) {
-    if (!of_cells_ || name != name_) return numbers_.skip(components * rows, type);
-    if (components != 3 || rows != cells_) {
-      throw Error(scanner_.source(), "cell data " + name_,
+    if (!of_cells_ || name != key_.name) return numbers_.skip(components * rows, type);
+    if (components != key_.components || rows != cells_) {
+      throw Error(scanner_.source(), "cell data " + key_.name,
                   fmt::format("{} components in {} rows", components, rows),
-                  fmt::format("3 in {}: a vector for each cell", cells_));
+                  fmt::format("{}, {} rows", key_.expected(), cells_));
     }
-    values_ = numbers_.reals(3 * rows, type, "a component of a vector");
+    values_ = numbers_.reals(components * rows, type, "a component of cell data");
     found_ = true;
   }
 
   TextScanner& scanner_;
   LegacyNumbers numbers_;
   std::size_t cells_;
-  const std::string& name_;
+  const CellDataKey& key_;
   bool of_cells_ = false;
   bool found_ = false;
   std::size_t rows_ = 0;
@@ -133,10 +134,10 @@ class LegacyDataReader {
 
 }  // namespace
 
-std::vector<double> read_vtk_legacy_vectors(const std::string& source, std::string_view bytes,
-                                            const VtkLegacyFile& file, const std::string& name) {
+std::vector<double> read_vtk_legacy_data(const std::string& source, std::string_view bytes,
+                                         const VtkLegacyFile& file, const CellDataKey& key) {
   TextScanner scanner(source, bytes);
-  return LegacyDataReader(scanner, file, name).read();
+  return LegacyDataReader(scanner, file, key).read();
 }
 
 }  // namespace palpate::io

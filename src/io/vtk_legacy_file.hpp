@@ -27,9 +27,9 @@ struct VtkLegacyFile {
 /// naming the line or byte.
 VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);
 
-/// The cell data of that name with three components (VECTORS, NORMALS or an array of a FIELD): n_cells x 3
-/// finite numbers, of the file that `file` was read from. Throws Error where it does not exist, and as above.
-std::vector<double> read_vtk_legacy_vectors(const std::string& source, std::string_view bytes,
-                                            const VtkLegacyFile& file, const std::string& name);
+/// The cell data of that name (VECTORS, NORMALS, SCALARS or an array of a FIELD): n_cells x components finite
+/// numbers, of the file that `file` was read from. Throws Error where there is none, and as above.
+std::vector<double> read_vtk_legacy_data(const std::string& source, std::string_view bytes,
+                                         const VtkLegacyFile& file, const CellDataKey& key);
 
 }  // namespace palpate::io

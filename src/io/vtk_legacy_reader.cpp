@@ -48,16 +48,16 @@ MeshFile read_vtk_legacy(const std::filesystem::path& path) {
   return file;
 }
 
-std::vector<Vec3> read_vtk_legacy_vectors(const std::filesystem::path& path, const std::string& name) {
+std::vector<double> read_vtk_legacy_data(const std::filesystem::path& path, const CellDataKey& key) {
   const std::string bytes = read_file(path, "a VTK legacy unstructured grid");
   const std::string source = path.string();
-  if (is_xml(bytes)) return read_vtu_vectors_text(source, bytes, name);
+  if (is_xml(bytes)) return read_vtu_data_text(source, bytes, key);
   VtkLegacyFile vtk = read_grid(source, bytes);
   MeshFile file;
   const std::vector<Index> tets_of_cells = append(vtk, source, file);
-  std::vector<Vec3> vectors;
-  append_cell_vectors(read_vtk_legacy_vectors(source, bytes, vtk, name), tets_of_cells, vectors);
-  return vectors;
+  std::vector<double> data;
+  append_cell_data(read_vtk_legacy_data(source, bytes, vtk, key), tets_of_cells, data);
+  return data;
 }
 
 }  // namespace palpate::io

@@ -28,12 +28,12 @@ class VtuReader {
     return std::move(file_);
   }
 
-  std::vector<Vec3> read_cell_vectors(const std::string& name) {
-    std::vector<Vec3> vectors;
+  std::vector<double> read_cell_data(const CellDataKey& key) {
+    std::vector<double> data;
     for (std::size_t i = 0; i < structure_.pieces.size(); ++i)
-      append_vectors(structure_.pieces[i], i, name, vectors);
+      append_data(structure_.pieces[i], i, key, data);
     require_tets(file_, source_);
-    return vectors;
+    return data;
   }
 
  private:
@@ -89,21 +89,22 @@ class VtuReader {
                             first_cell, source_, file_);
   }
 
-  /// Appends the vector of each cell, once for each of its tets.
-  void append_vectors(const VtuPiece& piece, std::size_t number, const std::string& name,
-                      std::vector<Vec3>& vectors) {
+  /// The numbers of each tet that a cell becomes.
+  void append_data(const VtuPiece& piece, std::size_t number, const CellDataKey& key,
+                   std::vector<double>& data) {
     const std::vector<Index> tets_of_cells = append(piece, number);
     if (piece.cells.count == 0) return;
-    const auto array = std::ranges::find(piece.cell_data, name, &VtuArray::name);
+    const auto array = std::ranges::find(piece.cell_data, key.name, &VtuArray::name);
     if (array == piece.cell_data.end()) {
-      throw Error(source_, fmt::format("piece {}", number), "no cell data of the name '" + name + "'",
+      throw Error(source_, fmt::format("piece {}", number), "no cell data of the name '" + key.name + "'",
                   "some");
     }
-    if (array->components != 3) {
-      throw Error(source_, "cell data " + name, fmt::format("{} components", array->components),
-                  "3: a vector for each cell");
+    const auto components = static_cast<std::int64_t>(key.components);
+    if (array->components != components) {
+      throw Error(source_, "cell data " + key.name, fmt::format("{} components", array->components),
+                  key.expected());
     }
-    append_cell_vectors(arrays_.reals(*array, 3 * piece.cells.count), tets_of_cells, vectors);
+    append_cell_data(arrays_.reals(*array, components * piece.cells.count), tets_of_cells, data);
   }
 
   const std::string& source_;
@@ -123,13 +124,13 @@ MeshFile read_vtu_text(const std::string& source, std::string_view text) {
   return VtuReader(source, text).read();
 }
 
-std::vector<Vec3> read_vtu_vectors(const std::filesystem::path& path, const std::string& name) {
-  return read_vtu_vectors_text(path.string(), read_file(path, "a VTK XML unstructured grid"), name);
+std::vector<double> read_vtu_data(const std::filesystem::path& path, const CellDataKey& key) {
+  return read_vtu_data_text(path.string(), read_file(path, "a VTK XML unstructured grid"), key);
 }
 
-std::vector<Vec3> read_vtu_vectors_text(const std::string& source, std::string_view text,
-                                        const std::string& name) {
-  return VtuReader(source, text).read_cell_vectors(name);
+std::vector<double> read_vtu_data_text(const std::string& source, std::string_view text,
+                                       const CellDataKey& key) {
+  return VtuReader(source, text).read_cell_data(key);
 }
 
 }  // namespace palpate::io

@@ -2,52 +2,42 @@
 
 #include <algorithm>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include <palpate/error.hpp>
 #include <palpate/fibres.hpp>
 
 #include "geometry/vector.hpp"
+#include "scene/cell_data.hpp"
 #include "scene/json_text.hpp"
 #include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
 
-std::vector<Vec3> read_field(const Scene& scene, std::size_t body, const std::string& path,
-                             const std::string& name, const VectorReader& read_vectors) {
-  const auto* const file = std::get_if<MeshFile>(&scene.bodies[body].source);
-  const std::string key = path + ".fibres.field";
-  if (file == nullptr) throw Error(scene.source, key, "it in a body without a mesh file", "one with 'mesh'");
-  if (!read_vectors) throw Error(scene.source, key, "no reader of vectors", "one, to read the file");
-  try {
-    return read_vectors(scene.folder / file->path, name);
-  } catch (const Error& error) {
-    throw Error(scene.source,
-                key + ", " + error.source() + (error.where().empty() ? "" : ", " + error.where()),
-                error.found(), error.expected());
-  }
-}
-
-/// Sets the directions of the tets of one body that have one material.
+/// Of the tets of one body that are of one material.
 void add_field(const Scene& scene, std::size_t body, const std::string& path, Index material,
-               const VectorReader& read_vectors, Model& model) {
+               const CellReader& read_cells, Model& model) {
   const std::string name = at(model.materials, material).fibres.field;
   if (name.empty()) return;
-  const std::vector<Vec3> field = read_field(scene, body, path, name, read_vectors);
   const Range tets = model.bodies.bodies()[body].tets;
-  if (field.size() != static_cast<std::size_t>(tets.size())) {
-    throw Error(scene.source, path + ".fibres.field", std::to_string(field.size()) + " vectors",
-                std::to_string(tets.size()) + ", one a tet");
-  }
+  constexpr std::size_t dimensions = 3;
+  const std::vector<double> field = cell_data_of(scene,
+                                                 {.body = body,
+                                                  .key = path + ".fibres.field",
+                                                  .name = name,
+                                                  .components = dimensions,
+                                                  .tets = tets.size()},
+                                                 read_cells);
   model.fibre_of_tet.resize(model.bodies.tets().size());
   Transform rotation = scene.bodies[body].transform;
   rotation.translate = {};
   for (Index tet = tets.begin; tet < tets.end; ++tet) {
     const Index own =
         model.material_of_tet.empty() ? static_cast<Index>(body) : at(model.material_of_tet, tet);
-    if (own == material) at(model.fibre_of_tet, tet) = transformed(rotation, at(field, tet - tets.begin));
+    if (own != material) continue;
+    const double* const row = field.data() + dimensions * static_cast<std::size_t>(tet - tets.begin);
+    at(model.fibre_of_tet, tet) = transformed(rotation, {row[0], row[1], row[2]});
   }
 }
 
@@ -88,13 +78,13 @@ void add_fibre_ends(const Scene& scene, Model& model) {
     if (scene.bodies[b].fibre_ends) add_ends(scene, b, *scene.bodies[b].fibre_ends, model);
 }
 
-void add_fibre_fields(const Scene& scene, const VectorReader& read_vectors, Model& model) {
+void add_fibre_fields(const Scene& scene, const CellReader& read_cells, Model& model) {
   auto next = static_cast<Index>(scene.bodies.size());  // materials of regions follow those of bodies
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const std::string path = element_path("bodies", b);
-    add_field(scene, b, path + ".material", static_cast<Index>(b), read_vectors, model);
+    add_field(scene, b, path + ".material", static_cast<Index>(b), read_cells, model);
     for (std::size_t r = 0; r < scene.bodies[b].regions.size(); ++r)
-      add_field(scene, b, element_path(path + ".regions", r) + ".material", next++, read_vectors, model);
+      add_field(scene, b, element_path(path + ".regions", r) + ".material", next++, read_cells, model);
   }
 }
 

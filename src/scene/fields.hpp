@@ -175,8 +175,9 @@ void describe(Visitor& v, FibreEnds& ends) {
 
 template <class Visitor>
 void describe(Visitor& v, Region& region) {
-  v.one_of(region.tets, {"box", "sphere", "tets"});
+  v.one_of(region.tets, {"box", "sphere", "tets", "label"});
   v.required("material", region.material);
+  v.optional("color", region.color, within(0, 1));
 }
 
 template <class Visitor>
@@ -265,6 +266,7 @@ void describe(Visitor& v, SceneBody& body) {
   v.field("absent", body.absent);
   v.field("obstacle", body.obstacle);
   v.field("self_collision", body.self_collision);
+  v.field("no_contact", body.no_contact);
   v.optional("motion", body.motion);
   v.list("attached", body.attached);
   v.list("loads", body.loads);

@@ -12,7 +12,9 @@
 #include "geometry/vector.hpp"
 #include "scene/body_mesh.hpp"
 #include "scene/body_points.hpp"
+#include "scene/cell_data.hpp"
 #include "scene/fibre_fields.hpp"
+#include "scene/json_text.hpp"
 #include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
 
@@ -24,8 +26,25 @@ Vec3 place(const Transform& transform, const Quaternion& rotation, const Vec3& p
   return rotated(rotation, scaled) + transform.translate;
 }
 
-/// Sets the materials of the tets in a body's regions.
-void add_regions(const Scene& scene, Index body, Model& model) {
+/// The label of each tet of a body; empty where no region asks for one.
+std::vector<double> labels_of(const Scene& scene, Index body, Index tets, const CellReader& read_cells) {
+  const std::vector<Region>& regions = at(scene.bodies, body).regions;
+  const auto asks = std::ranges::find_if(
+      regions, [](const Region& r) { return std::holds_alternative<LabelSelection>(r.tets); });
+  if (asks == regions.end()) return {};
+  const auto number = static_cast<std::size_t>(body);
+  const auto region = static_cast<std::size_t>(asks - regions.begin());
+  return cell_data_of(scene,
+                      {.body = number,
+                       .key = element_path(path_of(number) + ".regions", region) + ".label",
+                       .name = "label",
+                       .components = 1,
+                       .tets = tets},
+                      read_cells);
+}
+
+/// Gives the tets of a body's regions their materials.
+void add_regions(const Scene& scene, Index body, const CellReader& read_cells, Model& model) {
   const SceneBody& scene_body = at(scene.bodies, body);
   const Range tets = at(model.bodies.bodies(), body).tets;
   const auto rest = model.bodies.points_rest();
@@ -34,7 +53,8 @@ void add_regions(const Scene& scene, Index body, Model& model) {
     const Tet& t = at(model.bodies.tets(), tet);
     centers.push_back(0.25 * ((at(rest, t[0]) + at(rest, t[1])) + (at(rest, t[2]) + at(rest, t[3]))));
   }
-  const Selector select{scene, model.bodies, body, centers, "tet"};
+  const std::vector<double> labels = labels_of(scene, body, tets.size(), read_cells);
+  const Selector select{scene, model.bodies, body, centers, "tet", labels};
   for (std::size_t r = 0; r < scene_body.regions.size(); ++r) {
     const Region& region = scene_body.regions[r];
     const std::string path = path_of(static_cast<std::size_t>(body)) + ".regions[" + std::to_string(r) + "]";
@@ -44,13 +64,13 @@ void add_regions(const Scene& scene, Index body, Model& model) {
   }
 }
 
-/// If any body has a region, sets the material of each tet.
-void add_all_regions(const Scene& scene, Model& model) {
+/// Where any body has a region, each tet gets its material.
+void add_all_regions(const Scene& scene, const CellReader& read_cells, Model& model) {
   if (std::ranges::all_of(scene.bodies, [](const SceneBody& body) { return body.regions.empty(); })) return;
   for (Index body = 0; body < model.bodies.body_count(); ++body) {
     const auto end = static_cast<std::size_t>(at(model.bodies.bodies(), body).tets.end);
     model.material_of_tet.resize(end, body);
-    add_regions(scene, body, model);
+    add_regions(scene, body, read_cells, model);
   }
 }
 
@@ -77,7 +97,7 @@ void add_body(const Scene& scene, std::size_t b, TetMesh mesh, Model& model) {
   }
 }
 
-Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorReader& read_vectors) {
+Model load_model(const Scene& scene, const MeshReader& read_mesh, const CellReader& read_cells) {
   Model model;
   std::vector<Index> motions(scene.bodies.size(), -1);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -96,8 +116,8 @@ Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorRe
     motions[b] = static_cast<Index>(model.motions.size());
     model.motions.push_back(motion_of(*body.motion));
   }
-  add_all_regions(scene, model);
-  add_fibre_fields(scene, read_vectors, model);
+  add_all_regions(scene, read_cells, model);
+  add_fibre_fields(scene, read_cells, model);
   add_fibre_ends(scene, model);
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);

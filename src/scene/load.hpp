@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <palpate/material.hpp>
@@ -16,17 +18,18 @@ namespace palpate {
 
 /// Reads the tet mesh of a file; throws Error naming the file. Callers pass it, so that scenes need no VTK.
 using MeshReader = std::function<TetMesh(const std::filesystem::path&)>;
-/// Reads a vector for each tet of a file (io::read_cell_vectors()), of this name.
-using VectorReader = std::function<std::vector<Vec3>(const std::filesystem::path&, const std::string&)>;
+/// Reads numbers for each tet of a file (io::read_cell_data()): of this name, so many components.
+using CellReader =
+    std::function<std::vector<double>(const std::filesystem::path&, const std::string&, std::size_t)>;
 
 /// Makes or reads the mesh of each body, places it, and finds its fixed, attached, loaded and grabbed points.
 /// Bodies are in the order of the scene, their rest positions are world positions; a rigid body that names no
 /// material gets the default, and the materials of regions follow those of the bodies. Throws Error naming
-/// the scene and key path where a selection selects no point, an index is out of range, or a point is
-/// attached twice or to a body without a motion. Passes on what the reader or Bodies::add() throws. O(points
-/// x selections + n log n).
-/// \param read_vectors  needed where fibres have a field
-Model load_model(const Scene& scene, const MeshReader& read_mesh, const VectorReader& read_vectors = {});
+/// the scene and key path where a selection selects no point, an index is out of range, a point is attached
+/// twice or to a body without a motion, and whatever the reader or Bodies::add() throws. O(points x
+/// selections + n log n).
+/// \param read_cells  needed where fibres have a field, or a region a label
+Model load_model(const Scene& scene, const MeshReader& read_mesh, const CellReader& read_cells = {});
 
 /// A point of a mesh after the transform: scaled, then rotated, then translated.
 Vec3 transformed(const Transform& transform, const Vec3& point);

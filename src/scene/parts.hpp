@@ -81,13 +81,18 @@ struct Fixation {
 struct TetSelection {
   std::vector<Index> indices;
 };
-/// The tets of a region: by index, or all whose centre (mean of the corners) is in the box or ball.
-using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection>;
+/// Selects the tets with this number in the array `label` of the body's mesh file.
+struct LabelSelection {
+  int label = 0;
+};
+/// The tets of a region: by index, by label, or all whose centre (mean of the corners) is in the box or ball.
+using RegionSelection = std::variant<BoxSelection, SphereSelection, TetSelection, LabelSelection>;
 
 /// A part of a body with a material of its own.
 struct Region {
   RegionSelection tets;
   Material material;
+  std::optional<std::array<double, 3>> color{};  ///< red, green, blue in [0, 1]; none: that of the body
 };
 /// One keyframe of a motion; see Keyframe.
 struct SceneKeyframe {

@@ -12,6 +12,7 @@
 #include "scene/key_lister.hpp"
 #include "scene/reader.hpp"
 #include "scene/scene_check.hpp"
+#include "scene/selector.hpp"
 #include "scene/writer.hpp"
 
 namespace palpate {
@@ -107,6 +108,22 @@ void mark_self_collision(Scene& scene) {
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
+/// Bodies that are not to touch each other.
+void ignore_pairs(Scene& scene) {
+  auto& pairs = scene.settings.detection.ignored_pairs;
+  pairs.clear();
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const std::vector<std::string>& names = scene.bodies[b].no_contact.names;
+    for (std::size_t n = 0; n < names.size(); ++n) {
+      const auto body = static_cast<Index>(b);
+      const Index other = body_named(scene, names[n], element_path(path_of(b) + ".no_contact", n), body);
+      pairs.push_back({std::min(body, other), std::max(body, other)});
+    }
+  }
+  std::ranges::sort(pairs);
+  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+}
+
 void fill(Scene& scene, const nlohmann::json& json) {
   scene_format::Context context{scene.source};
   scene_format::Reader reader(context, "", json);
@@ -118,6 +135,7 @@ void fill(Scene& scene, const nlohmann::json& json) {
   check_stages(scene);
   check_outcomes(scene);
   mark_self_collision(scene);
+  ignore_pairs(scene);
 }
 
 /// A change of the text of a scene, and the path of the changed value as the reader names it.

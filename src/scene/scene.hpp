@@ -37,10 +37,11 @@ struct SceneBody {
   std::optional<FibreEnds> fibre_ends{};  ///< fibres run between these ends; replaces their direction
   std::vector<Fixation> fixed;            ///< fixed points: the union of them
   std::vector<Prescription> prescribed;
-  bool absent = false;                ///< absent until a stage inserts it
-  bool obstacle = false;              ///< rigid: moves only by its motion
-  bool self_collision = false;        ///< the body can be in contact with itself
-  std::optional<SceneMotion> motion;  ///< makes the body rigid and moves it
+  bool absent = false;                ///< not there before a stage brings it in
+  bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
+  bool self_collision = false;        ///< the body also touches itself
+  BodyNames no_contact{};             ///< other bodies that it does not touch
+  std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;
   std::vector<SceneGrab> grabs;

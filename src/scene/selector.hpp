@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -9,6 +10,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "number_text.hpp"
 #include "scene/near.hpp"
 #include "scene/scene.hpp"
 #include "scene/suggest.hpp"
@@ -56,8 +58,9 @@ struct Selector {
   const Scene& scene;
   const Bodies& bodies;
   Index body;
-  std::span<const Vec3> points;  ///< the candidates
-  std::string what;              ///< they are: "point" or "tet"
+  std::span<const Vec3> points;      ///< that are selected from
+  std::string what;                  ///< they are: "point" or "tet"
+  std::span<const double> labels{};  ///< (n_points) of tets, where a label is asked for
 
   /// Finds the selected points; throws Error naming `path`, the key path of the selection, where there are
   /// none.
@@ -83,6 +86,21 @@ struct Selector {
   }
   [[nodiscard]] std::vector<Index> select(const TetSelection& list, const std::string& path) const {
     return checked(list.indices, path);
+  }
+  [[nodiscard]] std::vector<Index> select(const LabelSelection& wanted, const std::string& path) const {
+    std::vector<Index> indices;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (labels[i] == wanted.label) indices.push_back(static_cast<Index>(i));
+    }
+    if (!indices.empty()) return indices;
+    throw Error(scene.source, path + ".label", std::to_string(wanted.label),
+                "a label of its tets: " + known_labels());
+  }
+  [[nodiscard]] std::string known_labels() const {
+    std::string text;
+    for (const double label : std::set<double>(labels.begin(), labels.end()))
+      text += (text.empty() ? "" : ", ") + number_text(label);
+    return text;
   }
   [[nodiscard]] std::vector<Index> select(const NearSelection& near, const std::string& path) const {
     const Index other = body_named(scene, near.body, path + ".near.body", body);

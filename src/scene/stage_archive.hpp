@@ -1,5 +1,6 @@
 #pragma once
 
+#include "scene/outcome_probe.hpp"
 #include "scene/stage_run.hpp"
 #include "sim/archive.hpp"
 
@@ -7,8 +8,18 @@
 namespace palpate {
 
 template <class Archive>
+void describe(Archive& archive, PlacedOverlap& overlap) {
+  archive(overlap.placed, overlap.other, overlap.contacts, overlap.deepest);
+}
+
+template <class Archive>
 void describe(Archive& archive, StageEnding& ending) {
-  archive(ending.step, ending.reached);
+  archive(ending.step, ending.reached, ending.overlaps);
+}
+
+template <class Archive>
+void describe(Archive& archive, OutcomeValue& value) {
+  archive(value.value, value.vector);
 }
 
 template <class Archive>

@@ -39,8 +39,11 @@ std::int64_t most_steps_of_stages(const Scene& scene) {
 StageRun::StageRun(const Scene& scene, const Simulation& simulation)
     : source_(scene.source),
       time_unit_(scene.units.time),
+      length_unit_(scene.units.length),
       stages_(scene.stages),
-      changes_(scene, simulation.bodies()) {
+      changes_(scene, simulation.bodies()),
+      placed_(scene, simulation.bodies()) {
+  for (const Body& body : simulation.bodies().bodies()) body_names_.push_back(body.name);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     most_steps_.push_back(steps_in(scene, i));
     const auto& force = stages_[i].until.force;
@@ -91,7 +94,7 @@ bool StageRun::ends(const Simulation& simulation) {
   const std::int64_t step = simulation.metrics().step;
   const bool met = reached(simulation);
   if (!met && step - first_step() < most_steps_[progress_.endings.size()]) return false;
-  progress_.endings.push_back({step, met});
+  progress_.endings.push_back({step, met, placed_.find(simulation)});
   progress_.begun = false;
   return true;
 }
@@ -106,13 +109,21 @@ void StageRun::resume(Simulation& simulation, StageProgress progress) {
   if (running > 0) set_gravity(simulation, running - 1);
 }
 
-std::vector<std::string> StageRun::not_reached() const {
+std::vector<std::string> StageRun::warnings() const {
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < progress_.endings.size(); ++i) {
-    if (progress_.endings[i].reached) continue;
+    const StageEnding& ending = progress_.endings[i];
+    const std::string stage = "stage '" + stages_[i].name + "'";
     const StageEnd& until = stages_[i].until;
-    texts.push_back("stage '" + stages_[i].name + "' ended after " + number_text(until.limit()) + " " +
-                    time_unit_ + (until.rest ? ", not at rest" : ", its force not reached"));
+    if (!ending.reached) {
+      texts.push_back(stage + " ended after " + number_text(until.limit()) + " " + time_unit_ +
+                      (until.rest ? ", not at rest" : ", its force not reached"));
+    }
+    for (const PlacedOverlap& overlap : ending.overlaps) {
+      texts.push_back(stage + " puts '" + at(body_names_, overlap.placed) + "' into '" +
+                      at(body_names_, overlap.other) + "', by " + short_number_text(overlap.deepest) + " " +
+                      length_unit_ + " at its end");
+    }
   }
   return texts;
 }

@@ -6,6 +6,7 @@
 
 #include <palpate/simulation.hpp>
 
+#include "scene/placed_overlaps.hpp"
 #include "scene/scene.hpp"
 #include "scene/stage_change.hpp"
 
@@ -14,7 +15,8 @@ namespace palpate {
 /// The end of a stage.
 struct StageEnding {
   std::int64_t step = 0;
-  bool reached = true;  ///< false: its condition was not met within its longest time
+  bool reached = true;  ///< false: its condition was not met by the time it may last at most
+  std::vector<PlacedOverlap> overlaps{};  ///< of bodies that the plan put into rigid ones
 };
 
 /// The progress of a run through its stages, as part of a checkpoint. The saved state of the simulation
@@ -49,8 +51,9 @@ class StageRun {
   [[nodiscard]] const StageProgress& progress() const { return progress_; }
   /// Continues from the progress of another run. Throws Error if that has more stages than the scene.
   void resume(Simulation& simulation, StageProgress progress);
-  /// Messages on stages whose condition was not met: "'settle' ended after 2 s, not at rest"; or empty.
-  [[nodiscard]] std::vector<std::string> not_reached() const;
+  /// What is to be told of stages that are over: "stage 'settle' ended after 2 s, not at rest", and
+  /// "stage 'insert' puts 'plate' into 'bone', by 1.2 mm at its end". Mostly empty.
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
   [[nodiscard]] bool reached(const Simulation& simulation) const;
@@ -59,11 +62,14 @@ class StageRun {
 
   std::string source_;
   std::string time_unit_;
+  std::string length_unit_;
+  std::vector<std::string> body_names_;
   std::vector<Stage> stages_;
   std::vector<std::int64_t> most_steps_;  ///< per stage
   std::vector<Index> force_on_;           ///< per stage; -1: no condition on a force
   std::vector<Index> force_from_;         ///< per stage; -1: by all bodies
   StageChanges changes_;
+  PlacedOverlaps placed_;
   StageProgress progress_;
 };
 

@@ -153,6 +153,11 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   }
 }
 
+void decode(const Context& context, const std::string& path, const nlohmann::json& json,
+            LabelSelection& value, const Limits& limits) {
+  decode(context, path, json, value.label, limits);
+}
+
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
                           std::span<const std::string_view> names) {
   const std::string word = json.is_string() ? json.get<std::string>() : std::string();
@@ -203,6 +208,9 @@ ordered_json encode(const std::string&, const TetSelection& value) {
                       }) == indices.end();
   if (!is_run || indices.size() <= few) return indices;
   return {{"first", indices.front()}, {"count", indices.size()}};
+}
+ordered_json encode(const std::string&, const LabelSelection& value) {
+  return value.label;
 }
 
 }  // namespace palpate::scene_format

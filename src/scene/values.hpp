@@ -51,7 +51,9 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             PointSelection& value, const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, TetSelection& value,
             const Limits& limits);
-/// The index of a value in `names`.
+void decode(const Context& context, const std::string& path, const nlohmann::json& json,
+            LabelSelection& value, const Limits& limits);
+/// One of `names`, as its index.
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
                           std::span<const std::string_view> names);
 
@@ -76,6 +78,7 @@ nlohmann::ordered_json encode(const std::string& path, const FieldNames& value);
 nlohmann::ordered_json encode(const std::string& path, const std::vector<double>& value);
 nlohmann::ordered_json encode(const std::string& path, const PointSelection& value);
 nlohmann::ordered_json encode(const std::string& path, const TetSelection& value);
+nlohmann::ordered_json encode(const std::string& path, const LabelSelection& value);
 
 template <class T, std::size_t N>
 nlohmann::ordered_json encode(const std::string& path, const std::array<T, N>& value) {

@@ -125,12 +125,12 @@ TEST_F(Conforming, TissuesThatAreGrownTogetherAreRegionsOfABodyThatRuns) {
   ASSERT_EQ(report["bodies"].size(), 1U);
   EXPECT_EQ(report["bodies"][0]["tissues"], Json({"bulb", "fat"}));
   const Json body = Json::parse(read("out/scene.json"))["bodies"][0];
-  EXPECT_EQ(body["regions"][0]["tets"]["first"], 0) << "of the bulb, which has fewer tets";
-  EXPECT_EQ(body["regions"][0]["tets"]["count"], report["tissues"][0]["tets"]);
-  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture", "--set",
-             "bodies[0].regions[0].tets.count=3"});
-  expect_error(2, {"info", "out/scene.json", "--set", "bodies[0].regions[0].tets.count=99999"},
-               {"bodies[0].regions[0].tets", "a tet index in [0, "});
+  EXPECT_EQ(body["name"], "fat") << "the larger one";
+  EXPECT_EQ(report["bodies"][0]["file"], "fat.vtu");
+  EXPECT_EQ(body["regions"][0]["label"], 1) << "the bulb";
+  output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
+  expect_error(2, {"info", "out/scene.json", "--set", "bodies[0].regions[0].label=7"},
+               {"bodies[0].regions[0].label", "found 7", "a label of its tets: 1, 2"});
 }
 
 TEST_F(Conforming, SoftTissueIsGluedToBoneAtTheirCommonPoints) {
@@ -151,7 +151,9 @@ TEST_F(Conforming, SoftTissueIsGluedToBoneAtTheirCommonPoints) {
     glued.insert({p.x, p.y, p.z});
   }
   EXPECT_EQ(glued, of_bone);
+  EXPECT_EQ(scene["bodies"][1]["no_contact"], Json({"bulb"}));
   output_of({"run", "out/scene.json", "--steps", "2", "--no-picture"});
+  EXPECT_EQ(Json::parse(read("results/balls/run.json"))["contacts"]["largest"], 0);
 }
 
 TEST_F(Conforming, OpenTissuesHaveAGap) {
@@ -267,6 +269,10 @@ TEST_F(Conforming, RefusesRelationsThatContradictEachOther) {
   expect_error(2,
                {"mesh", "three.nrrd", "--conforming", "--quiet", "--size", "3", "--relation", "1:2=slides"},
                {"label 1:label 2", "'slides'", "grown together through others"});
+  expect_error(2,
+               {"mesh", "three.nrrd", "--conforming", "--quiet", "--size", "3", "--max-points", "10",
+                "--relation", "1:2=slides"},
+               {"'slides'", "grown together through others"});  // not that there are too many points
   const Json report = conforming("three.nrrd", {"--size", "3", "--relation", "1=slides"});
   ASSERT_EQ(report["bodies"].size(), 2U) << "nothing else contradicts: 2 and 3 are grown together";
   EXPECT_EQ(report["bodies"][1]["tissues"], Json({"label 2", "label 3"}));

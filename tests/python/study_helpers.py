@@ -11,6 +11,12 @@ def stiffness_of(scene, values):
             body["material"]["young_modulus"] = values["stiffness"]
 
 
+def other_mesh(scene, values):
+    """The first body from a file."""
+    del scene["bodies"][0]["box"]
+    scene["bodies"][0]["mesh"] = values["bodies.block.mesh"]
+
+
 def heights(simulation):
     """Mean height of the points, and of each body."""
     return {"height": float(simulation.positions[:, 2].mean()), "first": simulation.positions[:1, 2]}

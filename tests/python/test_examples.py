@@ -39,7 +39,7 @@ def outputs(root, base_install, tmp_path_factory):
 
 
 def test_all_examples_are_run(root):
-    assert sorted(file.stem for file in (root / "examples").glob("*.py")) == sorted([*EXAMPLES, "push"])  # test_push.py
+    assert sorted(file.stem for file in (root / "examples").glob("*.py")) == sorted([*EXAMPLES, "push", "orbit_study"])  # test_push.py, test_orbit.py
 
 
 def test_an_example_that_needs_an_extra_says_so_in_one_line(root, base_install):

@@ -301,3 +301,18 @@ def test_a_muscle_contracts_along_its_fibres_and_resumes_from_a_saved_state():
     assert other.state_hash == simulation.state_hash
     with pytest.raises(palpate.Error, match="one for each tet"):
         model.set_fibres(0, np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("name", ["a.vtu", "a.vtk"])
+def test_regions_go_by_labels_of_files_that_meshio_writes(tmp_path, name):
+    """By mass: a cube of five tets, of which the middle one is a third of the volume."""
+    meshio = pytest.importorskip("meshio")
+    points, tets = palpate.box((1, 1, 1), (1.0, 1.0, 1.0))
+    volumes = np.abs(np.linalg.det(points[tets[:, 1:]] - points[tets[:, :1]])) / 6
+    labels = np.where(volumes > 0.3, 4, 9)
+    meshio.write(tmp_path / name, meshio.Mesh(points, [("tetra", tets)], cell_data={"label": [labels], "two": [np.ones((5, 2))]}))
+    body = {"mesh": str(tmp_path / name), "material": {"density": 3}, "regions": [{"label": 4, "material": {"density": 30}}]}
+    assert palpate.Simulation({"bodies": [body]}).masses[0] == pytest.approx(2 / 3 * 3 + 1 / 3 * 30)
+    body["regions"][0]["label"] = 5
+    with pytest.raises(palpate.Error, match="label: found 5, expected a label of its tets: 4, 9"):
+        palpate.Simulation({"bodies": [body]})

@@ -40,8 +40,11 @@ def test_stages_run_as_the_command_runs_them(tmp_path):
     assert told["state_hash"] == simulation.state_hash
     outcomes = simulation.outcomes()
     assert list(outcomes) == ["shift", "weight", "volume"]
+    assert list(simulation.stage_outcomes) == ["move", "rest"] and simulation.stage_warnings == []
     for row in told["outcomes"]:
         outcome = outcomes[row["name"]]
+        for stage in row["stages"]:
+            assert simulation.stage_outcomes[stage["stage"]][row["name"]].value == stage["value"]
         assert (outcome.value, outcome.unit, outcome.kind) == (row["value"], row["unit"], row["kind"])
         assert (outcome.vector is None) == ("vector" not in row)
     assert outcomes["weight"].value == pytest.approx(9.81, rel=1e-3)
@@ -73,8 +76,29 @@ def test_stages_are_in_a_saved_state():
         other.restore(saved)
         other.run()
         assert other.state_hash == whole.state_hash
+        assert [list(of.values())[0].value for of in other.stage_outcomes.values()] \
+            == [list(of.values())[0].value for of in whole.stage_outcomes.values()]
     with pytest.raises(palpate.Error, match="saved state"):
         whole.restore(b"123")
+
+
+def test_a_plate_that_is_put_into_bone_is_told():
+    plate = {"name": "plate", "box": {"cells": [1, 1, 1], "size": [0.1, 0.1, 0.02]}, "translate": [0, 0, 0.3], "absent": True, "obstacle": True}
+    stage = {"name": "put", "insert": ["plate"], "until": {"time": 0.02},
+             "move": [{"body": "plate", "motion": {"keyframes": [{"time": 0.01, "translate": [0.09, 0, -0.3]}]}}]}
+    simulation = palpate.Simulation({"time_step": 0.01, "bodies": [*BODIES, plate], "stages": [stage]})
+    assert simulation.stage_warnings == []
+    simulation.run()
+    assert simulation.stage_warnings == ["stage 'put' puts 'plate' into 'table', by 0.01 m at its end"]
+
+
+def test_bodies_without_contact_fall_through_each_other():
+    falling = {**BODIES[1], "no_contact": ["table"]}
+    simulation = palpate.Simulation({"bodies": [BODIES[0], falling], "time_step": 0.01})
+    simulation.run(30)
+    assert len(simulation.contacts) == 0 and simulation.positions[-1, 2] < -0.1
+    with pytest.raises(palpate.Error, match=r"bodies\[1\].no_contact\[0\]: found 'tabel', expected 'table'"):
+        palpate.Simulation({"bodies": [BODIES[0], {**BODIES[1], "no_contact": ["tabel"]}]})
 
 
 def test_bodies_are_removed_fixed_tied_and_brought_in():

@@ -44,6 +44,46 @@ def test_samples_functions_and_measures():
     assert table["state_hash"][0] == table["state_hash"][2] != table["state_hash"][1]
 
 
+STAGED = {
+    "name": "staged", "time_step": 0.01,
+    "bodies": [{"name": "block", "box": {"cells": [1, 1, 1], "size": [0.1, 0.1, 0.1]}, "material": {}}],
+    "stages": [{"name": "fall", "until": {"time": 0.03}}, {"name": "rest", "until": {"rest": True, "most": 0.02}}],
+    "outcomes": [{"name": "sunk", "displacement": {"body": "block", "along": [0, 0, -1]}}],
+}
+
+
+def test_outcomes_of_stages_are_columns(tmp_path):
+    """Free fall in steps of implicit Euler: n (n + 1) / 2 g h^2."""
+    table = palpate.sweep(STAGED, {"gravity[2]": [-10.0, -20.0]}, workers=1, folder=tmp_path)
+    for row, g in zip(table.to_dict("records"), (10, 20)):
+        assert row["status"] == "done" and row["steps"] == 5
+        assert row["fall.sunk"] == pytest.approx(6 * g * 1e-4) and row["rest.sunk"] == row["sunk"] == pytest.approx(15 * g * 1e-4)
+        assert row["warnings"] == "stage 'rest' ended after 0.02 s, not at rest"
+    again = palpate.sweep(STAGED, {"gravity[2]": [-10.0, -20.0]}, workers=1, folder=tmp_path)
+    assert again.equals(table)
+    plain = palpate.sweep(SCENE, {"time_step": [0.01]}, steps=1, workers=1)
+    assert "warnings" not in plain and not any("." in column for column in plain)
+
+
+def test_another_mesh_under_the_same_name_is_another_run(tmp_path):
+    def write(size):
+        points, tets = palpate.box((1, 1, 1), (size, size, size))
+        lines = ["MeshVersionFormatted 2", "Dimension 3", f"Vertices {len(points)}", *(f"{x} {y} {z} 0" for x, y, z in points),
+                 f"Tetrahedra {len(tets)}", *(" ".join(str(c + 1) for c in tet) + " 0" for tet in tets), "End", ""]
+        (tmp_path / "box.mesh").write_text("\n".join(lines))
+
+    def run():
+        row, = palpate.sweep_rows({**STAGED, "gravity": [0, 0, -10]}, [{"bodies.block.mesh": str(tmp_path / "box.mesh")}],
+                                  apply=study_helpers.other_mesh, workers=1, folder=tmp_path)
+        return row
+
+    write(0.1)
+    first = run()
+    assert first["status"] == "done" and run()["seconds"] == first["seconds"]
+    write(0.2)
+    assert run()["kinetic_energy"] == pytest.approx(8 * first["kinetic_energy"])
+
+
 def test_failures_are_rows():
     table = palpate.sweep(SCENE, {"time_step": [0.01, -1.0], "nothing.there": [1]}, steps=2, workers=1)
     assert list(table["status"]) == ["failed", "failed"] and "nothing" in table["error"][0]

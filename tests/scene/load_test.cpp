@@ -87,6 +87,37 @@ TEST(LoadBodies, ReadsMeshesRelativeToTheScene) {
   EXPECT_EQ(loaded.bodies.points_rest()[1], (Vec3{2, 0, 0}));
 }
 
+/// Labels are in the mesh file: read once for a body, and only where a region asks for one.
+TEST(LoadRegions, ALabelOfTheMeshFileSelectsTets) {
+  const MeshReader reader = [](const std::filesystem::path&) {
+    return TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {2, 1, 1}},
+                   {{0, 1, 2, 3}, {1, 2, 3, 4}, {1, 2, 4, 5}}};
+  };
+  std::vector<std::string> asked;
+  const CellReader labels = [&](const std::filesystem::path& path, const std::string& name,
+                                std::size_t components) {
+    asked.push_back(path.string() + ":" + name + ":" + std::to_string(components));
+    return std::vector<double>{7, 2, 7};
+  };
+  const auto of = [&](const std::string& regions) {
+    return load_model(scene_of(R"("mesh": "a.vtu", "regions": [)" + regions + "]"), reader, labels);
+  };
+  const Model model =
+      of(R"({"label": 7, "material": {"density": 5}}, {"label": 2, "material": {"density": 6}})");
+  EXPECT_EQ(model.material_of_tet, (std::vector<Index>{1, 2, 1}));
+  EXPECT_EQ(model.materials[1].density, 5.0);
+  EXPECT_EQ(asked, (std::vector<std::string>{"/base/a.vtu:label:1"}));
+  of(R"({"tets": [0], "material": {}})");
+  EXPECT_EQ(asked.size(), 1U);
+  EXPECT_EQ(message_of([&] { of(R"({"label": 3, "material": {}})"); }),
+            "s.json: bodies[0].regions[0].label: found 3, expected a label of its tets: 2, 7");
+  EXPECT_EQ(message_of([&] {
+              load_model(scene_of(box + R"(, "regions": [{"label": 3, "material": {}}])"), reader, labels);
+            }),
+            "s.json: bodies[0].regions[0].label: found it in a body without a mesh file, expected one with "
+            "'mesh'");
+}
+
 /// Of two tets, one of a region without a field; turned and scaled with the body.
 TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
   const MeshReader reader = [](const std::filesystem::path&) {
@@ -94,9 +125,11 @@ TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
   };
   std::vector<std::string> asked;
   std::size_t count = 2;
-  const VectorReader vectors = [&](const std::filesystem::path& path, const std::string& name) {
+  const CellReader vectors = [&](const std::filesystem::path& path, const std::string& name, std::size_t) {
     asked.push_back(path.string() + ":" + name);
-    return std::vector<Vec3>(count, Vec3{1, 2, 0});
+    std::vector<double> data;
+    for (std::size_t i = 0; i < count; ++i) data.insert(data.end(), {1, 2, 0});
+    return data;
   };
   const auto text = [](const std::string& more) {
     return R"({"bodies": [{"ball": {"radius": 1, "resolution": 1}, "material": {}, "translate": [9, 9, 9]}, {

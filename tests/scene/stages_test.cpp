@@ -67,7 +67,7 @@ TEST(Stages, AreTheSameRunDrivenByHand) {
   const auto& endings = stages.progress().endings;
   ASSERT_EQ(endings.size(), 3U);
   EXPECT_TRUE(endings[0].reached && endings[1].reached && endings[2].reached);
-  EXPECT_TRUE(stages.not_reached().empty());
+  EXPECT_TRUE(stages.warnings().empty());
   EXPECT_EQ(endings[2].step - endings[1].step, 30);
 
   Simulation hand = simulate(scene, 1);
@@ -129,6 +129,24 @@ TEST(Stages, BranchFromASavedStateWithTheSameBits) {
   EXPECT_EQ(branch.save(), whole.save());
 }
 
+/// A rail of 0.1 x 0.1 x 0.02 that is held is put into the table, whose top is at z = 0.
+TEST(Stages, ThatPutABodyIntoARigidOneSaySo) {
+  const auto warnings = [](double height) {
+    const Scene scene = scene_of(R"("stages": [{"name": "put", "insert": ["rail"], "move": [{"body": "rail",
+      "motion": {"keyframes": [{"time": 0.02, "translate": [0.12, 0, )" +
+                                 std::to_string(height - 0.29) + R"(]}]}}], "until": {"time": 0.03}}])");
+    Simulation simulation = simulate(scene);
+    StageRun stages(scene, simulation);
+    lead(stages, simulation);
+    return stages.warnings();
+  };
+  EXPECT_TRUE(warnings(0.001).empty()) << "its lower side is above the table";
+  EXPECT_TRUE(warnings(0.0).empty()) << "it lies on it";
+  const std::vector<std::string> found = warnings(-0.004);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0], "stage 'put' puts 'rail' into 'table', by 0.004 m at its end");
+}
+
 TEST(Stages, EndByTheirTimeAndSaySo) {
   const Scene scene = scene_of(R"("stages": [
     {"name": "never", "until": {"force": {"body": "block", "at_least": 1e6}, "most": 0.05}},
@@ -137,7 +155,7 @@ TEST(Stages, EndByTheirTimeAndSaySo) {
   StageRun stages(scene, simulation);
   lead(stages, simulation);
   EXPECT_EQ(simulation.metrics().step, 15);
-  EXPECT_EQ(stages.not_reached(),
+  EXPECT_EQ(stages.warnings(),
             (std::vector<std::string>{"stage 'never' ended after 0.05 s, its force not reached",
                                       "stage 'falls' ended after 0.1 s, not at rest"}));
   EXPECT_FALSE(simulation.is_present(0));

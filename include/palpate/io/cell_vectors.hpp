@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,5 +17,10 @@ namespace palpate::io {
 /// and where the file has another format, no such array, or not three finite numbers for each cell with a
 /// volume. O(file size).
 std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name);
+
+/// The same of cell data of any number of components, as labels of tissues have one: (n_tets x components)
+/// numbers. Of a `.vtk` file SCALARS too; of a `.msh` file `components` is 3, or an Error is thrown.
+std::vector<double> read_cell_data(const std::filesystem::path& path, const std::string& name,
+                                   std::size_t components);
 
 }  // namespace palpate::io

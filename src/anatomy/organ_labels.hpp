@@ -22,4 +22,17 @@ struct OrganLabels {
 /// Error unless `edge` is in [0.25, 4]. O(cubes).
 OrganLabels eye_labels(double edge);
 
+/// The piece of the orbital floor that breaks out: an ellipse seen from above.
+struct FloorDefect {
+  double width = 13.0;   ///< along x, mm, in [2, 22]
+  double length = 16.0;  ///< along y, mm, in [2, 24]
+  double x = -2.0;       ///< of its centre, mm, in [-8, 8]
+  double y = 7.0;        ///< of its centre, mm, in [0, 16]
+};
+
+/// An orbit over a maxillary sinus, for the repair of a fracture of its floor: bulb, recti, nerve, fat,
+/// fragment, floor (where the tissue is lifted from the bone) and bone; no skin, no plate. `edge` as above.
+/// Throws Error where it or the defect is out of range. O(cubes).
+OrganLabels orbit_labels(double edge, const FloorDefect& defect);
+
 }  // namespace palpate::anatomy

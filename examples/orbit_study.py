@@ -1,0 +1,215 @@
+"""Which plate for this broken orbital floor, and does the answer depend on the mesh? Two studies of scenes/orbit-repair.json.
+
+    ./dev python examples/orbit_study.py plans FOLDER     two shapes of the plate at three places, tissue of three stiffnesses
+    ./dev python examples/orbit_study.py meshes FOLDER    the same repair with three meshes of the same label map
+
+Each writes a table (.csv, .json) and a chart (.png) to FOLDER. Finished runs are kept there: a study that was interrupted
+goes on where it was. docs/orbit.md shows what comes out.
+"""
+
+import argparse
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import palpate
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+SCENE = ROOT / "scenes" / "orbit-repair.json"
+SHAPES = {"bent": [], "flat": ["--flat"]}
+PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
+TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}
+SOFT = "fat"
+
+
+def find_command():
+    """The palpate command: of PALPATE_COMMAND, on the PATH, or in the build of this clone."""
+    found = os.environ.get("PALPATE_COMMAND") or shutil.which("palpate") or ROOT / "build/release/apps/palpate/palpate"
+    if not pathlib.Path(found).exists():
+        sys.exit(f"orbit_study.py: no palpate command (looked at PALPATE_COMMAND, the PATH and {found})")
+    return str(found)
+
+
+def call(*arguments):
+    subprocess.run([find_command(), *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+
+
+def make_plate(folder, shape, place):
+    """A plate of this shape that rests on the floor at this place; its file."""
+    x, y = PLACES[place]
+    file = folder / "plates" / f"{shape}-{place.replace(' ', '-')}.vtu"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    call("generate", "orbit-plate", f"--at={x},{y}", *SHAPES[shape], "--out", file)
+    return file
+
+
+def make_meshes(folder, fineness):
+    """The bodies of the label map with so many tets; the folder of their files."""
+    labels = folder / "orbit.seg.nrrd"
+    out = folder / "meshes" / fineness
+    folder.mkdir(parents=True, exist_ok=True)
+    call("generate", "orbit-labels", "--out", labels)
+    call("mesh", labels, "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
+         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[fineness], "--out", out, "--quiet")
+    return out
+
+
+def change(scene, values):
+    """Another plate, other meshes, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
+    bodies = {body["name"]: body for body in scene["bodies"]}
+    bodies["plate"]["mesh"] = values.get("plate", bodies["plate"]["mesh"])
+    factor = values.get("stiffness", 1.0)
+    bodies[SOFT]["material"]["young_modulus"] *= factor
+    for stage in scene["stages"]:
+        for change_of_loads in stage.get("loads", ()):
+            for load in change_of_loads["loads"]:
+                load["pressure"] *= factor if load["pressure"] > 0 else 1.0
+    if "meshes" in values:
+        for body in scene["bodies"]:
+            if body["name"] != "plate":
+                body["mesh"] = os.path.join(values["meshes"], f"{body['name']}.vtu")
+
+
+def tets(simulation):
+    """Besides the outcomes: how fine the soft body is."""
+    body = simulation.bodies[SOFT]
+    return {"tets": body.tets.stop - body.tets.start}
+
+
+def runs(folder, samples, workers):
+    rows = palpate.sweep_rows(SCENE, samples, apply=change, measure=tets, folder=folder, workers=workers, retry_failed=True)
+    for row in rows:
+        if row["status"] != "done":
+            print(f"FAILED {row['error']}", file=sys.stderr)
+    return rows
+
+
+def study_plans(folder, workers, shapes, places, factors):
+    samples = [{"shape": shape, "place": place, "stiffness": factor, "plate": str(make_plate(folder, shape, place))}
+               for shape in shapes for place in places for factor in factors]
+    rows = runs(folder, samples, workers)
+    ranked = rank(rows)
+    write(folder / "plans", rows, {"ranked": ranked})
+    print(f"{'plan':22} {'globe off, mm':>16} {'herniated, ml':>14} {'plate, N':>9}  remarks")
+    for plan in ranked:
+        low, high = plan["globe_off"]
+        print(f"{plan['plan']:22} {low:7.2f} to {high:5.2f} {plan['herniated'] / 1000:14.3f} {plan['plate_force'] / 1e6:9.3f}  "
+              f"{plan['remarks']}")
+    chart_plans(folder / "plans.png", ranked, rows)
+
+
+def rank(rows):
+    """Plans by how far the globe is from where it was, the mean over stiffnesses; plates in bone and failed runs last."""
+    plans = {}
+    for row in rows:
+        plans.setdefault(f"{row['shape']}, {row['place']}", []).append(row)
+    ranked = []
+    for name, runs_of_plan in plans.items():
+        done = [row for row in runs_of_plan if row["status"] == "done"]
+        remarks = sorted({row["warnings"] or "" for row in done} - {""}) + ["a run failed"] * (len(done) < len(runs_of_plan))
+        off = [row["globe_off"] for row in done] or [float("inf")]
+        ranked.append({"plan": name, "mean": sum(off) / len(off), "globe_off": [min(off), max(off)],
+                       "herniated": max((row["herniated"] for row in done), default=float("inf")),
+                       "plate_force": max((row["plate_force"] for row in done), default=float("inf")), "remarks": "; ".join(remarks)})
+    return sorted(ranked, key=lambda plan: (bool(plan["remarks"]), plan["mean"]))
+
+
+def study_meshes(folder, workers, names):
+    samples = [{"fineness": name, "meshes": str(make_meshes(folder, name))} for name in names]
+    rows = runs(folder, samples, workers)
+    write(folder / "meshes", rows, {})
+    shown = ["fracture.globe_down", "fracture.herniated", "globe_down", "plate_force", "plate_area"]
+    print(f"{'mesh':8} {'tets':>7} " + " ".join(f"{name:>20}" for name in shown))
+    for row in rows:
+        if row["status"] == "done":
+            print(f"{row['fineness']:8} {row['tets']:7} " + " ".join(f"{row[name]:20.5g}" for name in shown))
+    done = [row for row in rows if row["status"] == "done"]
+    if len(done) > 1:
+        print("finer to finest " + " ".join(f"{100 * (done[-2][n] / done[-1][n] - 1) if done[-1][n] else 0:+19.1f}%" for n in shown))
+    chart_meshes(folder / "meshes.png", done, shown)
+
+
+def write(stem, rows, more):
+    names = list(dict.fromkeys(name for row in rows for name in row if name != "traceback"))
+    with open(stem.with_suffix(".csv"), "w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, names, extrasaction="ignore")
+        table.writeheader()
+        table.writerows(rows)
+    stem.with_suffix(".json").write_text(json.dumps({"rows": rows, **more}, indent=1), encoding="utf-8")
+
+
+def axes(width, height, columns):
+    """matplotlib's, or None where it is not installed: the tables do without."""
+    try:
+        import matplotlib
+    except ImportError:
+        print("orbit_study.py: no chart without matplotlib: pip install 'palpate[plot]'", file=sys.stderr)
+        return None
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    return pyplot.subplots(1, columns, figsize=(width, height), layout="constrained", squeeze=False)
+
+
+def chart_plans(file, ranked, rows):
+    made = axes(9.0, 0.5 * len(ranked) + 1.4, 2)
+    if made is None:
+        return
+    figure, (places,) = made
+    colors = {0.5: "#56b4e9", 1.0: "#000000", 2.0: "#d55e00"}
+    for axis, column, label, unit in zip(places, ("globe_off", "herniated"), ("globe off its place, mm", "herniated tissue, ml"), (1, 1e-3)):
+        for height, plan in enumerate(reversed(ranked)):
+            own = [row for row in rows if row["status"] == "done" and f"{row['shape']}, {row['place']}" == plan["plan"]]
+            values = [unit * row[column] for row in own]
+            if values:
+                axis.plot([min(values), max(values)], [height, height], color="0.75", linewidth=3, zorder=1)
+            for row, value in zip(own, values):
+                axis.scatter(value, height, s=36, color=colors.get(row["stiffness"], "0.4"), zorder=2,
+                             label=f"fat {row['stiffness']:g} times as stiff" if height == 0 else None)
+        axis.set_yticks(range(len(ranked)), [plan["plan"] for plan in reversed(ranked)] if axis is places[0] else [])
+        axis.set_xlabel(label)
+        axis.set_xlim(left=0)
+        axis.grid(axis="x", color="0.9")
+    places[0].legend(frameon=False, fontsize=8)
+    figure.savefig(file, dpi=120)
+
+
+def chart_meshes(file, rows, shown):
+    made = axes(7.0, 3.6, 1)
+    if made is None or len(rows) < 2:
+        return
+    figure, ((axis,),) = made
+    for name in shown:
+        if rows[-1][name]:
+            axis.plot([row["tets"] for row in rows], [row[name] / rows[-1][name] for row in rows], marker="o", label=name)
+    axis.axhspan(0.95, 1.05, color="0.92", zorder=0)
+    axis.set_xlabel("tets of the soft tissue")
+    axis.set_ylabel("outcome over that of the finest mesh")
+    axis.legend(frameon=False, fontsize=8)
+    figure.savefig(file, dpi=120)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Studies of the repair of an orbital floor.")
+    parser.add_argument("study", choices=["plans", "meshes"])
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--workers", type=int, default=None, help="processes; default: one a core")
+    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
+    parser.add_argument("--places", nargs="+", choices=PLACES, default=list(PLACES))
+    parser.add_argument("--stiffness", nargs="+", type=float, default=[0.5, 1.0, 2.0], help="of the fat, factors")
+    parser.add_argument("--meshes", nargs="+", choices=TETS, default=list(TETS))
+    given = parser.parse_args()
+    folder = given.folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    if given.study == "plans":
+        study_plans(folder, given.workers, given.shapes, given.places, given.stiffness)
+    else:
+        study_meshes(folder, given.workers, given.meshes)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""docs/orbit.md: its commands, walked in short here and whole in the long tests. Oracles: what the page says."""
+
+import csv
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import palpate
+
+pytestmark = pytest.mark.skipif(not (pathlib.Path(os.environ["PALPATE_COMMAND"]).parent / "palpate-mesh").exists(),
+                                reason="no palpate-mesh in this build")
+
+
+def commands(root):
+    """The lines of the page's first block that call palpate, with their continuations joined."""
+    block = re.search(r"^```sh\n(.*?)^```", (root / "docs/orbit.md").read_text(), re.DOTALL | re.MULTILINE).group(1)
+    return [line.split("#")[0].split() for line in block.replace("\\\n", " ").splitlines() if line.strip()]
+
+
+@pytest.fixture(scope="module")
+def meshes(root, command, tmp_path_factory):
+    """The folder of the meshes that the page's commands make."""
+    folder = tmp_path_factory.mktemp("page")
+    for words in commands(root)[:3]:
+        assert words[0] == "palpate"
+        subprocess.run([command, *words[1:]], cwd=folder, check=True, capture_output=True)
+    return folder / "orbit"
+
+
+@pytest.fixture
+def meshed(root, meshes):
+    """The scene with these meshes."""
+    scene = palpate.read_scene(root / "scenes/orbit-repair.json")
+    for body in scene["bodies"]:
+        body["mesh"] = str(meshes / pathlib.Path(body["mesh"]).name)
+    return scene
+
+
+def test_the_page_makes_the_meshes_of_the_scene(root, meshed):
+    """From the label map to the first steps of the scene. The meshes are those of the repository, but for CGAL's version."""
+    kept = palpate.read_scene(root / "scenes/orbit-repair.json")
+    for ours, theirs in zip(meshed["bodies"], kept["bodies"]):
+        assert len(palpate.read_mesh(ours["mesh"])[1]) == pytest.approx(len(palpate.read_mesh(theirs["mesh"])[1]), rel=0.1)
+    simulation = palpate.Simulation(meshed)
+    simulation.run(3)
+    assert simulation.steps_not_converged == 0 and simulation.most_inverted_tets == 0
+    outcomes = simulation.outcomes()
+    assert abs(outcomes["globe_off"].value) < 0.05 and outcomes["herniated"].value < 10
+
+
+def test_the_page_says_what_the_labels_are(root, command, tmp_path):
+    for words in (["--defect", "30,5"], ["--defect-at=0,40"], ["--defect", "5"], ["--voxel", "9"]):
+        refused = subprocess.run([command, "generate", "orbit-labels", *words], cwd=tmp_path, capture_output=True, text=True)
+        assert refused.returncode == 2 and len(refused.stderr.strip().splitlines()) == 1, refused.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_plate_in_bone_is_told(root, meshed):
+    """The plate 3 mm too low, without the stages before it."""
+    del meshed["duration"]  # that of all stages
+    meshed["stages"] = [stage for stage in meshed["stages"] if stage["name"] == "insert"]
+    meshed["stages"][0]["until"] = {"time": 0.01}
+    meshed["stages"][0]["move"][0]["motion"]["keyframes"] = [{"time": 0.01, "translate": [0, 28, 2]}]
+    simulation = palpate.Simulation(meshed)
+    simulation.run()
+    assert any(re.match(r"stage 'insert' puts 'plate' into '(floor|bone)', by [\d.]+ mm", line) for line in simulation.stage_warnings)
+
+
+@pytest.mark.long
+def test_the_whole_repair(root, command, tmp_path):
+    """At rest in each stage, converged, nothing inverted at the end; contacts at most 2 % of an edge deep; the page's figures."""
+    subprocess.run([command, "run", root / "scenes/orbit-repair.json", "--strict", "--no-picture", "--quiet", "--out", "out"],
+                   cwd=tmp_path, check=True)
+    run = json.loads((tmp_path / "out/run.json").read_text())
+    assert run["solver"]["steps_not_converged"] == 0 and run["inverted_tets"]["last"] == 0
+    assert all(stage["reached"] and not stage["overlaps"] for stage in run["stages"])
+    page = (root / "docs/orbit.md").read_text()
+    for row in json.loads((tmp_path / "out/outcomes.json").read_text())["outcomes"]:
+        shown = re.search(rf"^\| `{row['name']}`.*\|\s*([-\d.]+) ?(?:mm|ml|mN|Pa|kPa|µm|mm²)? *\|$", page, re.MULTILINE)
+        assert shown is not None, row["name"]
+
+
+@pytest.mark.long
+def test_the_study_ranks_plans(root, tmp_path):
+    """One plan in two stiffnesses: the table, the chart, and a second call that makes no run again."""
+    def study():
+        return subprocess.run([sys.executable, root / "examples/orbit_study.py", "plans", tmp_path, "--shapes", "bent", "--places", "planned",
+                               "--stiffness", "1", "2"], check=True, capture_output=True, text=True).stdout
+
+    first = study()
+    with open(tmp_path / "plans.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["status"] for row in rows] == ["done", "done"] and float(rows[0]["globe_off"]) != float(rows[1]["globe_off"])
+    assert (tmp_path / "plans.png").stat().st_size > 10000 and study() == first
+    shutil.rmtree(tmp_path / "runs")
