@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <initializer_list>
 #include <string>
 
 #include <palpate/error.hpp>
@@ -30,30 +31,46 @@ Simulation stacking(int threads, Structure structure = Structure::compact, Order
   return Simulation(std::move(model), scene.settings, threads);
 }
 
-TEST(Stacking, HashAfter200StepsIsTheSameForEveryThreadCount) {
-  const auto hash = [](int threads) {
-    Simulation simulation = stacking(threads);
-    for (int i = 0; i < 200; ++i) simulation.step();
-    EXPECT_GT(simulation.metrics().detection.contacts, 3000U);
-    return simulation.state_hash();
-  };
-  const std::string one = hash(1);
-  for (const int threads : {2, 3, 7}) EXPECT_EQ(hash(threads), one) << threads << " threads";
+std::string hash_of(Simulation simulation, int steps) {
+  for (int i = 0; i < steps; ++i) simulation.step();
+  EXPECT_GT(simulation.metrics().detection.contacts, 3000U);
+  return simulation.state_hash();
 }
 
-/// Brute force included: 200 steps of all pairs.
-TEST(Stacking, HashAfter200StepsIsTheSameForEveryStructureOrderAndSort) {
+void expect_the_same_for_thread_counts(std::initializer_list<int> counts, int steps) {
+  const std::string one = hash_of(stacking(1), steps);
+  for (const int threads : counts) EXPECT_EQ(hash_of(stacking(threads), steps), one) << threads << " threads";
+}
+
+/// Each `stride`-th variant, brute force included.
+void expect_the_same_for_variants(std::size_t stride, int steps) {
   constexpr std::array<int, 4> threads{1, 2, 3, 5};
+  const auto variants = test::every_variant();
+  ASSERT_EQ(variants.size(), 16U);
   std::string expected;
-  std::size_t run = 0;
-  for (const DetectionSettings& variant : test::every_variant()) {
-    Simulation simulation =
-        stacking(threads[run++ % threads.size()], variant.structure, variant.order, variant.sort);
-    for (int i = 0; i < 200; ++i) simulation.step();
-    if (expected.empty()) expected = simulation.state_hash();
-    EXPECT_EQ(simulation.state_hash(), expected) << test::name_of(variant);
+  for (std::size_t i = 0; i < variants.size(); i += stride) {
+    const DetectionSettings& variant = variants[i];
+    const std::string hash =
+        hash_of(stacking(threads[i % threads.size()], variant.structure, variant.order, variant.sort), steps);
+    if (expected.empty()) expected = hash;
+    EXPECT_EQ(hash, expected) << test::name_of(variant);
   }
-  EXPECT_EQ(run, 16U);
+}
+
+TEST(Stacking, HashIsTheSameForEveryThreadCount) {
+  expect_the_same_for_thread_counts({2, 7}, 80);
+}
+
+TEST(Stacking, HashIsTheSameForEveryStructureOrderAndSort) {
+  expect_the_same_for_variants(5, 40);
+}
+
+TEST(Stacking, DISABLED_HashAfter200StepsIsTheSameForEveryThreadCount) {
+  expect_the_same_for_thread_counts({2, 3, 7}, 200);
+}
+
+TEST(Stacking, DISABLED_HashAfter200StepsIsTheSameForEveryStructureOrderAndSort) {
+  expect_the_same_for_variants(1, 200);
 }
 
 TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {
