@@ -263,6 +263,11 @@ std::int32_t label_of(double value, const std::string& source, std::size_t voxel
 void check_axes(const Frame& frame, const std::string& source) {
   constexpr double near = 1e-3;
   for (std::size_t a = 0; a < 3; ++a) {
+    const double long_axis = length(frame.axes[a]);
+    if (std::abs(long_axis - 1.0) > near) {
+      throw Error(source, "header", fmt::format("a direction of length {:.4g}", long_axis),
+                  "directions of length 1: how large voxels are is in the spacing alone");
+    }
     const double across = dot(frame.axes[a], frame.axes[(a + 1) % 3]);
     if (std::abs(across) > near) {
       throw Error(source, "header",
@@ -308,7 +313,13 @@ LabelMap read_label_map(const fs::path& path) {
     const auto io = reader_of(path);
     return label_map_of(*(io ? read_file(path, io) : read_series(path)), source);
   } catch (const itk::ExceptionObject& error) {
-    throw Error(source, "", short_message(error), "a label map that can be read");
+    const std::string message = short_message(error);
+    if (message.find("orthonormal") != std::string::npos) {
+      throw Error(
+          source, "header", "directions that are no unit vectors at right angles",
+          "an orientation that agrees with the size of voxels (NIfTI: sform and pixdim): resample the map");
+    }
+    throw Error(source, "", message, "a label map that can be read");
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {  // damaged headers make ITK's own code throw these

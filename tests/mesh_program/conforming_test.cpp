@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <numeric>
 
@@ -258,6 +259,21 @@ TEST_F(Conforming, RefusesWhatDoesNotFit) {
         "space directions: (1,0,0) (1,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n\n1 1 1 1 1 1 1 "
         "1\n");
   refuse({"bent.nrrd", "--conforming"}, {"bent.nrrd", "right angles"});
+  write("long.mha",
+        "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementSpacing = 1 1 1\nTransformMatrix = 2 0 0 0 2 "
+        "0 0 0 2\n"
+        "Offset = 0 0 0\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
+            std::string(8, '\1'));
+  refuse({"long.mha", "--conforming"}, {"long.mha", "a direction of length 2", "spacing"});
+  std::string stretched = nifti(balls());
+  const float longer = 2.5F;
+  std::memcpy(stretched.data() + 280, &longer, sizeof longer);  // srow_x[0], where pixdim says 1
+  write("stretched.nii", stretched);
+  refuse({"stretched.nii", "--conforming"}, {"stretched.nii", "unit vectors", "pixdim"});
+  write("series.nrrd",
+        "NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 2 2 2\nkinds: domain domain domain time\n"
+        "encoding: ascii\n\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1\n");
+  refuse({"series.nrrd", "--conforming"}, {"series.nrrd", "4 dimensions", "three"});
 }
 
 TEST_F(Conforming, RefusesRelationsThatContradictEachOther) {
