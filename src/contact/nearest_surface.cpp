@@ -117,7 +117,8 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
       bodies, positions, tet, p, without, reach, [](const Vec3&) { return true; },
       [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
         const Vec3 outward = normalized(q - p);
-        best = {q, outward == Vec3{} ? face_normal(bodies, positions, here, opposite) : outward, distance};
+        best = {q, outward == Vec3{} ? face_normal(bodies, positions, here, opposite) : outward, distance,
+                here};
       });
   return best;
 }

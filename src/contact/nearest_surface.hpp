@@ -18,6 +18,7 @@ struct SurfacePoint {
   Vec3 position;
   Vec3 outward;  ///< unit vector from the given point to it; the triangle's normal where both are the same
   double distance = 0.0;
+  Index tet = -1;  ///< with the face that it is on; -1: not known
 };
 
 /// Outward unit normal of a face of a tet; zero where it has no area.

@@ -81,7 +81,8 @@ class SurfaceForces {
     double distance = std::numeric_limits<double>::infinity();
   };
 
-  /// The nearest face that faces along `direction`, or else the nearest.
+  /// The nearest face that faces along `direction`, or else the nearest. The second search begins at the tet
+  /// of the nearest face: the place may have left the tet that it was in.
   [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;
@@ -89,8 +90,9 @@ class SurfaceForces {
     const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
     Face any;
     Face facing;
+    if (nearest.tet < 0) return any;
     const double radius = about_as_near * nearest.distance + std::numeric_limits<double>::min();
-    search_.for_each_face(bodies_, positions_, tet, place, without, radius,
+    search_.for_each_face(bodies_, positions_, nearest.tet, place, without, radius,
                           [&](Index at_tet, std::size_t opposite, const Vec3& q, double distance) {
                             const Tet& corners = at(bodies_.tets(), at_tet);
                             const auto& [i, j, k] = outward_face[opposite];
@@ -108,11 +110,8 @@ class SurfaceForces {
     return normalized(area_vector(positions_, face.corners));
   }
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
-    const Face face = face_at(tet, without, place, direction);
-    if (face.corners[0] < 0) {  // no face remains: the whole force on a corner of the tet
-      at(sums_, at(bodies_.tets(), tet)[0]) += force;
-      return;
-    }
+    Face face = face_at(tet, without, place, direction);
+    if (face.corners[0] < 0) face = face_at(tet, -1, place, direction);  // all faces have the point
     const std::array<Vec3, 3> forces = on_corners(places(face), face.nearest, place, force);
     for (std::size_t i = 0; i < 3; ++i) at(sums_, face.corners[i]) += forces[i];
   }

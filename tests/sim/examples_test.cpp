@@ -44,6 +44,44 @@ TEST_P(EveryExample, RunsAFewSteps) {
   }
 }
 
+/// Sums over the triangles of a body: force, torque about a point, and how much force there is.
+struct SurfaceSums {
+  Vec3 force;
+  Vec3 torque;
+  double size = 0.0;
+};
+SurfaceSums sums_over(const Simulation& simulation, const SurfaceTractions& surface, Index body,
+                      const Vec3& about) {
+  SurfaceSums sums;
+  const Bodies& bodies = simulation.bodies();
+  const Range range = at(bodies.bodies(), body).triangles;
+  for (Index t = range.begin; t < range.end; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& f = at(surface.corner_forces, t)[k];
+      sums.force += f;
+      sums.torque += cross(at(simulation.positions(), at(bodies.triangles(), t)[k]) - about, f);
+      sums.size += length(f);
+    }
+  }
+  return sums;
+}
+
+/// In motion too, where what touched has left its tet by the end of the step.
+TEST_P(EveryExample, HasTractionsThatAddUpToTheWrenchOfEachBody) {
+  Simulation simulation = simulate(example(GetParam()));
+  const Vec3 about{0.03, 0.02, -0.01};
+  for (int step = 0; step < 60; ++step) {
+    simulation.step();
+    const SurfaceTractions surface = simulation.tractions();
+    for (Index body = 0; body < simulation.bodies().body_count(); ++body) {
+      const SurfaceSums sums = sums_over(simulation, surface, body, about);
+      const Wrench expected = simulation.contact_wrench(body, about);
+      ASSERT_LE(length(sums.force - expected.force), 1e-9 * sums.size) << "step " << step << ", " << body;
+      ASSERT_LE(length(sums.torque - expected.torque), 1e-9 * sums.size) << "step " << step << ", " << body;
+    }
+  }
+}
+
 TEST_P(EveryExample, IsInTheGallery) {
   std::stringstream gallery;
   gallery << std::ifstream(PALPATE_SOURCE_DIR "/docs/gallery.md").rdbuf();
