@@ -102,15 +102,24 @@ def study_plans(folder, workers, shapes, places, factors):
     chart_plans(folder / "plans.png", ranked, rows)
 
 
+def remarks_of(row):
+    """What speaks against a run, a line each."""
+    if row["status"] != "done":
+        return ["a run failed"]
+    factor = f"fat {row['stiffness']:g}"
+    return ([row["warnings"]] * bool(row["warnings"]) + [f"{factor}: {row['inverted_tets']} inverted tets"] * (row["inverted_tets"] > 0)
+            + [f"{factor}: {row['steps_not_converged']} steps not converged"] * (row["steps_not_converged"] > 0))
+
+
 def rank(rows):
-    """Plans by how far the globe is from where it was, the mean over stiffnesses; plates in bone and failed runs last."""
+    """Plans by how far the globe is from where it was, the mean over stiffnesses; plans with remarks last."""
     plans = {}
     for row in rows:
         plans.setdefault(f"{row['shape']}, {row['place']}", []).append(row)
     ranked = []
     for name, runs_of_plan in plans.items():
         done = [row for row in runs_of_plan if row["status"] == "done"]
-        remarks = sorted({row["warnings"] or "" for row in done} - {""}) + ["a run failed"] * (len(done) < len(runs_of_plan))
+        remarks = sorted({remark for row in runs_of_plan for remark in remarks_of(row)})
         off = [row["globe_off"] for row in done] or [float("inf")]
         ranked.append({"plan": name, "mean": sum(off) / len(off), "globe_off": [min(off), max(off)],
                        "herniated": max((row["herniated"] for row in done), default=float("inf")),

@@ -420,6 +420,49 @@ TEST_F(PictureTest, ACutLeavesAClosedSurfaceOfTheRightVolume) {
   EXPECT_TRUE(io::cut_open(bodies_, positions_, values, {{0}, {1}, {}, {0, 0, 1}}).triangles.empty());
 }
 
+/// Where the plane goes through a tet, and on the surface: the middle of each triangle is in its tet.
+TEST_F(PictureTest, TrianglesOfACutKnowTheirTets) {
+  const std::vector<double> values(positions_.size(), 1.0);
+  const auto cut = io::cut_open(bodies_, positions_, values, {{1}, {1}, {0.1, 0, 0.2}, {1, 0.3, 2}});
+  ASSERT_EQ(cut.tet_of_triangle.size(), cut.triangles.size());
+  for (std::size_t i = 0; i < cut.triangles.size(); ++i) {
+    const Triangle& t = cut.triangles[i];
+    const Vec3 middle = (1.0 / 3.0) * (at(cut.points, t[0]) + at(cut.points, t[1]) + at(cut.points, t[2]));
+    const Tet& tet = at(bodies_.tets(), cut.tet_of_triangle[i]);
+    const auto volume = [&](std::array<Vec3, 4> p) {
+      return dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]);
+    };
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      std::array<Vec3, 4> p;
+      for (std::size_t c = 0; c < 4; ++c) p[c] = at(positions_, tet[c]);
+      p[corner] = middle;
+      EXPECT_GE(volume(p), -1e-12) << i;
+    }
+  }
+}
+
+/// A colour for each triangle takes the place of those of bodies.
+TEST_F(PictureTest, TrianglesMayHaveColoursOfTheirOwn) {
+  const std::vector<io::Colour> colours{{1, 0, 0}, {0, 0, 1}};
+  std::vector<Index> own(bodies_.triangles().size(), 1);
+  const auto redder_than_blue = [&] {
+    const Image image = io::render_picture({.positions = positions_,
+                                            .triangles = bodies_.triangles(),
+                                            .body_of_point = bodies_.body_of_point(),
+                                            .contact_points = {},
+                                            .body_colours = colours,
+                                            .colour_of_triangle = own},
+                                           settings_, Threads(1));
+    const std::uint8_t* middle = image.pixel(image.width / 2, image.height / 2);
+    return middle[0] > middle[2];
+  };
+  EXPECT_FALSE(redder_than_blue());
+  own.assign(own.size(), 0);
+  EXPECT_TRUE(redder_than_blue());
+  own.back() = 2;
+  EXPECT_THROW(redder_than_blue(), Error);
+}
+
 TEST_F(PictureTest, UnwritablePathIsAnError) {
   EXPECT_THROW(io::render_picture("/nonexistent/a.png", bodies_, positions_, {}, {}, settings_, Threads(1)),
                Error);
