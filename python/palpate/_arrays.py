@@ -53,6 +53,14 @@ def vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def number(value: Any, name: str) -> float:
+    """One real number. The compiled part checks that it is finite."""
+    array = _array(value, name)
+    if array.shape != ():
+        raise Error(name, "", f"an array of shape {array.shape}", "one number")
+    return float(_reals(array.reshape(1), name)[0])
+
+
 def _integers(array: NDArray[Any], name: str) -> Indices:
     if array.dtype.kind not in "iu":
         if array.size > 0 or array.dtype.kind not in "f":

@@ -144,6 +144,8 @@ class Simulation(_core.Simulation):
         Ctrl-C ends it after the present step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
         Error where the simulation blows up; its state is then that of the last good step.
         """
+        if callback is not None and not callable(callback):
+            raise Error("Simulation.run", "callback", type(callback).__name__, "a function, or None")
         staged = steps is None and not self.stages_done
         wanted = self._steps_left() if steps is None else steps
         if wanted < 0:
@@ -170,10 +172,14 @@ class Simulation(_core.Simulation):
     def change(self, **settings_: Any) -> None:
         """Changes settings from the next step on: keys of a scene, as for Simulation(); positions, velocities and the
         state of contacts stay. Of a mapping (`contact={"friction": 0.2}`) only the keys given change. Raises Error,
-        and changes nothing, on a bad one, on another time_step, and on `relax`, which applies before the first step.
+        and changes nothing, on a bad one, on another time_step, on `relax`, which applies before the first step, and on
+        keys that steps do not read (bodies, stages, outcomes, output, units, duration).
         """
         if "relax" in settings_:
             raise Error("Simulation.change", "relax", "it after the start", "a new Simulation")
+        for key in ("bodies", "stages", "outcomes", "output", "units", "duration"):
+            if key in settings_:
+                raise Error("Simulation.change", key, "a key that no step reads", "settings of the steps, as contact or solver")
         merged = dict(self._settings)
         for key, value in settings_.items():
             old = merged.get(key)
@@ -275,7 +281,8 @@ class Simulation(_core.Simulation):
         """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), Pa, against their outward
         normals, from the next step on; replaces the one set before, and 0 removes it. It follows the surface.
         """
-        self._set_pressure(_arrays.selection(triangles, "triangles", len(self._bodies.triangles)), pressure)
+        chosen = _arrays.selection(triangles, "triangles", len(self._bodies.triangles))
+        self._set_pressure(chosen, _arrays.number(pressure, "pressure"))
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
         """Sets positions of points (indices or a mask; None: all but prescribed ones), (n, 3), m, and detects the
@@ -371,6 +378,8 @@ class Simulation(_core.Simulation):
         """
         from ._view import grid_of
 
+        if isinstance(fields, str):
+            raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, as [{fields!r}]")
         grid = grid_of(self.positions, self._bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
         for name, on_points, values in self._fields(list(fields)):

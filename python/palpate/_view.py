@@ -71,6 +71,6 @@ def contacts_frame(contacts: _core.Contacts) -> pandas.DataFrame:
 
 
 def contact_forces_frame(contacts: _core.ContactForces) -> pandas.DataFrame:
-    """A row for each contact with its force. Needs pandas."""
-    names = ("point", "body", "tet", "weights", "depth", "direction", "normal", "friction", "force", "status", "speculative")
+    """A row for each contact with its force; `edge` is -1 where it is of a point. Needs pandas."""
+    names = ("point", "edge", "body", "tet", "weights", "depth", "direction", "normal", "friction", "force", "status", "speculative")
     return _frame(_columns(contacts, names), "ContactForces.to_dataframe")

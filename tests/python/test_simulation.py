@@ -171,6 +171,15 @@ def test_relax_takes_overlaps_out():
     assert palpate.Simulation(model, gravity=(0, 0, 0)).relaxed is None
 
 
+def test_what_is_no_callback_is_refused_before_a_step():
+    simulation = palpate.Simulation(palpate.stacking_scene(2, (3, 3, 1)))
+    with pytest.raises(palpate.Error, match="callback: found int"):
+        simulation.run(1, callback=3)
+    with pytest.raises(palpate.Error, match="pressure: found an array of shape"):
+        simulation.set_pressure([0, 1], [1.0, 2.0])
+    assert simulation.metrics.step == 0
+
+
 def test_callbacks_see_each_step_and_can_end_the_run():
     simulation = palpate.Simulation(block())
     seen = []
