@@ -87,11 +87,14 @@ class SurfaceForces {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;
     constexpr double along = 0.5;
+    constexpr double rounding = 1e-9;  // a place on the face itself
     const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
     Face any;
     Face facing;
     if (nearest.tet < 0) return any;
-    const double radius = about_as_near * nearest.distance + std::numeric_limits<double>::min();
+    const Tet& there = at(bodies_.tets(), nearest.tet);
+    const double size = length(at(positions_, there[1]) - at(positions_, there[0]));
+    const double radius = about_as_near * nearest.distance + rounding * size;
     search_.for_each_face(bodies_, positions_, nearest.tet, place, without, radius,
                           [&](Index at_tet, std::size_t opposite, const Vec3& q, double distance) {
                             const Tet& corners = at(bodies_.tets(), at_tet);
@@ -112,6 +115,10 @@ class SurfaceForces {
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
     Face face = face_at(tet, without, place, direction);
     if (face.corners[0] < 0) face = face_at(tet, -1, place, direction);  // all faces have the point
+    if (face.corners[0] < 0) {  // positions that are not finite
+      at(sums_, at(bodies_.tets(), tet)[0]) += force;
+      return;
+    }
     const std::array<Vec3, 3> forces = on_corners(places(face), face.nearest, place, force);
     for (std::size_t i = 0; i < 3; ++i) at(sums_, face.corners[i]) += forces[i];
   }
