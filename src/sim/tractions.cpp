@@ -115,7 +115,7 @@ class SurfaceForces {
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
     Face face = face_at(tet, without, place, direction);
     if (face.corners[0] < 0) face = face_at(tet, -1, place, direction);  // all faces have the point
-    if (face.corners[0] < 0) {  // positions that are not finite
+    if (face.corners[0] < 0) {                                           // positions that are not finite
       at(sums_, at(bodies_.tets(), tet)[0]) += force;
       return;
     }
