@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <utility>
 
 #include <palpate/simulation.hpp>
 
@@ -139,10 +140,13 @@ Errors errors_of(const Simulation& simulation, Index body, double force, double 
           std::sqrt(squares / count)};
 }
 
+double force_on_a_plane(double approach) {
+  return force_for(approach, [](double f) { return approach_by_hertz(f) - push_from_the_other_side(f); });
+}
+
 TEST(Hertz, ABallOnAPlaneHasItsForceRadiusAndPressure) {
   constexpr double approach = 0.02 * radius;
-  const double expected =
-      force_for(approach, [](double f) { return approach_by_hertz(f) - push_from_the_other_side(f); });
+  const double expected = force_on_a_plane(approach);
   std::vector<Errors> all;
   for (const int cells : {6, 9, 12}) {
     const Simulation simulation = pressed({graded_ball(cells, {0, 0, radius})}, 2.0 * radius, 2.0 * approach);
@@ -159,6 +163,19 @@ TEST(Hertz, ABallOnAPlaneHasItsForceRadiusAndPressure) {
   EXPECT_LT(all[2].pressure, all[1].pressure);
   EXPECT_LT(all[1].radius, all[0].radius);
   EXPECT_LT(all[2].radius, all[1].radius);
+}
+
+/// Where the approach is small, few triangles are in contact.
+TEST(Hertz, ABallOnAPlaneFollowsTheCurveOfForceAndApproach) {
+  for (const auto& [approach, bound] :
+       {std::pair(0.01 * radius, 0.05), {0.03 * radius, 0.03}, {0.04 * radius, 0.03}}) {
+    const Simulation simulation = pressed({graded_ball(12, {0, 0, radius})}, 2.0 * radius, 2.0 * approach);
+    const double force = simulation.contact_wrench(1).force.z;
+    const double expected = force_on_a_plane(approach);
+    std::printf("approach %.2f of the radius: force %.4f N, by Hertz %.4f N\n", approach / radius, force,
+                expected);
+    EXPECT_NEAR(force, expected, bound * expected) << approach;
+  }
 }
 
 TEST(Hertz, ABallOnABallHasItsForce) {
