@@ -127,9 +127,10 @@ struct StiffnessRows {
     const D d;
     constexpr std::size_t rows = 4;
     std::array<std::array<V, vectors>, rows> sums;
-    for (std::size_t k = 0; k < rows; ++k)
+    for (std::size_t k = 0; k < rows; ++k) {
       for (std::size_t v = 0; v < vectors; ++v)
         sums[k][v] = hn::LoadU(d, sum + stride * (i + k) + l + lanes * v);
+    }
     for (std::size_t r = 0; r < count; ++r) {
       std::array<V, vectors> b;
       for (std::size_t v = 0; v < vectors; ++v) b[v] = hn::Load(d, right[r].data() + l + lanes * v);
@@ -138,9 +139,10 @@ struct StiffnessRows {
         for (std::size_t v = 0; v < vectors; ++v) sums[k][v] = hn::Add(sums[k][v], hn::Mul(a, b[v]));
       }
     }
-    for (std::size_t k = 0; k < rows; ++k)
+    for (std::size_t k = 0; k < rows; ++k) {
       for (std::size_t v = 0; v < vectors; ++v)
         hn::StoreU(sums[k][v], d, sum + stride * (i + k) + l + lanes * v);
+    }
   }
 
   HWY_INLINE void add_to(double* sum, std::size_t stride, std::size_t n) {

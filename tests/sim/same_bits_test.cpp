@@ -66,7 +66,7 @@ TEST(SameState, Ties) {
 /// Many contacts with friction, and enough rows for several chunks of a reduction.
 TEST(SameState, Stack) {
   expect_same_state([] { return simulate(read_scene(PALPATE_SOURCE_DIR "/scenes/stacking.json")); }, 20,
-                    "efe20dc2059d6b6c");
+                    "2ff4c5773e563146");
 }
 
 /// Two balls in fast rotation, in rotating frames: one in the air, one on a plate that tilts.
