@@ -27,9 +27,9 @@ def repository_files(root):
 
 
 def pages_of(files):
-    """The pages of the site: those of the root and of docs/, but for docs/site."""
+    """The pages of the site: those of the root, of slicer/ and of docs/, but for docs/site."""
     return [file for file in files if file.suffix == ".md" and
-            (len(file.parts) == 1 or (file.parts[0] == "docs" and file.parts[1] != "site"))]
+            (len(file.parts) == 1 or file.parts[0] == "slicer" or (file.parts[0] == "docs" and file.parts[1] != "site"))]
 
 
 def outside_code(text, change):

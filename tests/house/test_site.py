@@ -19,7 +19,7 @@ import pages  # noqa: E402
 
 
 def all_pages():
-    found = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    found = [*ROOT.glob("*.md"), *ROOT.glob("slicer/**/*.md"), *ROOT.glob("docs/**/*.md")]
     return pages.pages_of([pathlib.PurePosixPath(file.relative_to(ROOT)) for file in sorted(found)])
 
 
