@@ -98,7 +98,7 @@ struct SceneFacts {
     Detector detector(bodies, simulation.settings().detection,
                       std::vector<std::uint8_t>(bodies.bodies().size(), 0));
     detector.detect(simulation.positions());
-    return app::overlaps(bodies, detector);
+    return palpate::overlaps(bodies, detector);
   }
   [[nodiscard]] const MeshRecord* file(Index body) const {
     const auto& record = input.files[static_cast<std::size_t>(body)];

@@ -1,12 +1,12 @@
 #include "scene/placed_overlaps.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include <palpate/detection.hpp>
 
 #include "geometry/vector.hpp"
+#include "scene/overlaps.hpp"
 #include "scene/selector.hpp"
 
 namespace palpate {
@@ -32,38 +32,6 @@ bool all_points_move(const Simulation& simulation, Index body) {
     if (at(simulation.motion_of_points(), p) < 0) return false;
   }
   return true;
-}
-
-/// Which bodies a detection of held bodies is about: `ids[b]` is the number of its body b in the scene.
-std::vector<PlacedOverlap> overlaps_of(const Detector& detector, const Bodies& bodies,
-                                       const std::vector<Index>& ids,
-                                       const std::vector<std::uint8_t>& placed) {
-  std::map<std::pair<Index, Index>, PlacedOverlap> pairs;
-  const auto add = [&](Index a, Index b, double depth) {
-    Index first = at(ids, a);
-    Index second = at(ids, b);
-    if (at(placed, first) == 0) std::swap(first, second);
-    if (at(placed, first) == 0) return;
-    if (at(placed, second) != 0 && second < first) std::swap(first, second);
-    const auto edge = [&](Index body) {
-      return mesh_statistics(bodies, bodies.points_rest(), body).edge_length.mean;
-    };
-    constexpr double touching = 0.01;
-    if (depth <= touching * std::min(edge(a), edge(b))) return;
-    PlacedOverlap& overlap = pairs.try_emplace({first, second}, PlacedOverlap{first, second}).first->second;
-    ++overlap.contacts;
-    overlap.deepest = std::max(overlap.deepest, depth);
-  };
-  const Contacts& contacts = detector.contacts();
-  for (std::size_t c = 0; c < contacts.size(); ++c)
-    add(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c], contacts.depth[c]);
-  const EdgeContacts& edges = detector.edge_contacts();
-  for (std::size_t c = 0; c < edges.size(); ++c)
-    add(bodies.body_of(at(bodies.edges(), edges.edge[c])), edges.body[c], edges.depth[c]);
-  std::vector<PlacedOverlap> list;
-  list.reserve(pairs.size());
-  for (const auto& [key, overlap] : pairs) list.push_back(overlap);
-  return list;
 }
 
 }  // namespace
@@ -98,7 +66,21 @@ std::vector<PlacedOverlap> PlacedOverlaps::find(const Simulation& simulation) co
   if (!any || ids.size() < 2) return {};
   Detector detector(held, DetectionSettings{}, {}, 1);
   detector.detect(held.points_rest());
-  return overlaps_of(detector, held, ids, placed_);
+  const auto mean_edge = [&](Index body) {
+    return mesh_statistics(held, held.points_rest(), body).edge_length.mean;
+  };
+  constexpr double touching = 0.01;
+  std::vector<PlacedOverlap> list;
+  for (const Overlap& overlap : overlaps(held, detector)) {
+    Index first = at(ids, overlap.first);
+    Index second = at(ids, overlap.second);
+    if (at(placed_, first) == 0) std::swap(first, second);
+    if (at(placed_, first) == 0) continue;
+    if (overlap.deepest <= touching * std::min(mean_edge(overlap.first), mean_edge(overlap.second))) continue;
+    list.push_back({first, second, overlap.contacts, overlap.deepest});
+  }
+  std::ranges::sort(list, {}, [](const PlacedOverlap& o) { return std::pair(o.placed, o.other); });
+  return list;
 }
 
 }  // namespace palpate
