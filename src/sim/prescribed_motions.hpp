@@ -35,7 +35,7 @@ class PrescribedMotions {
   /// Replaces all motions. Throws Error, and changes nothing, on another number of motions and as the
   /// constructor does.
   void set_motions(std::vector<Motion> motions);
-  /// Time of the last keyframe of those that move points, s; 0 without. From then on nothing moves.
+  /// Time of the last keyframe of all motions with points, s; 0 without any. Later nothing moves.
   [[nodiscard]] double end() const;
 
  private:
