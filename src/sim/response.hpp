@@ -35,6 +35,7 @@ struct StopOfPassing {
 
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
+///
 /// For the relative position u = p - sum_j w_j x_j of a point and its place in the tet:
 /// - Along the direction r: force k d on the point, and its reaction by the weights on the tet, so that
 /// forces and torques add up to zero. Stiffness k r r^T and damping c r r^T are implicit in the solver. No
@@ -43,24 +44,31 @@ struct StopOfPassing {
 /// discrete numerical model for granular assemblies", 1979). Its force is bounded by mu times the force along
 /// r. At the bound the contact slides and s stays at its limit. So a body below the friction angle stands
 /// still, and one above it slides with Coulomb's force at any speed.
+///
 /// c is `damping` times the larger of 10 k h and the critical damping 2 sqrt(k m), with the reduced mass m of
 /// point and tet. 10 k h is larger where the contact is stiff for the time step h. Undamped, such a step
 /// would push a body of depth d out at d / h: as fast as it came, or faster where several contacts push. With
-/// the default damping it leaves at d / (4 h). The velocities at the END of the step decide whether a contact
-/// is open, sticks or slides, and its bound (fem::ContactLaw); fem::ContactSolver finds them. A contact that
-/// exists at the end of a step but not at its start is speculative (add_speculative()). Without these a body
-/// falls into another for one step before a force acts, and in a pile each body falls one step longer than
-/// the one below. They have no damping, since their spring acts for a part of the step only. Depth and
-/// direction are those at the start of the step. Where they change faster than predicted (two rims against
-/// each other, an edge that leaves a face), a light point would chatter: its relative velocity reverses, or
-/// the contact returns. Then the secant of the error, |force - predicted force| / speed, is added to c, and
-/// fades over a few hundred steps. This chatter damping has no length or time scale to choose and is zero
-/// elsewhere. Across r its force stays within mu k d, so that it does not slow down sliding. Near a side of
-/// the penetrated body (a surface with another normal than r), within a quarter of its mean edge length, k
-/// falls linearly to zero. So a point that slips over a rim loses its force gradually; otherwise stacks never
-/// come to rest. k is zero within 7.5 % of the mean height of tets: there normals change from one face to the
-/// other (SurfaceNormals), and a point that a sliding body has just passed over would push against the
-/// motion.
+/// the default damping it leaves at d / (4 h).
+///
+/// The velocities at the END of the step decide whether a contact is open, sticks or slides, and its bound
+/// (fem::ContactLaw); fem::ContactSolver finds them.
+///
+/// A contact that exists at the end of a step but not at its start is speculative (add_speculative()).
+/// Without these a body falls into another for one step before a force acts, and in a pile each body falls
+/// one step longer than the one below. They have no damping, since their spring acts for a part of the step
+/// only.
+///
+/// Depth and direction are those at the start of the step. Where they change faster than predicted (two rims
+/// against each other, an edge that leaves a face), a light point would chatter: its relative velocity
+/// reverses, or the contact returns. Then the secant of the error, |force - predicted force| / speed, is
+/// added to c, and fades over a few hundred steps. This chatter damping has no length or time scale to choose
+/// and is zero elsewhere. Across r its force stays within mu k d, so that it does not slow down sliding.
+///
+/// Near a side of the penetrated body (a surface with another normal than r), within a quarter of its mean
+/// edge length, k falls linearly to zero. So a point that slips over a rim loses its force gradually;
+/// otherwise stacks never come to rest. k is zero within 7.5 % of the mean height of tets: there normals
+/// change from one face to the other (SurfaceNormals), and a point that a sliding body has just passed over
+/// would push against the motion.
 class ContactResponse {
  public:
   /// \param masses  (n_points), kg
@@ -76,9 +84,10 @@ class ContactResponse {
 
   /// Makes the laws of the contacts, and appends one coupling without a force for each, in their order. Then
   /// those of edge contacts (EdgeResponse), and as speculative ones those of contacts of the last step that
-  /// are near (KeptContacts). O(contacts log contacts), parallel. \param table      contacts at `positions`;
-  /// its columns hold their states \param time_step  time since the last call, and to the next, s \param fall
-  /// distance by which gravity moves a body in the step, m
+  /// are near (KeptContacts). O(contacts log contacts), parallel.
+  /// \param table      contacts at `positions`; its columns hold their states
+  /// \param time_step  time since the last call, and to the next, s
+  /// \param fall       distance by which gravity moves a body in the step, m
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                double fall, std::vector<fem::Coupling>& couplings);

@@ -217,8 +217,9 @@ void Simulation::State::begin_step() {
   metrics.detection_seconds = {};
 }
 
-/// One solve with the contacts found so far. \param loose   with a larger tolerance: enough to predict
-/// positions \param steady  contacts are expected to keep their status
+/// One solve with the contacts found so far.
+/// \param loose   with a larger tolerance: enough to predict positions
+/// \param steady  contacts are expected to keep their status
 bool Simulation::State::solve(bool loose, bool steady) {
   constexpr double loose_tolerance = 0.03;
   const SolverSettings& solver = settings.solver;
@@ -250,7 +251,8 @@ fem::ContactSet Simulation::State::contact_set() {
 /// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
 /// that only has to predict positions is loose: the first after a step in which bodies met, and while new
 /// contacts push harder than all acting ones. When contacts have converged, solve again if the forces of the
-/// tissue are not those of its linearisation. \param last  metrics of the step before
+/// tissue are not those of its linearisation.
+/// \param last  metrics of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int max_rotation_solves = 8;
   constexpr double many = 1.0;

@@ -41,8 +41,8 @@ class SweptResponse {
   void begin_step() { stopped_.clear(); }
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
-  /// call. Time: SweptQuery::find(), and O(found log found). \param contacts  of the start of the step; their
-  /// laws are the first ones of the response
+  /// call. Time: SweptQuery::find(), and O(found log found).
+  /// \param contacts  of the start of the step; their laws are the first ones of the response
   std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
                                       const PairFilter& filter, const ContactResponse& response,
                                       std::span<const fem::Coupling> contacts);

@@ -26,7 +26,8 @@ void filter_edges(const EdgeRows& edges, ClusterBlock& block);
 
 /// Tests each candidate against all triangles of its cluster. Hits are edges with bits of the triangles that
 /// they may meet, and << 16 those that they certainly meet. Pairs that it drops do not meet by exact
-/// arithmetic. \param longest  bound of the edges' lengths along an axis
+/// arithmetic.
+/// \param longest  bound of the edges' lengths along an axis
 void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block);
 
 /// Error bounds of the volumes that test_edges() compares with zero (docs/query.md).

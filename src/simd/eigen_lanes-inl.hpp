@@ -54,7 +54,8 @@ HWY_INLINE void rotate(EigenV& m) {
   m.vectors[q] = times_plus(s, vp, times(c, vq));
 }
 
-/// Diagonalises by cyclic Jacobi rotations. \tparam sweeps  number of sweeps
+/// Diagonalises by cyclic Jacobi rotations.
+/// \tparam sweeps  number of sweeps
 template <int sweeps>
 HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
   const V zero = hn::Zero(D());
