@@ -1,5 +1,6 @@
-// `palpate bench speed` in two frames of the smallest scenes: every part runs, finds the same as the other
-// side (else it ends with 1), and writes what it prints. No time is judged.
+// `palpate bench speed` in two frames of the smallest scenes: every part runs, has the same results as the
+// library it is compared with (else it exits with 1), and writes the rows that it prints. Times are not
+// tested.
 #include <gtest/gtest.h>
 
 #include "apps/workplace.hpp"

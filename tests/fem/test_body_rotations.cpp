@@ -54,7 +54,7 @@ struct SpinningBox {
     }
     return sum;
   }
-  /// Of the best rigid fit to the rest shape (Kabsch).
+  /// Rotation of the best rigid fit to the rest shape (Kabsch).
   [[nodiscard]] Eigen::Matrix3d rotation() const {
     const Eigen::Vector3d c = center();
     const Eigen::Vector3d c_rest = c;  // it turns about a centre at rest
@@ -135,9 +135,9 @@ TEST(BodyRotations, ABoxTumblesAsARigidBodyWithoutTorque) {
   EXPECT_GT(turned, 2.0);
 }
 
-/// A couple turns a cube from rest in one step, by 4 degrees or 17: as forces that would accelerate its
-/// points like a rigid body. Straight paths would swell it by half the square of the angle. The first is
-/// bent, the second takes a frame; the momentum is the couple times the step where the frame stays.
+/// A couple rotates a cube from rest in one step, by 4 or 17 degrees, by forces that accelerate its points
+/// like a rigid body. Straight paths would swell it by half the square of the angle. The first is bent, the
+/// second gets a frame. Without a frame the momentum is the couple times the step.
 TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
   constexpr double h = 0.01;
   for (const double angle : {0.07, 0.3}) {
@@ -162,7 +162,7 @@ TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCoupl
   }
 }
 
-/// What is soft swells by the centrifugal force, which frames would leave out: it is not followed.
+/// The centrifugal force stretches a soft body, which a frame would suppress: it gets no frame.
 TEST(BodyRotations, ASoftBodyIsNotFollowed) {
   SpinningBox box({0.04, 0.04, 0.04}, {0.0, 0.0, 5.0}, 1e3);
   box.step(0.005);

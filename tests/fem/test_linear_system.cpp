@@ -38,7 +38,7 @@ TEST(BlockMatrix, HasASymmetricPatternAndExactlySymmetricBlocks) {
   expect_exactly_symmetric(s.matrix, s.free);
 }
 
-/// Where lambda / mu differs from tet to tet, terms are added up another way.
+/// If lambda / mu differs between tets, terms are added up by another loop.
 TEST(BlockMatrix, TakesTetsOfDifferentPoissonRatios) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 2}, {0.3, 0.3, 0.2}, 0.2));
   const std::vector<Material> all{
@@ -166,7 +166,7 @@ TEST(ConjugateGradients, ReportTheResidualThatIsThere) {
   }
 }
 
-/// The estimate is none if it is far below the error that is there, or asks for far more than is needed.
+/// The estimate must not be far below the true error, nor far above it.
 TEST(ConjugateGradients, EndAtTheErrorThatIsAskedFor) {
   System s(1);
   Eigen::MatrixXd a = s.dense();

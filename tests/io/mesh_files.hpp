@@ -8,7 +8,7 @@
 
 namespace palpate::io::testing {
 
-/// An empty folder of its own that goes with the object.
+/// An empty folder that is removed with the object.
 class Folder {
  public:
   Folder();

@@ -1,5 +1,5 @@
-// Settings and motions that change while a simulation runs. Oracles: Newton, the spring law of contacts, the
-// promise that structures and sorts give the same bits.
+// Settings and motions that change while a simulation runs. Oracles: Newton, the spring law of contacts,
+// equal bits for all structures and sorts.
 #include <cmath>
 #include <gtest/gtest.h>
 

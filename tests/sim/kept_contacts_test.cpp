@@ -1,4 +1,4 @@
-// Oracles: distances to a plane by hand, also of a body that is turned and stretched as a whole.
+// Oracles: distances to a plane by hand, also for a rotated and stretched body.
 #include "sim/kept_contacts.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double time_step = 0.01;
 
-/// One tet whose top is z = 0, and a tet above it whose lowest point is the one in contact.
+/// One tet whose top is z = 0, and a tet above it whose lowest point is in contact.
 struct Touching {
   Touching() {
     bodies.add("below", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, -1}}, {{0, 2, 1, 3}}});

@@ -1,4 +1,4 @@
-// What holds points that do not move freely. Oracles: Newton's laws, weights, levers.
+// Reactions at points that do not move freely. Oracles: Newton's laws, weights, levers.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -80,8 +80,7 @@ TEST(Reaction, KeepsNewtonsLawInMotion) {
   }
 }
 
-/// A plate with a prescribed motion that presses a block onto fixed points: all that holds adds up, torques
-/// too.
+/// A plate with a prescribed motion presses a block onto fixed points: reaction forces and torques balance.
 TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   Model model;
   model.bodies.add("block", test::box_mesh({5, 4, 3}, {-0.05, -0.05, 0.0}, {0.05, 0.05, 0.06}));
@@ -121,7 +120,7 @@ TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   EXPECT_LT(length(motor.torque + moment(1, plate_weight) + plate.torque), 1e-4 * size * 0.05);
 }
 
-/// Ties and grabs hold what hangs on them.
+/// Ties and grabs hold the bodies that hang on them.
 TEST(Reaction, OfTiesAndGrabsIsTheWeightThatHangsOnThem) {
   Model model;
   model.bodies.add("upper", test::box_mesh({2, 2, 1}, {-0.05, -0.05, 0.001}, {0.05, 0.05, 0.041}));

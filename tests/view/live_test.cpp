@@ -1,5 +1,5 @@
-// A simulation that is looked at and touched. Oracles: the same simulation without a viewer (bits), Hooke's
-// law, the path of a motion.
+// A simulation with a viewer that pulls and changes it. Oracles: the same simulation without a viewer (bits),
+// Hooke's law, the path of a motion.
 #include "view/live.hpp"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// How hard tissue may be pulled. Oracle: the surface of boxes.
+// Limits of pulls on tissue. Oracle: the surface of boxes.
 #include "view/pull_limits.hpp"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ Index point_at(const Model& model, const Vec3& place) {
 TEST(PullLimits, AreTheStressThatTissueTakesTimesTheSurfaceOfAPoint) {
   const Model model = two_boxes("5");
   const double cell = 0.1 / 6;
-  // Four and eight triangles meet at points of a side in turn: a square each, on the mean of neighbours.
+  // Points of a side have four or eight triangles alternately: on average, the area of one square each.
   const double most = PullLimits::largest_strain * 20000 * cell * cell;
   const double sum = limits_of(model).force(point_at(model, {0, 0, 0.05})) +
                      limits_of(model).force(point_at(model, {cell, 0, 0.05}));
@@ -72,7 +72,7 @@ TEST(PullLimits, AreLessWhereOnlyOneTetHoldsAPoint) {
 
 TEST(PullLimits, AreThoseOfTheSoftestThatLiesAgainstABody) {
   Model model = two_boxes("0.1");
-  model.materials[1].young_modulus = 500;  // so soft that strain is not what limits pulls
+  model.materials[1].young_modulus = 500;  // so soft that strain does not limit pulls
   const double most = PullLimits::largest_squeeze * 500 * 0.06 / 4;
   const PullLimits limits = limits_of(model);
   const auto [begin, end] = model.bodies.bodies()[0].points;
@@ -101,7 +101,7 @@ TEST(PullLimits, AreThoseOfTheSoftestTetAtAPoint) {
 
 TEST(PullLimits, DoNotThrowAFreeBodyFarInAStep) {
   const Model model = two_boxes("5", "");
-  const double step = 1.0;  // long, so that this is what counts
+  const double step = 1.0;  // long, so that this is the limit
   const double mass = model.materials[0].density * 1e-3;
   EXPECT_NEAR(limits_of(model, step).force(point_at(model, {0, 0, 0.05})),
               PullLimits::largest_leap * mass * 0.02, 1e-9);
