@@ -1,5 +1,5 @@
-"""Driving bodies one by one, poses, fixed axes, prescribed points, fields by name. Oracles: NumPy, SciPy's formula of
-rotations written out, Hooke, and the same set-up in another way.
+"""Driving bodies one by one, poses, fixed axes, prescribed points, fields by name. Oracles: NumPy,
+SciPy's formula of rotations written out, Hooke, and the same set-up built otherwise.
 """
 
 import numpy as np
@@ -123,7 +123,7 @@ def test_axes_are_fixed_by_a_mask_for_each():
 
 
 def test_prescribed_points_are_driven_frame_by_frame():
-    """The same keyframes at once, and by hand in a callback."""
+    """The same keyframes as one motion, and one by one in a callback."""
     points, tets = palpate.box((4, 2, 2), (0.2, 0.05, 0.05))
     right = points[:, 0] > 0.0999
 
@@ -145,7 +145,7 @@ def test_prescribed_points_are_driven_frame_by_frame():
     pull = by_hand.reaction_of_prescribed(number).force
     left = by_hand.reactions[points[:, 0] < -0.0999].sum(axis=0)
     np.testing.assert_allclose(pull, -left, atol=1e-5 * pull[0])
-    # Ends that are held across: a little stiffer than E A strain, and less than the bar of rigid sides.
+    # Ends held laterally: stiffer than E A strain, and softer than a bar with rigid sides.
     assert 1e5 * 0.05**2 * 0.05 < pull[0] < 1.35 * 1e5 * 0.05**2 * 0.05
 
 
