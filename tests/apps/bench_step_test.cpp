@@ -62,7 +62,7 @@ TEST_F(BenchStep, ReferencesTellHowFarOffPositionsAre) {
   EXPECT_GT(coarse, 3.0 * fine);
 }
 
-TEST_F(BenchStep, WhatFailsIsARowAndNotTheEnd) {
+TEST_F(BenchStep, AFailureIsARowAndOthersGoOn) {
   write("rough/a-fast-box.json", falling_box(R"(, "limits": {"max_speed": 0.05})"));
   const Finished done = palpate(call({"--only", "*box", "--steps", "12"}));
   EXPECT_EQ(done.exit_code, 1);

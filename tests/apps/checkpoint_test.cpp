@@ -91,7 +91,7 @@ TEST_F(CheckpointedRun, AnInterruptedRunHasOneWithoutBeingAsked) {
   }
 }
 
-TEST_F(CheckpointedRun, ADamagedOneIsToldAndTheOneBeforeTaken) {
+TEST_F(CheckpointedRun, ADamagedOneIsReportedAndTheOneBeforeUsed) {
   expect_done(palpate(run_into("whole", "24")));
   const std::vector<std::function<void(std::string&)>> damages{
       [](std::string& bytes) { bytes.resize(bytes.size() / 2); },

@@ -138,7 +138,7 @@ TEST(BodyRotations, ABoxTumblesAsARigidBodyWithoutTorque) {
 /// A couple rotates a cube from rest in one step, by 4 or 17 degrees, by forces that accelerate its points
 /// like a rigid body. Straight paths would swell it by half the square of the angle. The first is bent, the
 /// second gets a frame. Without a frame the momentum is the couple times the step.
-TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
+TEST(BodyRotations, ABodyRotatedByACoupleKeepsItsSizeAndHasTheMomentumOfTheCouple) {
   constexpr double h = 0.01;
   for (const double angle : {0.07, 0.3}) {
     SpinningBox box({0.04, 0.04, 0.04}, {}, 2e7);

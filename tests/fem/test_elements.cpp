@@ -178,7 +178,7 @@ TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergyWithALowerBulkModulus) {
 
 /// Without a bulk modulus the force on a deformed tet is along R - F. On that straight line R stays the
 /// nearest rotation, so the tet reaches rest.
-TEST(Elements, WithoutABulkModulusATetIsLedToRestFromAnyState) {
+TEST(Elements, WithoutABulkModulusATetReturnsToRestFromAnyState) {
   const Bodies bodies = single_body(unit_tet_mesh());
   Elements elements = elements_of(bodies, {2e4, 0.49, 1000.0, 0.0, 0.0});
   elements.set_bulk_fraction(0, 0.0);

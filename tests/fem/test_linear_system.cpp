@@ -148,7 +148,7 @@ TEST(ConjugateGradients, SolveWhatEigenSolvesDirectly) {
   }
 }
 
-TEST(ConjugateGradients, ReportTheResidualThatIsThere) {
+TEST(ConjugateGradients, ReportTheTrueResidual) {
   System s(1);
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);
@@ -167,7 +167,7 @@ TEST(ConjugateGradients, ReportTheResidualThatIsThere) {
 }
 
 /// The estimate must not be far below the true error, nor far above it.
-TEST(ConjugateGradients, EndAtTheErrorThatIsAskedFor) {
+TEST(ConjugateGradients, EndAtTheRequestedError) {
   System s(1);
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);

@@ -182,7 +182,7 @@ TEST(Multigrid, CoarseMatricesHaveTheCouplings) {
 
 /// After slow solves the hierarchy is rebuilt at the next positions. Rebuilding it from its reference gives
 /// the same bits.
-TEST(Multigrid, IsMadeAnewWhereItIsWornAndAgainFromItsReference) {
+TEST(Multigrid, IsRebuiltAfterSlowSolvesAndFromItsReference) {
   System s(1);
   const auto positions = noisy(s.bodies, 0.02, 20);
   const auto r = floats_by_row(s, s.random_free_vector(8));

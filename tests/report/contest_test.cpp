@@ -117,7 +117,7 @@ TEST_P(Contest, TheFastestModeCounts) {
   EXPECT_EQ(result.trials[0].seconds, 3.0);
 }
 
-TEST_P(Contest, WhoTakesLongerThanThePatienceIsDropped) {
+TEST_P(Contest, ASlowEntrantIsDropped) {
   const auto dropped = [&](double patience) {
     return run_contest(course, {three_modes(), three_modes()}, {.seconds = 0.0, .patience = patience})
         .dropped.size();
@@ -143,7 +143,7 @@ TEST_P(Contest, EveryModeOfEmbreeFindsThem) {
   }
 }
 
-TEST_P(Contest, SharesOfMoversAreWhatIsWanted) {
+TEST_P(Contest, FractionsOfMoversAreAsRequested) {
   const auto movers = [&](double wanted) {
     const measure::QueryScene moving = measure::stacking_scene(10, wanted);
     const Course its{moving, moving.immovable(), GetParam()};
@@ -178,7 +178,7 @@ TEST(KnownModes, HopelessOnesAreNotTriedInLargerScenes) {
   EXPECT_EQ(left(100), (std::vector<std::string>{"abc", "abc"})) << "a scene of as many is another trial";
 }
 
-TEST(KnownModes, WhoTookTooLongIsOutInScenesThatAreNotSmaller) {
+TEST(KnownModes, ASlowModeIsLeftOutOfScenesThatAreNotSmaller) {
   KnownModes known;
   known.add({{"made up", 2, "a", 3.0}, {"made up", 2, "b", 2.5}}, 100);
   const auto left = [&](std::size_t tets, double patience) {

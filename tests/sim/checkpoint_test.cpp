@@ -158,7 +158,7 @@ TEST(CheckpointOf, ApproximateModeLeavesOutTheSameCells) {
   EXPECT_EQ(resumed.save(), whole.save());
 }
 
-TEST(CheckpointOf, WhatABudgetHadNoTimeForWaitsOn) {
+TEST(CheckpointOf, TheQueueOfABudgetIsInIt) {
   Scene scene = example("everything");
   scene.settings.detection.budget = Budget{.tests = 4000};
   Simulation whole = simulate(scene);

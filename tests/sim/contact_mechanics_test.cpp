@@ -110,7 +110,7 @@ TEST(ContactMechanics, ABallBetweenPlatesFollowsHertz) {
   EXPECT_NEAR(exponent, 1.5, 0.05);
 }
 
-TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirStiffness) {
+TEST(ContactMechanics, TwoPressedBlocksHaveEqualForcesAndDeformByTheirStiffness) {
   // Springs in series, E A / L each. The contact between them acts at all points except the outermost.
   constexpr double side = 0.04;
   constexpr double closing = 0.004;

@@ -284,7 +284,7 @@ TEST(Examples, ATowerOfTenBlocksStands) {
   EXPECT_NEAR(heights(simulation, "block 9").highest, 0.4, 0.003);
 }
 
-TEST(Examples, BlocksOfTwoStiffnessesShareTheForceAndGiveWayByTheirStiffness) {
+TEST(Examples, BlocksOfTwoStiffnessesHaveEqualForcesAndDeformByTheirStiffness) {
   const Simulation simulation = run(example("two-stiffnesses"));
   EXPECT_TRUE(simulation.at_rest());
   const double force = force_on(simulation, "upper").z;

@@ -80,7 +80,7 @@ TEST(ModelChange, OfNothingLeavesTheBits) {
   }
 }
 
-TEST(ModelChange, WhatIsReleasedFliesOnAndFalls) {
+TEST(ModelChange, AReleasedBodyKeepsItsVelocityAndFalls) {
   Model model = block_over_table(1.0);
   model.motions = {{.keyframes = {{.time = 0.0}, {.time = 0.1, .translate = {0.02, 0.0, 0.03}}}}};
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);

@@ -58,7 +58,7 @@ TEST(PrescribedMotions, TurnTheShorterWayRoundWhateverTheSignAndLengthOfQuaterni
   expect_near(place(motion, {2, 0, 0}, 2.0), {1 + half, half, 1});
 }
 
-TEST(PrescribedMotions, KeepDistancesAlongTheWay) {
+TEST(PrescribedMotions, KeepDistancesDuringTheMotion) {
   const Vec3 a{0.3, -2, 1};
   const Vec3 b{-4, 0.1, 0.7};
   for (int i = 0; i <= 40; ++i) {

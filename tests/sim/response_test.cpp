@@ -114,7 +114,7 @@ TEST(ContactResponse, PushesAlongTheDirectionAndFrictionOpposesSliding) {
   EXPECT_GT(checked, 3U);
 }
 
-TEST(ContactResponse, LetsGoWhereItWouldPull) {
+TEST(ContactResponse, HasNoForceWhereItWouldPull) {
   Pressed pressed;
   ResponseSettings settings;
   settings.friction = 0.5;
@@ -128,7 +128,7 @@ TEST(ContactResponse, LetsGoWhereItWouldPull) {
   }
 }
 
-TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsIt) {
+TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
   // A spike enters a box at 1 m/s, then leaves at 1 m/s, deeper than predicted.
   Bodies bodies;
   bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));

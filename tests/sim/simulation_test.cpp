@@ -133,7 +133,7 @@ StepMetrics pressed_block(const SolverSettings& solver) {
   return simulation.metrics();
 }
 
-TEST(Simulation, SolvesInEachWayAndSaysHow) {
+TEST(Simulation, SolvesWithEachPreconditionerAndReportsIt) {
   const StepMetrics exact = pressed_block({.tolerance = 1e-10, .max_iterations = 2000});
   for (const ToleranceOf of : {ToleranceOf::residual, ToleranceOf::solution}) {
     for (const Preconditioner preconditioner :
@@ -286,7 +286,7 @@ TEST(Simulation, MaxSolvesBoundsThoseOfABodyThatTurns) {
 
 /// Stiff slabs at rest lift off by less than a micrometre in some steps. Kept contacts remain in the problem,
 /// so that a step does not find the layers one after the other.
-TEST(Simulation, ATowerOfStiffSlabsKnowsWhatItTouches) {
+TEST(Simulation, ATowerOfStiffSlabsKeepsItsContacts) {
   constexpr int slabs = 4;
   Model model;
   model.bodies.add("floor", test::box_mesh({4, 4, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0.0}));

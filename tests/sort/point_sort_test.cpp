@@ -139,7 +139,7 @@ std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
   return used;
 }
 
-TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
+TEST(AdaptiveSort, UsesAFullSortForManyMoversAndRepairForFew) {
   constexpr double between = (SortSwitch::lower_fraction + SortSwitch::upper_fraction) / 2;
   const std::vector<double> fractions{0.0, 0.02, between, 0.9, between, 0.02, between, 0.0};
   const auto expected = [](Sort full) {

@@ -167,7 +167,7 @@ TEST(LiveSource, RefusesWhatCannotBePulled) {
   EXPECT_TRUE(source->counts()["pulls"].empty());
 }
 
-TEST(LiveSource, MovesWhatIsOnRailsAlongItsPathAndOffIt) {
+TEST(LiveSource, MovesPrescribedBodiesOnAndOffTheirPath) {
   const auto source = test::small_source();
   const Index corner = at(source->bodies().bodies(), 2).points.begin;
   const Vec3 start = at(source->positions(), corner);

@@ -108,7 +108,7 @@ TEST(PullLimits, DoNotThrowAFreeBodyFarInAStep) {
   EXPECT_GT(limits_of(two_boxes("5"), step).force(point_at(model, {0, 0, 0.05})), 1.0) << "held at its base";
 }
 
-TEST(PullLimits, MakeASpringGiveWay) {
+TEST(PullLimits, ReduceTheStiffnessOfASpring) {
   const PullSpring spring{.stiffness = 100, .mass = 0.0, .most = 2};
   const Vec3 still{};
   EXPECT_EQ(limited_stiffness(spring, {0, 0, 0}, still, 0.1, {0, 0, 0.01}), 100);

@@ -124,7 +124,7 @@ TEST(StoredForces, ReadsNamesInQuotesAndLeavesOutWhatIsCutOff) {
 }
 
 /// A prescribed body has the force of its motor, also while no page moves it.
-TEST(LiveForces, TellTheMotorsOfBodiesOnRails) {
+TEST(LiveForces, HaveTheMotorsOfPrescribedBodies) {
   const auto source = small_source();
   EXPECT_FALSE(source->forces().at(2).contains("held")) << "before the first step";
   for (int step = 0; step < 3; ++step) source->advance();
