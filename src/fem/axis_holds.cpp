@@ -21,7 +21,7 @@ double squared_gradient(const std::array<Vec3, 4>& corners, std::size_t corner) 
   return squared_length(normal) / (six_volumes * six_volumes);
 }
 
-/// Component of a Vec3 or a Padded3, const or not.
+/// Reference to a component of a Vec3 or a Padded3.
 template <class Vector>
 auto& component_of(Vector& v, int axis) {
   if (axis == 0) return v.x;

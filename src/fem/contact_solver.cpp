@@ -64,7 +64,7 @@ bool ContactSolver::grow(Run& run) {
   return true;
 }
 
-/// Starts from the guess or from zero, whichever has the smaller residual, without directions. If it goes on,
+/// Starts from the guess or from zero, whichever has the smaller residual, without directions. If `goes_on`,
 /// from the last solution and its directions.
 void ContactSolver::start(Run& run, bool goes_on) {
   find_residual(run);

@@ -114,8 +114,8 @@ class Dynamics {
   /// jacobi_iterations from the state
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Call between solve() and end_step(). If bodies rotate otherwise than their frames, rotates the frames
-  /// with the solution and returns true: then solve() again. The rotation of a body hardly depends on its
-  /// frame, so once per step usually suffices.
+  /// with the solution and returns true: then solve() again. The frame has little effect on a body's
+  /// rotation, so once per step usually suffices.
   bool follow_rotations();
   /// Call between solve() and end_step(). Whether hyperelastic tissue at the end of the step has other forces
   /// than the linear system: then solve() again. Before that it is linearised at the end of the step, or, if

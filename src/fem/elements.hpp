@@ -184,9 +184,8 @@ class Elements {
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
-  /// Viscosity of elements and smoothing domains. Changes take effect after set_time_step() or
-  /// find_history(), and update(). viscosity() has the stiffness of all elements, and the stresses of those
-  /// that are not smoothed.
+  /// Viscosity of the elements: the stiffness of all, and the stresses of those that are not smoothed. Forces
+  /// use it after set_time_step() or find_history(), and update().
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);

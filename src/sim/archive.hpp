@@ -94,7 +94,7 @@ class ArchiveWriter : public Archive<ArchiveWriter> {
 class ArchiveReader : public Archive<ArchiveReader> {
  public:
   using Archive::operator();
-  /// \param source  what errors name
+  /// \param source  name in errors
   ArchiveReader(std::span<const std::byte> bytes, std::string source)
       : bytes_(bytes), source_(std::move(source)) {}
 

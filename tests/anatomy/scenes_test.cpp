@@ -107,7 +107,7 @@ TEST(EyeScene, ThePlateLiftsTheBulbAndAllTissuesTouch) {
   }
 }
 
-/// The angle by which the bulb's front has turned about its centre towards x, the left, in degrees.
+/// Rotation of the bulb's front about its centre towards x, the left, in degrees.
 double turned_left(const Simulation& simulation) {
   const Index bulb = body_named(simulation, "bulb");
   const auto rest = simulation.bodies().points_rest();

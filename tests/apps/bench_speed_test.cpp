@@ -16,7 +16,7 @@ class BenchSpeed : public CommandTest {
     return {"bench",   "speed", "--only", part,       "--frames", "2",     "--most-tets",
             most_tets, "--out", "out",    "--scenes", ".",        "--json"};
   }
-  /// What a part prints; checks head and file.
+  /// Runs a part, checks head and file, and returns its rows.
   [[nodiscard]] Json measured(const std::string& part) const {
     const Json report = json_of(call(part));
     EXPECT_EQ(report["kind"], "speed");

@@ -158,7 +158,7 @@ TEST_F(CheckpointedRun, AChangedMeshIsRefused) {
 
 TEST_F(CheckpointedRun, OfAKilledRunAreNotLostUnasked) {
   expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
-  fs::remove(folder_ / "out/run.json");  // a run that is killed has none
+  fs::remove(folder_ / "out/run.json");  // a killed run does not write it
   const std::string rows = read("out/metrics.csv");
   expect_error(2, run_into("out", "30"), {"out: found checkpoints", "--resume out", "--replace"});
   EXPECT_EQ(checkpoints("out").size(), 2U);

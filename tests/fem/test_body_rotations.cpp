@@ -1,4 +1,4 @@
-// Bodies that turn freely. Oracles: conservation of momentum and energy, a rotation by omega t, and Euler's
+// Freely rotating bodies. Oracles: conservation of momentum and energy, a rotation by omega t, and Euler's
 // equations of the rigid body integrated by small steps of another method (Runge-Kutta) with Eigen.
 #include <Eigen/Dense>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double density = 1000.0;
 
-/// A stiff box that turns freely about its centre of mass.
+/// A stiff box that rotates freely about its centre of mass.
 struct SpinningBox {
   SpinningBox(const Vec3& size, const Vec3& angular_velocity, double young_modulus, int threads = 1)
       : bodies(single_body(box_mesh({3, 3, 3}, size))),
@@ -57,7 +57,7 @@ struct SpinningBox {
   /// Rotation of the best rigid fit to the rest shape (Kabsch).
   [[nodiscard]] Eigen::Matrix3d rotation() const {
     const Eigen::Vector3d c = center();
-    const Eigen::Vector3d c_rest = c;  // it turns about a centre at rest
+    const Eigen::Vector3d c_rest = c;  // it rotates about a centre at rest
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < dynamics.positions().size(); ++i) {
       sum +=

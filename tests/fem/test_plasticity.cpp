@@ -160,7 +160,7 @@ TEST(Plasticity, TheMaximumBoundsIt) {
 }
 
 TEST(Plasticity, TheFrameOfTheStrainTurnsWithTheBody) {
-  // Pulled along its own x axis while turned: the plastic strain is the same as without the turn.
+  // Pulled along its rotated x axis: the plastic strain is the same as without the rotation.
   std::mt19937_64 random(3);
   HeldBody body(plastic_material(0.05, 20.0));
   for (int n = 0; n < 20; ++n) {

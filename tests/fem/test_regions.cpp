@@ -49,7 +49,8 @@ TEST(Regions, ABarOfTwoHalvesStretchesAsTwoSpringsInSeries) {
   }
   ASSERT_NEAR(total(forces).x, force, 1e-15);
   settle(dynamics, forces, 10);
-  // k = E A / l of each half: strain of force / (E A), exact for corotational tets too, as nothing turns.
+  // k = E A / l of each half: strain of force / (E A), exact for corotational tets too, since nothing
+  // rotates.
   const double strain_soft = force / (1e4 * size.y * size.z);
   const double strain_hard = force / (4e4 * size.y * size.z);
   const auto expected = mapped(bodies, [&](const Vec3& p) {

@@ -116,7 +116,7 @@ TEST(CellKinds, HexahedraAndPyramidsAreCutSoThatFacesMatch) {
 }
 
 TEST(CellKinds, WedgesAndHexahedraThatShareQuadsAreCutAlike) {
-  // A cube beside a wedge on its square side, for each turn of the point numbers.
+  // A cube beside a wedge on its square side, for each rotation of the point numbers.
   const std::vector<std::array<double, 3>> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},   {0, 0, 1},
                                                   {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {2, 0.5, 0}, {2, 0.5, 1}};
   const Folder folder;

@@ -32,8 +32,8 @@ TestMap oblique_map() {
 }
 
 /// Expects each point of the mesh, back in voxels, at most half a voxel beyond the ellipsoid, its surface
-/// points near it, and the middle of the mesh at the middle of the ellipsoid. `sign` turns x and y of the
-/// mesh: LPS to RAS or not.
+/// points near it, and the middle of the mesh at the middle of the ellipsoid. `sign` is -1 if x and y are to
+/// be negated (LPS to RAS).
 void expect_ellipsoid(const TetMesh& mesh, const TestMap& map, double sign) {
   Vec3 mean{};
   double furthest = 0.0;

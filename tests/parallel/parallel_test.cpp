@@ -26,8 +26,7 @@ TEST(Threads, RefusesCountsOutOfRange) {
   EXPECT_THROW(Threads(1000000), Error);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)  // sanitizers need address space of their own
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more address space
 /// Uses as many threads as the system gives: here no further ones, since there is no memory for their stacks.
 TEST(Threads, GoesOnWithFewerWhereTheSystemGivesNoMore) {
   const pid_t child = ::fork();

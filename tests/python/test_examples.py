@@ -28,7 +28,7 @@ def base_install(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def outputs(root, base_install, tmp_path_factory):
-    """What each example prints with the base install."""
+    """The output of each example with the base install."""
     folder = tmp_path_factory.mktemp("study")
 
     def run(name, *arguments):

@@ -137,8 +137,7 @@ TEST_F(PictureTest, BodyColoursAreTheGivenOrTheDefaultOnes) {
 }
 
 TEST_F(PictureTest, EdgesDarkenOnlyTheLines) {
-  // Edges of the front face's triangles run through its middle; (1/4, 1/8) of a cell's side lies off all
-  // lines.
+  // Triangle edges cross the middle of the front face; the point (1/4, 1/8) of a cell is on no edge.
   const Image plain = take();
   settings_.edges = true;
   const Image lined = take();

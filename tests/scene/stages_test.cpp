@@ -1,5 +1,5 @@
-// Stages and outcomes of scenes. Oracles: the same run driven by hand, closed forms, a weight, a turn that is
-// prescribed.
+// Stages and outcomes of scenes. Oracles: the same run driven by hand, closed forms, a weight, a prescribed
+// rotation.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>

@@ -123,7 +123,8 @@ TEST(Grab, HoldsABodyByItsWeightOverItsStiffnessAndLetsGo) {
   model.bodies.add("block", test::box_mesh({2, 2, 2}, {0, 0, 0}, {0.04, 0.04, 0.04}));
   model.materials = {Material{.young_modulus = 1e6, .mass_damping = 10.0}};
   Simulation simulation(std::move(model), {}, 1);
-  const Vec3 start = simulation.positions()[13];  // the point in the middle: the block hangs without turning
+  const Vec3 start =
+      simulation.positions()[13];  // the centre point, so that the hanging block does not rotate
   ASSERT_EQ(start, (Vec3{0.02, 0.02, 0.02}));
   const Index number = simulation.grab({.point = 13, .target = start, .stiffness = 500.0});
   for (int i = 0; i < 600; ++i) simulation.step();

@@ -140,8 +140,8 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
       ASSERT_EQ(simulation.velocities()[p].z, 0.0);
     }
   }
-  // Newton over the whole: impulse of the rollers = impulse of the weight less the momentum it began with
-  // (the points on rollers had none along z).
+  // Newton for the whole block: impulse of the rollers = impulse of the weight minus the first momentum
+  // (points on rollers have no momentum along z).
   double momentum = 0.0;
   for (const Tet& t : simulation.bodies().tets()) {
     const auto corner = [&](std::size_t i) { return at(simulation.bodies().points_rest(), t[i]); };

@@ -38,7 +38,7 @@ TEST(Reaction, OfFixedPointsIsTheWeightAndItsLever) {
   const Vec3 center = simulation.center_of_mass(0);
   const Wrench held = simulation.reaction_of_body(0, root);
   EXPECT_LT(length(held.force - sum), 1e-12 * weight);
-  // The weight turns the beam down about the root: (center - root) x (-W z), and the support holds against.
+  // The moment of the weight about the root is (center - root) x (-W z); the support balances it.
   EXPECT_NEAR(held.torque.y, -weight * (center.x - root.x), 1e-4 * weight * 0.2);
   EXPECT_EQ(moved_to(held, center).about, center);
   EXPECT_NEAR(moved_to(held, center).torque.y, 0.0, 1e-4 * weight * 0.2);

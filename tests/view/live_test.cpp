@@ -123,7 +123,7 @@ TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
   const Index vertex = top_of(*source, surface, 1);
   const Index point = at(surface.points(), vertex);
   const Vec3 before = at(source->positions(), point);
-  const Vec3 target = before + Vec3{0, 0, 0.001};  // less than what a corner can take
+  const Vec3 target = before + Vec3{0, 0, 0.001};  // below the limit of a corner
   source->apply(1, Pull{vertex, target - source->stage().origin, 1.0});
   run(*source, 150);
   const Vec3 pulled = at(source->positions(), point);

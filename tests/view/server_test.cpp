@@ -216,9 +216,8 @@ TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
   expect_no_stop_by_fuzz(port(), path("socket"), 100'000, 7);
 }
 
-/// For `--gtest_repeat`: a server each time, with messages of its own. What failed once in many runs was the
-/// answer after the messages (a test's page that did not answer frames waited for ever), so repeats count
-/// more than messages.
+/// For `--gtest_repeat`: a new server and new messages each time. The rare failure was in the answer after
+/// the messages (a page that did not answer frames waited for ever), so repeats find more than messages.
 TEST_F(ServerTest, DISABLED_AShortFuzzDoesNotStopIt) {
   static std::uint64_t seed = 0;
   expect_no_stop_by_fuzz(port(), path("socket"), 2000, seed++);
