@@ -44,7 +44,7 @@ struct RigidMotion {
 class BodyRotations {
  public:
   /// \param masses     of points (n_points), kg
-  /// \param obstacles  per body: 1: never gets a rotated frame
+  /// \param obstacles  per body, 1 if it never gets a rotated frame
   /// O(n_points + n_tets).
   BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
                 std::span<const std::uint8_t> obstacles);
@@ -66,7 +66,7 @@ class BodyRotations {
   [[nodiscard]] bool any() const;
   /// Bends the straight paths of a solution with these `velocities` where they would swell a body. Returns
   /// whether any is bent. O(n_points).
-  /// \param held  per body: 1: points do not move freely, so it is not bent
+  /// \param held  per body, 1 if its points do not move freely: it is not bent
   bool bend(const parallel::Threads& threads, std::span<const Vec3> positions,
             std::span<const Vec3> velocities, std::span<const std::uint8_t> held);
   /// From the end of the straight path of a point to that of its arc, m.

@@ -60,8 +60,8 @@ class Dynamics {
   /// The first state: positions are those of the bodies at rest, velocities are zero.
   ///
   /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
-  /// \param fixed_points     per point: 1: does not move
-  /// \param obstacle_bodies  per body: 1: no point moves and no elements are evaluated
+  /// \param fixed_points     per point, 1 if it does not move
+  /// \param obstacle_bodies  per body, 1 if it does not move: its elements are not evaluated
   /// Throws Error on a material out of range (naming body and key), an array of the wrong length, and a tet
   /// too thin for double precision. O(n_tets log).
   Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
@@ -117,11 +117,11 @@ class Dynamics {
   /// with the solution and returns true: then solve() again. The frame has little effect on a body's
   /// rotation, so once per step usually suffices.
   bool follow_rotations();
-  /// Call between solve() and end_step(). Whether hyperelastic tissue at the end of the step has other forces
-  /// than the linear system: then solve() again. Before that it is linearised at the end of the step, or, if
-  /// its energy there exceeds the prediction of the linear system, on the line to there. If it returns false,
-  /// elements stay updated at the end of the step. O(n_elements), nothing without hyperelastic tets.
-  /// \param tolerance  allowed error of the solution by this, relative, by mass
+  /// Call between solve() and end_step(). Returns false if the forces of hyperelastic tissue at the end of
+  /// the step are those of the linear system; elements are then updated there. Else linearises the tissue
+  /// there (or on the line to there, if the energy exceeds the prediction of the linear system) and returns
+  /// true: then solve() again. O(n_elements), nothing without hyperelastic tets.
+  /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
   bool follow_tissue(double tolerance);
   /// Call after follow_tissue() has returned true, in place of another solve(). Hyperelastic bodies then end
   /// the step where they were linearised: the total energy there is lower than at the start of that line.

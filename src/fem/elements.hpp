@@ -82,7 +82,7 @@ struct ElementDeformation {
 class Elements {
  public:
   /// \param materials  checked by the caller
-  /// \param obstacles  per body: 1: its tets are left out
+  /// \param obstacles  per body, 1 if its tets are left out
   /// Throws Error naming body and tet if rounding leaves a tet no positive volume or no finite inverse.
   /// O(n_tets).
   Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);

@@ -30,7 +30,8 @@ class ViscousElements {
  public:
   ViscousElements() = default;
   /// \param material_of_element  into `materials`
-  /// \param without_stress       per element, or empty: 1: stresses are stored elsewhere (smoothed tets)
+  /// \param without_stress       per element, 1 if its stresses are stored elsewhere (smoothed tets); or
+  /// empty
   ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element,
                   std::span<const std::uint8_t> without_stress = {});
 

@@ -26,7 +26,7 @@ constexpr std::int32_t index_of_name(std::int32_t name) {
 /// coarse word, each with a guard bit above (docs/query.md, "Coarse words").
 struct Coarse {
   static constexpr int cell_bits = 6;   ///< the unit is 2^-6 of a cell
-  static constexpr int field_bits = 9;  ///< bits per axis: numbers repeat after 8 cells
+  static constexpr int field_bits = 9;  ///< bits per axis: coordinates repeat after 8 cells
   static constexpr std::int32_t mask = (1 << field_bits) - 1;
   /// Bits from one axis to the next in a word.
   static constexpr int step = field_bits + 1;

@@ -71,7 +71,7 @@ def test_quadratic_tets_of_meshio_are_taken_as_linear(tmp_path):
 
 @pytest.mark.parametrize("compression", ["none", "zlib", "lz4", "lzma"])
 def test_compressed_files_of_vtk(tmp_path, compression):
-    """VTK writes with each of its compressors; zlib is ours, LZ4 and LZMA are distinguished from damage."""
+    """VTK writes with each of its compressors. We read zlib, and meshio LZMA; LZ4 is an error."""
     points, tets = palpate.box((6, 6, 6), (1, 1, 1))
     writer = pyvista._vtk.vtkXMLUnstructuredGridWriter()
     writer.SetInputData(palpate.to_pyvista(points, tets))

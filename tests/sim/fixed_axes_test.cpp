@@ -182,7 +182,7 @@ TEST(ReactionOfRollers, GoWithContacts) {
   EXPECT_LE(std::hypot(contacts.x, contacts.y), 0.1001 * contacts.z);
 }
 
-/// All three axes are the same as a point that is fixed: bit for bit.
+/// Fixing all three axes gives the same bits as fixing the point.
 TEST(FixedAxes, AllThreeAreAFixedPoint) {
   const auto hash = [](bool by_axes) {
     Model model;

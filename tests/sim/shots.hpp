@@ -184,7 +184,8 @@ inline Shot random_shot(std::uint64_t seed) {
 
 struct ShotResult {
   bool went_through = false;
-  bool creeps = false;  ///< it went through slowly, in a step below the search limit: a task of edge contacts
+  bool creeps =
+      false;  ///< it went through in steps too slow for the swept search: edge contacts must stop it
   bool blew_up = false;  ///< faster than five times the speed of the shot: not caused by a hit
   int through_step = 0;
   std::int64_t stopped = 0;

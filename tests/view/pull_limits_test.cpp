@@ -60,8 +60,7 @@ TEST(PullLimits, AreLessWhereOnlyOneTetHoldsAPoint) {
   model.bodies.add("tet", {{{0, 0, 0}, {a, 0, 0}, {0, a, 0}, {0, 0, a}}, {{0, 1, 2, 3}}});
   model.materials = {Material{.young_modulus = 1000}};
   model.fixed_points = {0, 1, 1, 1};
-  // Three right triangles meet at the corner of the cube: a third of them is more than a third of the face
-  // across.
+  // Three right triangles meet at point 0. The opposite face is smaller than their sum, so it is the limit.
   const double across = std::sqrt(3.0) / 2 * a * a;
   const double squeeze = PullLimits::largest_squeeze * 1000 * (1.5 * a * a + across) / 4;
   const double strain = PullLimits::largest_strain * 1000 * across / 3;
