@@ -85,7 +85,8 @@ def test_a_body_tells_and_takes_what_the_simulation_does():
     block.set_pressure(40.0, right)
     simulation.step()
     force = block.reaction().force + [-0.4, 0.0, 0.5 * top.sum()]  # N: 40 Pa on 1 dm^2, 0.5 N on each point above
-    # Newton, with lumped masses by NumPy: the force gives momentum, in 0.01 s from rest, and works against the damping.
+    # Newton from rest over 0.01 s, with lumped masses by NumPy: the force changes the momentum and balances the
+    # damping.
     volumes = np.abs(np.linalg.det(points[simulation.bodies.tets[block.tets]][:, 1:] - points[simulation.bodies.tets[block.tets]][:, :1])) / 6
     lumped = np.zeros(len(points))
     np.add.at(lumped, simulation.bodies.tets[block.tets], 1000.0 * volumes[:, None] / 4)
