@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
 from typing import Any, Protocol
 
-from ._error import Error
+from ._error import Error, typed
 
 _TRIES = 3
 
@@ -31,7 +31,7 @@ class Runner(Protocol):
     """Makes runs in other processes."""
 
     width: int
-    """Number of runs at a time."""
+    """How many runs to have under way."""
 
     def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]: ...
     def __enter__(self) -> Any: ...
@@ -213,5 +213,5 @@ def local_runner(workers: int | None, runs: int) -> Runner:
 def dask_runner(client: Any) -> Runner:
     """The workers of a client of dask.distributed."""
     if not hasattr(client, "submit") or not hasattr(client, "nthreads"):
-        raise Error("sweep", "client", f"a {type(client).__name__}", "a dask.distributed.Client")
+        raise Error("sweep", "client", typed(client), "a dask.distributed.Client")
     return DaskRunner(client)
