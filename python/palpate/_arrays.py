@@ -61,6 +61,14 @@ def number(value: Any, name: str) -> float:
     return float(_reals(array.reshape(1), name)[0])
 
 
+def numbers(values: ArrayLike, name: str, count: int) -> Floats:
+    """One real number, shape (), or `count` of them. The compiled part checks that they are finite."""
+    array = _array(values, name)
+    if array.shape not in ((), (count,)):
+        raise Error(name, "", f"an array of shape {array.shape}", f"one number, or shape ({count},)")
+    return _reals(array.reshape(-1), name).reshape(array.shape)
+
+
 def _integers(array: NDArray[Any], name: str) -> Indices:
     if array.dtype.kind not in "iu":
         if array.size > 0 or array.dtype.kind not in "f":

@@ -89,6 +89,11 @@ class SimulationBody:
         """Whether it is present: neither absent at the start nor removed."""
         return self._simulation._is_present(self._number)
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it is rigid: an obstacle or a body with a motion, until it is released."""
+        return self._simulation._is_rigid(self._number)
+
     def release(self, points: ArrayLike | None = None) -> None:
         """Frees its points (indices or a mask; None: all of them) from all constraints and motions; they keep their
         velocity. A rigid body can only be released as a whole: it deforms from then on.
@@ -136,8 +141,8 @@ class SimulationBody:
         """
         self._simulation.set_forces(self._of_all(points), forces)
 
-    def set_pressure(self, pressure: float, triangles: ArrayLike | None = None) -> None:
-        """Loads its surface triangles (indices or a mask; None: all of them) with a pressure, Pa:
+    def set_pressure(self, pressure: ArrayLike, triangles: ArrayLike | None = None) -> None:
+        """Loads its surface triangles (indices or a mask; None: all of them) with a pressure, one number or (n), Pa:
         Simulation.set_pressure().
         """
         rows = self.triangles

@@ -36,6 +36,8 @@ class Loads {
   /// Replace the loads; they throw Error like Simulation's functions of the same names.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure);
+  void set_pressure(const Bodies& bodies, std::span<const Index> triangles,
+                    std::span<const double> pressures);
 
   /// Forces of a step on points at the positions at its start (n_points x 3), N, or empty: none. Factors of
   /// ramps are those of its end, as the step is implicit. Valid until the next call. O(points + loaded
