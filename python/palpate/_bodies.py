@@ -192,9 +192,10 @@ class SimulationBodies:
             if body not in names:
                 raise KeyError(body)
             return SimulationBody(self._simulation, names.index(body))
-        if not 0 <= body < len(self):
+        number = _arrays.integer(body, "body")
+        if not 0 <= number < len(self):
             raise IndexError("no body of this number")
-        return SimulationBody(self._simulation, body)
+        return SimulationBody(self._simulation, number)
 
     def __iter__(self) -> Iterator[SimulationBody]:
         return (self[number] for number in range(len(self)))
@@ -238,16 +239,16 @@ def pose_of(
         x, y, z = pose.translate
         w, i, j, k = pose.quaternion
         return _alone((x, y, z), (w, i, j, k), quaternion, "a Keyframe")
-    array = np.asarray(pose)
+    array = _arrays.array_of(pose, "pose")
     if array.shape == (4, 4):
-        shift, rotation = _of_matrix(np.asarray(array, dtype=np.float64), np.asarray(center, dtype=np.float64))
+        shift, rotation = _of_matrix(_arrays.reals(array, "pose"), np.asarray(center, dtype=np.float64))
         return _alone(shift, rotation, quaternion, "a matrix")
     if array.shape != (3,):
         raise Error("move_to", "pose", f"an array of shape {array.shape}", "a shift (3), a matrix (4, 4) or a Keyframe")
-    given = np.asarray((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, dtype=np.float64)
+    given = _arrays.array_of((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, "quaternion")
     if given.shape != (4,):
         raise Error("move_to", "quaternion", f"an array of shape {given.shape}", "four numbers")
-    w, i, j, k = given.tolist()
+    w, i, j, k = _arrays.reals(given, "quaternion").tolist()
     return _arrays.vector(array, "pose"), (w, i, j, k)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -39,26 +40,41 @@ class NotConverged(UserWarning):
     """Steps of a simulation were not solved to the tolerance of the scene: its positions may be wrong."""
 
 
-def wrong_arguments(text: str, args: Sequence[Any], named: Mapping[str, Any]) -> WrongArgument:
+def wrong_arguments(text: str, args: Sequence[Any], named: Mapping[str, Any], setter: str) -> WrongArgument:
     """The error for a call of the compiled part whose arguments fit none of its signatures.
 
-    text: the error of nanobind, which has the signatures, a line each, but not which argument is wrong.
+    text: the error of nanobind, which has the signatures, a line each, but not which argument is wrong. setter: the
+    property that was set; empty for a call.
     """
     lines = [line.split(". ", 1)[1] for line in text.splitlines()[1:] if line[:4] == "    " and ". " in line]
-    name = lines[0].split("(", 1)[0].removeprefix("def ").lstrip("_") if lines else text.split("(", 1)[0]
+    name = lines[0].split("(", 1)[0].removeprefix("def ") if lines else text.split("(", 1)[0]
     parameters = [_parameters(line) for line in lines]
     own = bool(parameters) and bool(parameters[0]) and parameters[0][0][0] == "self" and bool(args)
     if own:
         owner = type(args[0]).__name__
-        name = owner if name == "init__" else f"{owner}.{name}"
+        name = owner if name == "__init__" or setter else f"{owner}.{name}"
         args, parameters = args[1:], [all_[1:] for all_ in parameters]
-    found = ", ".join([_shown(value) for value in args] + [f"{key}={_shown(value)}" for key, value in named.items()])
+    name = _public_caller() or name
+    found = ", ".join([shown(value) for value in args] + [f"{key}={shown(value)}" for key, value in named.items()])
     if len(parameters) == 1:
         wrong = _wrong_argument(parameters[0], args, named)
         if wrong is not None:
-            return WrongArgument(name, *wrong)
+            return WrongArgument(name, setter or wrong[0], *wrong[1:])
     expected = " or ".join(f"({', '.join(f'{key}: {_words(kind)}' for key, kind, _ in row)})" for row in parameters)
     return WrongArgument(name, "", f"({found})", expected)
+
+
+def _public_caller() -> str:
+    """The function of the package that was called from outside; empty where it is the compiled one."""
+    name = ""
+    frame = sys._getframe(2)
+    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "palpate":
+        here = frame.f_code.co_name
+        if not here.startswith("<"):
+            owner = type(frame.f_locals["self"]).__name__ if "self" in frame.f_locals else ""
+            name = owner if here == "__init__" else f"{owner}.{here}".lstrip(".")
+        frame = frame.f_back  # type: ignore[assignment]
+    return name
 
 
 _Parameter = tuple[str, str, bool]
@@ -93,7 +109,7 @@ def _wrong_argument(parameters: list[_Parameter], args: Sequence[Any], named: Ma
     if unknown:
         return unknown[0], "an argument of this name", f"one of {keys}" if keys else "no argument"
     if len(args) > len(parameters):
-        return "", f"{len(args)} arguments", f"at most {len(parameters)}"
+        return "", "an argument" if len(args) == 1 else f"{len(args)} arguments", f"at most {len(parameters)}"
     values = {**dict(zip(keys, args)), **named}
     for key, _, has_default in parameters:
         if key not in values and not has_default:
@@ -101,11 +117,11 @@ def _wrong_argument(parameters: list[_Parameter], args: Sequence[Any], named: Ma
     given = [(key, kind, values[key]) for key, kind, _ in parameters if key in values]
     for key, kind, value in given:
         if not _fits(value, kind):
-            return ("" if key.startswith("arg") else key), _shown(value), _words(kind)
+            return ("" if key.startswith("arg") else key), shown(value), _words(kind)
     rows = [(key, kind, value) for key, kind, value in given if "Sequence[" in kind]
     if len(rows) == 1:  # each item fits, so that their number does not
         key, kind, value = rows[0]
-        return key, _shown(value), f"{_words(kind)} of another length"
+        return key, shown(value), f"{_words(kind)} of another length"
     return None
 
 
@@ -129,8 +145,9 @@ def _fits(value: Any, kind: str) -> bool:
             return False
         inner = kind[kind.index("[") + 1 : -1]
         return not hasattr(value, "keys") and all(_fits(item, inner) for item in value)
-    if kind.startswith("palpate._core."):
-        return any(one.__name__ == kind.rpartition(".")[2] for one in type(value).__mro__)
+    own = kind.rpartition(".")[2]
+    if own.isidentifier() and own[0].isupper() and own != "Any":
+        return any(one.__name__ == own for one in type(value).__mro__)
     return True
 
 
@@ -151,7 +168,7 @@ def _words(kind: str) -> str:
     return known.get(kind, f"a palpate.{kind}")
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
     """A value in few letters: what it is, or its type."""
     if value is None or isinstance(value, (bool, int, float, str, list, tuple)):
         text = repr(value)

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
@@ -147,7 +147,7 @@ class Simulation(_core.Simulation):
         if callback is not None and not callable(callback):
             raise Error("Simulation.run", "callback", type(callback).__name__, "a function, or None")
         staged = steps is None and not self.stages_done
-        wanted = self._steps_left() if steps is None else steps
+        wanted = self._steps_left() if steps is None else _arrays.integer(steps, "steps")
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
@@ -231,9 +231,10 @@ class Simulation(_core.Simulation):
             if body not in names:
                 raise Error("Simulation", "body", repr(body), f"one of {names}")
             return names.index(body)
-        if not 0 <= body < len(bodies):
-            raise Error("Simulation", "body", str(body), f"0 to {len(bodies) - 1}")
-        return body
+        number = _arrays.integer(body, "body")
+        if not 0 <= number < len(bodies):
+            raise Error("Simulation", "body", str(number), f"0 to {len(bodies) - 1}")
+        return number
 
     def set_motion(self, body: int | str, motion: _core.Motion) -> None:
         """Replaces the motion of a body. At the end of the next step, its points are at the new pose, from wherever
@@ -268,7 +269,7 @@ class Simulation(_core.Simulation):
 
     def set_force(self, point: int, force: ArrayLike) -> None:
         """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before."""
-        self._set_forces(np.array([point], np.int32), np.array([_arrays.vector(force, "force")]))
+        self._set_forces(np.array([_arrays.integer(point, "point")], np.int32), np.array([_arrays.vector(force, "force")]))
 
     def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
         """Sets forces on points (indices or a mask, of all points), (n, 3) or (3) for each of them, N, from the next
@@ -276,7 +277,7 @@ class Simulation(_core.Simulation):
         Raises Error, and changes nothing, on a bad one.
         """
         chosen = self._points(points)
-        self._set_forces(chosen, self._rows(forces, len(chosen), "forces"))
+        self._set_forces(chosen, _arrays.vectors(forces, "forces", len(chosen)))
 
     def set_pressure(self, triangles: ArrayLike, pressure: ArrayLike) -> None:
         """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), one number for all or (n), Pa,
@@ -300,7 +301,7 @@ class Simulation(_core.Simulation):
         values = _arrays.points(positions, "positions")
         if points is None and len(values) == len(self._bodies.points_rest):
             values = values[chosen]
-        self._set_positions(chosen, self._rows(values, len(chosen), "positions"))
+        self._set_positions(chosen, _arrays.vectors(values, "positions", len(chosen)))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
         """Sets velocities of points (indices or a mask, of all points), (n, 3) or (3) for all, m/s. Raises Error, and
@@ -308,7 +309,7 @@ class Simulation(_core.Simulation):
         not finite.
         """
         chosen = self._points(points)
-        self._set_velocities(chosen, self._rows(velocities, len(chosen), "velocities"))
+        self._set_velocities(chosen, _arrays.vectors(velocities, "velocities", len(chosen)))
 
     def contact_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
         """Force and torque on a body (number or name) by contacts during the last step, N and N m, about a point, or its
@@ -374,11 +375,6 @@ class Simulation(_core.Simulation):
         rigid = np.array([self._is_rigid(number) for number in range(len(bodies))], dtype=bool)
         return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool) & ~rigid[bodies.body_of_point]).astype(np.int32)
 
-    @staticmethod
-    def _rows(values: ArrayLike, count: int, name: str) -> _arrays.Floats:
-        array = np.asarray(values, dtype=np.float64)
-        return np.ascontiguousarray(np.broadcast_to(array, (count, 3))) if array.shape == (3,) else _arrays.points(array, name)
-
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
         """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.
 
@@ -398,6 +394,8 @@ class Simulation(_core.Simulation):
 
         if isinstance(fields, str):
             raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, as [{fields!r}]")
+        if not isinstance(fields, Iterable):
+            raise Error("Simulation.to_pyvista", "fields", f"a {type(fields).__name__}", "a list of names")
         grid = grid_of(self.positions, self._bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
         length, speed = self._units()

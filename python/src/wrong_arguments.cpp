@@ -4,8 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <nanobind/stl/string.h>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 namespace palpate::python {
@@ -17,8 +19,15 @@ namespace nb = nanobind;
 using Call = PyObject* (*)(PyObject*, PyObject* const*, std::size_t, PyObject*);
 std::array<Call, 12> ways{};
 
+/// Names of properties, by the functions that set them: nanobind does not tell these.
+std::unordered_map<const PyObject*, std::string>& properties() {
+  static std::unordered_map<const PyObject*, std::string> names;
+  return names;
+}
+
 /// Replaces nanobind's error for arguments that fit no signature; leaves all others.
-void replace_error(PyObject* const* args, std::size_t flagged_count, PyObject* keywords) noexcept {
+void replace_error(const PyObject* function, PyObject* const* args, std::size_t flagged_count,
+                   PyObject* keywords) noexcept {
   if (PyErr_ExceptionMatches(PyExc_TypeError) == 0) return;
   nb::python_error raised;
   try {
@@ -33,8 +42,11 @@ void replace_error(PyObject* const* args, std::size_t flagged_count, PyObject* k
       for (std::size_t i = 0; i < nb::len(nb::handle(keywords)); ++i)
         named[nb::handle(keywords)[i]] = nb::handle(args[count + i]);
     }
+    const auto property = properties().find(function);
     const nb::object error =
-        nb::module_::import_("palpate._error").attr("wrong_arguments")(text, positional, named);
+        nb::module_::import_("palpate._error")
+            .attr("wrong_arguments")(text, positional, named,
+                                     property == properties().end() ? "" : property->second);
     PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr());
   } catch (...) {
     raised.restore();
@@ -44,7 +56,7 @@ void replace_error(PyObject* const* args, std::size_t flagged_count, PyObject* k
 template <std::size_t way>
 PyObject* call(PyObject* function, PyObject* const* args, std::size_t count, PyObject* keywords) {
   PyObject* const result = ways[way](function, args, count, keywords);
-  if (result == nullptr) replace_error(args, count, keywords);
+  if (result == nullptr) replace_error(function, args, count, keywords);
   return result;
 }
 
@@ -80,13 +92,15 @@ void redirect(nb::handle function) {
 }
 
 void redirect_all(nb::handle names) {
-  for (const nb::handle item : names.attr("values")()) {
-    if (PyType_Check(item.ptr()) != 0) {
-      if (nb::type_check(item)) redirect_all(item.attr("__dict__"));
-    } else if (nb::hasattr(item, "fset")) {
-      redirect(item.attr("fset"));
-    } else {
-      redirect(item);
+  for (const nb::handle item : names.attr("items")()) {
+    const nb::object value = item[1];
+    if (PyType_Check(value.ptr()) != 0) {
+      if (nb::type_check(value)) redirect_all(value.attr("__dict__"));
+    } else if (!nb::hasattr(value, "fset")) {
+      redirect(value);
+    } else if (!value.attr("fset").is_none()) {
+      redirect(value.attr("fset"));
+      properties()[value.attr("fset").ptr()] = nb::cast<std::string>(item[0]);
     }
   }
 }
