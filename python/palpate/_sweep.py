@@ -256,7 +256,7 @@ def sweep_rows(
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
     steps = None if steps is None else _arrays.integer(steps, "steps")
-    threads = threads_or_default(_arrays.integer(threads, "threads"))
+    threads_or_default(threads)
     text = scene_text(base, "scene")
     same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
                        _name_of(measure)])
