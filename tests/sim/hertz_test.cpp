@@ -23,7 +23,8 @@ const Material material{
 const double plane_modulus = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
 
 /// A ball whose mesh is finer at both poles, by a factor of five along the surface and into the depth.
-TetMesh graded_ball(int layers, const Vec3& center) {
+/// \param turn  angle about z, rad
+TetMesh graded_ball(int layers, const Vec3& center, double turn = 0.0) {
   constexpr double fine = 0.2;
   const auto graded = [](double x, double end) { return x * (fine + (1.0 - fine) * x / end); };
   TetMesh mesh = make_ball(1.0, layers);
@@ -37,14 +38,18 @@ TetMesh graded_ball(int layers, const Vec3& center) {
     const double angle = graded(std::atan2(across, std::abs(p.z)), 0.5 * std::numbers::pi);
     const double depth = graded(1.0 - r, 1.0);
     const double s = across > 0.0 ? std::sin(angle) / across : 0.0;
-    const Vec3 direction{s * p.x, s * p.y, std::copysign(std::cos(angle), p.z)};
+    const double c = std::cos(turn);
+    const double d = std::sin(turn);
+    const Vec3 direction{s * (c * p.x - d * p.y), s * (d * p.x + c * p.y),
+                         std::copysign(std::cos(angle), p.z)};
     p = center + (radius * (1.0 - depth)) * direction;
   }
   return mesh;
 }
 
 /// Rigid plates below and above `height`, that each come nearer by half of `closing`, and balls between them.
-Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing) {
+/// \param rest  speed below which they are at rest, m/s
+Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing, double rest = 2e-6) {
   Model model;
   model.bodies.add("lower", test::box_mesh({1, 1, 1}, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0}));
   model.bodies.add("upper", test::box_mesh({1, 1, 1}, {-0.06, -0.06, height}, {0.06, 0.06, height + 0.02}));
@@ -63,14 +68,14 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
-  // Balls on each other without friction are like a column that nothing holds: their middles stay on the
-  // axis.
+  // Balls on each other without friction are like a column that nothing holds, and coarse ones tip from
+  // triangle to triangle: points on the axis stay there, as symmetry has it.
   constexpr std::uint8_t across = 3;  // x and y
   for (const Vec3& p : model.bodies.points_rest())
-    model.fixed_axes.push_back(p == Vec3{0, 0, radius} || p == Vec3{0, 0, 3.0 * radius} ? across : 0);
+    model.fixed_axes.push_back(p.x == 0.0 && p.y == 0.0 ? across : 0);
   SimulationSettings settings;
   settings.gravity = {};
-  settings.rest.speed = 2e-6;
+  settings.rest.speed = rest;
   settings.solver.tolerance = 1e-6;
   settings.solver.max_iterations = 2000;
   settings.response.stiffness = 10.0 * material.young_modulus * radius;
@@ -179,7 +184,9 @@ TEST(Hertz, ABallOnAPlaneFollowsTheCurveOfForceAndApproach) {
 }
 
 /// Two balls between the plates: three contacts of the same radius, as between the balls the radius of
-/// curvature and the stiffness are both half. Errors are those of the contact between the balls.
+/// curvature and the stiffness are both half. Errors are those of the contact between the balls. One is
+/// turned about the axis: points that meet points can be on either side, and coarse balls tip between such
+/// states.
 Errors between_balls(int layers) {
   constexpr double closing = 0.08 * radius;
   const double expected = force_for(closing, [](double f) {
@@ -187,8 +194,8 @@ Errors between_balls(int layers) {
     return 2.0 * approach_by_hertz(f) + between - 4.0 * push_from_the_other_side(f);
   });
   const Simulation simulation =
-      pressed({graded_ball(layers, {0, 0, radius}), graded_ball(layers, {0, 0, 3.0 * radius})}, 4.0 * radius,
-              closing);
+      pressed({graded_ball(layers, {0, 0, radius}), graded_ball(layers, {0, 0, 3.0 * radius}, 0.3)},
+              4.0 * radius, closing, 5e-5);
   const double force = simulation.contact_wrench(1).force.z;
   bool met = false;
   for (const PairWrench& pair : simulation.pair_wrenches()) {
@@ -216,8 +223,9 @@ TEST(Hertz, DISABLED_ABallOnABallHasItsForceRadiusAndPressure) {
   const Errors finer = between_balls(9);
   const Errors finest = between_balls(12);
   EXPECT_LT(finest.force, 0.03);
-  EXPECT_LT(finest.radius, 0.04);
-  EXPECT_LT(finest.pressure, 0.06);
+  EXPECT_LT(finest.radius, 0.05);
+  EXPECT_LT(finest.pressure, 0.1);
+  EXPECT_LT(finest.force, finer.force);
   EXPECT_LT(finest.radius, finer.radius);
   EXPECT_LT(finest.pressure, finer.pressure);
 }
