@@ -23,12 +23,13 @@ palpate::TetMesh box(int n, double side, double from, double to) {
   const int x = 1;
   const int y = n + 1;
   const int z = y * y;
-  const std::pair<int, int> ways[] = {{x, x + y}, {x, x + z}, {y, x + y}, {y, y + z}, {z, x + z}, {z, y + z}};
+  const std::pair<int, int> corners[] = {{x, x + y}, {x, x + z}, {y, x + y},
+                                         {y, y + z}, {z, x + z}, {z, y + z}};
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) {
         const int corner = i + y * j + z * k;
-        for (const auto& [first, second] : ways)
+        for (const auto& [first, second] : corners)
           mesh.tets.push_back({corner, corner + first, corner + second, corner + x + y + z});
       }
   return mesh;

@@ -15,9 +15,9 @@ namespace {
 
 namespace nb = nanobind;
 
-/// How nanobind calls a function: some ways for all functions, by the number and kind of arguments.
+/// How nanobind calls a function: a few methods for all functions, by the number and kind of arguments.
 using Call = PyObject* (*)(PyObject*, PyObject* const*, std::size_t, PyObject*);
-std::array<Call, 12> ways{};
+std::array<Call, 12> methods{};
 
 /// Names of properties, by the functions that set them: nanobind does not tell these.
 std::unordered_map<const PyObject*, std::string>& properties() {
@@ -53,18 +53,18 @@ void replace_error(const PyObject* function, PyObject* const* args, std::size_t 
   }
 }
 
-template <std::size_t way>
+template <std::size_t method>
 PyObject* call(PyObject* function, PyObject* const* args, std::size_t count, PyObject* keywords) {
-  PyObject* const result = ways[way](function, args, count, keywords);
+  PyObject* const result = methods[method](function, args, count, keywords);
   if (result == nullptr) replace_error(function, args, count, keywords);
   return result;
 }
 
-template <std::size_t... way>
-constexpr std::array<Call, sizeof...(way)> calls_of(std::index_sequence<way...>) {
-  return {&call<way>...};
+template <std::size_t... method>
+constexpr std::array<Call, sizeof...(method)> calls_of(std::index_sequence<method...>) {
+  return {&call<method>...};
 }
-constexpr auto calls = calls_of(std::make_index_sequence<std::tuple_size_v<decltype(ways)>>());
+constexpr auto calls = calls_of(std::make_index_sequence<std::tuple_size_v<decltype(methods)>>());
 
 /// Where a function of nanobind keeps its Call.
 std::ptrdiff_t place_of_call([[maybe_unused]] nb::handle function) {
@@ -82,13 +82,14 @@ void redirect(nb::handle function) {
   Call present = nullptr;
   std::memcpy(&present, place, sizeof present);
   if (std::ranges::find(calls, present) != calls.end()) return;  // by another name before
-  auto* way = std::ranges::find(ways, present);
-  if (way == ways.end()) {
-    way = std::ranges::find(ways, nullptr);
-    if (way == ways.end()) throw std::logic_error("nanobind calls functions in more ways than palpate knows");
-    *way = present;
+  auto* method = std::ranges::find(methods, present);
+  if (method == methods.end()) {
+    method = std::ranges::find(methods, nullptr);
+    if (method == methods.end())
+      throw std::logic_error("nanobind calls functions in more methods than palpate knows");
+    *method = present;
   }
-  std::memcpy(place, &calls[static_cast<std::size_t>(way - ways.begin())], sizeof present);
+  std::memcpy(place, &calls[static_cast<std::size_t>(method - methods.begin())], sizeof present);
 }
 
 void redirect_all(nb::handle names) {
