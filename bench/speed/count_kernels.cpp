@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <palpate/detection.hpp>
+#include <palpate/simulation.hpp>
 
 #include "contact/border_edges.hpp"
 #include "contact/contact_table.hpp"
@@ -127,6 +128,17 @@ std::size_t detection(const CountTask& task) {
   });
 }
 
+/// The stack falls from touch.
+std::size_t steps(const CountTask& task) {
+  const Model model = measure::stacking_model(task.cells);
+  const std::size_t tets = model.bodies.tets().size();
+  Simulation simulation(model, {}, 1);
+  for (std::uint32_t s = 0; s < short_warm_up; ++s) simulation.step();
+  CALLGRIND_START_INSTRUMENTATION;
+  for (std::uint32_t s = 0; s < task.frames; ++s) count([&] { simulation.step(); });
+  return tets * task.frames;
+}
+
 /// The membranes at rest, deformed.
 struct Membranes {
   explicit Membranes(int cells) {
@@ -190,6 +202,7 @@ std::size_t run(const CountTask& task) {
   if (task.kernel == "crossings") return after_query(task, Phase::crossings);
   if (task.kernel == "depth") return after_query(task, Phase::depth);
   if (task.kernel == "whole detection") return detection(task);
+  if (task.kernel == "step of the falling stack") return steps(task);
   return dynamics(task);
 }
 

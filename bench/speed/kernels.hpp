@@ -9,13 +9,15 @@ namespace palpate::bench {
 struct Kernel {
   std::string_view name;
   std::string_view unit;
+  int frames_for_one = 1;  ///< frames asked for, for each that is counted: more where counting takes minutes
 };
 
-inline constexpr std::array<Kernel, 10> kernels{{{"point query, full rebuild", "tet"},
+inline constexpr std::array<Kernel, 11> kernels{{{"point query, full rebuild", "tet"},
                                                  {"point query, coherent", "tet"},
                                                  {"crossings", "border edge"},
                                                  {"depth", "contact"},
                                                  {"whole detection", "tet"},
+                                                 {"step of the falling stack", "tet", 2},
                                                  {"element pass", "tet"},
                                                  {"assembly", "tet"},
                                                  {"product with the matrix", "point"},

@@ -15,6 +15,7 @@
 #include "messages.hpp"
 #include "option_values.hpp"
 #include "scene/json_text.hpp"
+#include "speed/callgrind.hpp"
 #include "speed/part.hpp"
 #include "speed/rows.hpp"
 #include "timing.hpp"
@@ -129,8 +130,13 @@ std::string text_of(const Json& report) {
       references.at("sort_ms").get<double>(), references.at("multiply_add_ms").get<double>());
   text += table_text(report.at("rows"));
   for (const Json& kernel : report.at("instructions")) {
-    text += fmt::format("{:<26} {:>10.1f} instructions a {}\n", kernel.at("name").get<std::string>(),
-                        kernel.at("per_unit").get<double>(), kernel.at("unit").get<std::string>());
+    const Json& parallel = kernel.at("parallel");
+    text += fmt::format("{:<26} {:>10.1f} instructions a {}, {:.0f} % in parallel loops; with",
+                        kernel.at("name").get<std::string>(), kernel.at("per_unit").get<double>(),
+                        kernel.at("unit").get<std::string>(), 100.0 * parallel.at("share").get<double>());
+    for (const auto& [threads, faster] : parallel.at("speed_up").items())
+      text += fmt::format(" {}: {:.2f}×", threads, faster.get<double>());
+    text += " threads\n";
   }
   return text;
 }

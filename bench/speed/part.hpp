@@ -46,9 +46,6 @@ Part movers_part(const SpeedEffort& effort);        ///< putting movers in order
 Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its solution, beside Eigen
 Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA
 Part instructions_part(const SpeedEffort& effort);  ///< instructions of kernels, without a clock
-/// Why instructions cannot be counted on this machine; empty: they can.
-std::string why_not_counted();
-
 /// Measures the cases one after the other into head["cases"], and head["table"] of them. Each time the file
 /// is written anew, so that an interrupted run keeps its results.
 /// \param head  of the file: what was measured where and when

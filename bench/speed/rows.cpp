@@ -193,6 +193,20 @@ Json step_rows(const Json& cases) {
   return rows;
 }
 
+Json instructions_rows(const Json& cases) {
+  Json rows = Json::array();
+  for (const Json& c : cases) {
+    const std::string work = "parallel part of the instructions, " + c.at("name").get<std::string>();
+    if (!has_goal(work)) continue;
+    const Json& parallel = c.at("parallel");
+    constexpr double million = 1e6;
+    rows.push_back(with_verdict({work, "M", parallel.at("longest_chain").get<double>() / million,
+                                 c.at("instructions").get<double>() / million, "all instructions",
+                                 100.0 * parallel.at("share").get<double>()}));
+  }
+  return rows;
+}
+
 double machine_scale(const Json& references) {
   std::array<double, 3> ratios{23.0 / references.at("memcpy_GB_per_s").get<double>(),
                                references.at("sort_ms").get<double>() / 68.0,

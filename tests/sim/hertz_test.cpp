@@ -47,7 +47,7 @@ TetMesh graded_ball(int layers, const Vec3& center, double turn = 0.0) {
   return mesh;
 }
 
-/// Rigid plates below and above `height`, that each come nearer by half of `closing`, and balls between them.
+/// Rigid plates at distance `height` that each approach by half of `closing`, and balls between them.
 /// \param rest  speed below which they are at rest, m/s
 Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing, double rest = 2e-6) {
   Model model;
@@ -68,8 +68,8 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
-  // Balls on each other without friction are like a column that nothing holds, and coarse ones tip from
-  // triangle to triangle: points on the axis stay there, as symmetry has it.
+  // Balls on each other without friction would buckle, and coarse ones tip from triangle to triangle. So
+  // points on the axis are held on it; by symmetry they would stay there.
   constexpr std::uint8_t across = 3;  // x and y
   for (const Vec3& p : model.bodies.points_rest())
     model.fixed_axes.push_back(p.x == 0.0 && p.y == 0.0 ? across : 0);
@@ -89,7 +89,7 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
 double approach_by_hertz(double force) {
   return std::pow(0.75 * force / (plane_modulus * std::sqrt(radius)), 2.0 / 3.0);
 }
-/// How much nearer to its middle a side of a ball comes less than that, because the other side is pushed too.
+/// Correction of the approach of a side to the ball's centre, because the other side is pushed too.
 double push_from_the_other_side(double force) {
   const double nu = material.poisson_ratio;
   const double a2 = radius * approach_by_hertz(force);
@@ -98,7 +98,7 @@ double push_from_the_other_side(double force) {
   return f * force / (std::numbers::pi * material.young_modulus);
 }
 
-/// The force for which `approach(force)` is what is wanted.
+/// The force with a given `approach(force)`.
 template <class Approach>
 double force_for(double wanted, Approach&& approach) {
   double low = 0.0;
@@ -111,9 +111,10 @@ double force_for(double wanted, Approach&& approach) {
 }
 
 struct Errors {
-  double force;     ///< against the approach
-  double radius;    ///< of the contact, against the force: by the second moment of the pressure, 2/5 a^2
-  double pressure;  ///< root mean square over the contact, of the largest
+  double force;  ///< as a function of the approach
+  double
+      radius;  ///< contact radius as a function of the force, by the second moment of the pressure, 2/5 a^2
+  double pressure;  ///< root mean square over the contact, relative to the largest
 };
 
 /// Errors at the lower side of a ball (side -1) or at its upper one (+1), about a middle at height R.
