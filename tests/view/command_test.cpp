@@ -36,6 +36,7 @@ TEST(Command, ReadsEachAsDocumented) {
   EXPECT_EQ(parsed<ResumeMotion>(R"({"resume_motion": {"motion": 1}})").motion, 1);
   EXPECT_EQ(parsed<Seek>(R"({"seek": {"frame": 3}})").frame, 3);
   EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"borders": true}})"), (DisplayOptions{false, true, false}));
+  EXPECT_TRUE(parsed<DisplayOptions>(R"({"look": {"inside": true}})").inside);
   EXPECT_EQ(parsed<Shown>(R"({"shown": {"frame": 12}})").frame, 12.0);
 }
 
