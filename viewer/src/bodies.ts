@@ -49,6 +49,7 @@ class BodyMesh {
     this.face = new CutFace(geometry, index);
     this.front.frustumCulled = this.edges.frustumCulled = this.edges.visible = false;
     this.front.userData["body"] = index;
+    this.front.castShadow = this.front.receiveShadow = true;
     this.update(start);
   }
 
@@ -82,6 +83,7 @@ class BodyMesh {
     this.face.opacity = opacity;
     this.showEdges(this.edgesWanted);
     const material = this.front.material;
+    this.front.castShadow = opacity >= 1;
     material.transparent = opacity < 1;
     material.opacity = opacity;
     material.depthWrite = opacity >= 1;
@@ -188,10 +190,12 @@ export class BodySet {
     return this.field?.[corner] ?? NaN;
   }
 
-  /** Whether amounts colour a body. Contacts have their depth on bodies of any kind. */
-  private isColoured(mesh: BodyMesh): boolean {
-    if (this.colouring === "depth") return true;
-    return this.coloured.length > 0 ? this.coloured.includes(mesh.info.name) : !mesh.info.rigid;
+  /** Of each body whether amounts colour it: those of the view, else those that deform, else, if none of these is seen, all. */
+  private areColoured(): boolean[] {
+    if (this.coloured.length > 0) return this.meshes.map((mesh) => this.coloured.includes(mesh.info.name));
+    // Contacts have their depth on bodies of any kind.
+    const all = this.colouring === "depth" || !this.meshes.some((mesh) => mesh.front.visible && !mesh.info.rigid);
+    return this.meshes.map((mesh) => all || !mesh.info.rigid);
   }
 
   /**
@@ -219,8 +223,9 @@ export class BodySet {
       if (amount > most) most = amount;
       if (amount < least) least = amount;
     };
+    const areColoured = this.areColoured();
     this.meshes.forEach((mesh, body) => {
-      if (!mesh.front.visible || !this.isColoured(mesh)) return;
+      if (!mesh.front.visible || !areColoured[body]) return;
       for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) add(v);
       const [begin, end] = this.tets.innerPoints[body]!;
       for (let i = begin; this.hasInside && i < end; ++i) add(i);
@@ -240,9 +245,10 @@ export class BodySet {
     const linear = new three.Color();
     const shown = this.colouring !== "body";
     if (shown && this.scale.automatic) this.growScale();
-    for (const mesh of this.meshes) {
+    const areColoured = this.areColoured();
+    for (const [body, mesh] of this.meshes.entries()) {
       const colours = mesh.surface.values("color");
-      const coloured = shown && this.isColoured(mesh);
+      const coloured = shown && areColoured[body];
       const plain = shown ? neutral : mesh.colour;
       for (let i = 0, vertex = mesh.begin; vertex < mesh.info.vertices[1]; i += 3, ++vertex) {
         if (coloured) this.write(mesh, this.amount(vertex), colours, i);
@@ -262,8 +268,9 @@ export class BodySet {
   private colourFaces(): void {
     const linear = new three.Color();
     const shown = this.colouring !== "body";
+    const areColoured = this.areColoured();
     this.meshes.forEach((mesh, body) => {
-      const coloured = shown && this.isColoured(mesh);
+      const coloured = shown && areColoured[body];
       mesh.setFace(shown ? (coloured && !mesh.info.rigid ? noValue : neutral) : mesh.colour);
       if (!this.plane || !coloured || !this.wantsInside || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
       const { positions, amounts } = this.tets.section(body, this.plane, this.positions, (corner) => this.amount(corner));
@@ -316,6 +323,10 @@ export class BodySet {
       for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) box.expandByPoint(place.fromArray(this.positions, 3 * v));
     }
     return box.getBoundingSphere(new three.Sphere());
+  }
+
+  shownSphere(): three.Sphere {
+    return this.sphere((body) => this.meshes[body]!.front.visible);
   }
 
   vertex(index: number): three.Vector3 {
