@@ -51,8 +51,13 @@ async function showMouse(page) {
 /** The orbit, cut open: a plate lifts the bulb; a hand pulls at the bulb, and lets go. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
-  const page = await open(address, { width: 800, height: 560 });
+  const page = await open(address, { width: 1200, height: 800 });
   await page.selectOption("#scene-view", "tissues");
+  await page.evaluate((fraction) => {  // a pull that the tissue can bear: the force follows the hand
+    const slider = document.getElementById("strength");
+    slider.value = String(Number(slider.min) + fraction * (slider.max - slider.min));
+    slider.dispatchEvent(new Event("input"));
+  }, 0.3);
   await page.click("#panel-toggle");
   await page.click("#fit");
   await showMouse(page);
@@ -74,7 +79,7 @@ async function animation() {
     await page.locator("#view").screenshot({ path: file });
     files.push(file);
   }
-  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "70", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "84", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
   if (process.env.KEEP) spawnSync("cp", [...files, process.env.KEEP]);
   rmSync(place, { recursive: true });
