@@ -69,7 +69,7 @@ std::string description_of(const NewScene& made) {
 }
 
 std::string command_of(const NewScene& made) {
-  std::string text = "palpate new " + made.request.mesh.string();
+  std::string text = "palpate new " + shell_word(made.request.mesh.string());
   if (made.request.unit) text += " --unit " + made.request.unit->name;
   if (made.request.longest) text += " --size " + exact_text(*made.request.longest);
   if (made.request.drop) text += " --drop";

@@ -19,8 +19,9 @@ void refuse_tet_mesh(const std::filesystem::path& input) {
   const std::string extension = input.extension().string();
   if (is_surface(input)) return;  // .vtk files may hold either; their reader finds out
   if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
-  throw BadInput(input.string(), "", "a mesh of tets, which needs no meshing",
-                 "a label map or surfaces; make a scene of it with: palpate new " + input.string());
+  throw BadInput(
+      input.string(), "", "a mesh of tets, which needs no meshing",
+      "a label map or surfaces; make a scene of it with: palpate new " + shell_word(input.string()));
 }
 
 void check_conformity(const MeshOptions& options) {

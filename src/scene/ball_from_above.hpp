@@ -24,10 +24,9 @@ struct Touch {
 std::optional<Touch> touch_from_above(std::span<const Vec3> samples, double x, double y, double radius);
 
 /// The place of the centre of a ball that comes down on the body, where it first touches it. Of a lattice of
-/// vertical lines it is the one whose touch is highest, less
-/// - half of its distance from (0, 0): a rim that is hardly higher than the middle is not chosen;
-/// - up to three tenths of the height of the body where the ball touches on a slope, from which it would
-/// slip.
+/// vertical lines it is the one whose touch is highest, less half of its distance from (0, 0), so that a rim
+/// that is hardly higher than the middle is not chosen, and less up to three tenths of the body's height
+/// where the ball touches on a slope, from which it would slip.
 Vec3 place_of_touch(const Bodies& bodies, double radius);
 
 }  // namespace palpate

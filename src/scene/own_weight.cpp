@@ -1,6 +1,7 @@
 #include "scene/own_weight.hpp"
 
-#include <algorithm>
+#include <cmath>
+#include <cstddef>
 
 #include <palpate/simulation.hpp>
 
@@ -25,10 +26,14 @@ double sag_under_own_weight(const Bodies& bodies, const Material& material,
   settings.solver.preconditioner = Preconditioner::multigrid;
   Simulation simulation({.bodies = bodies, .materials = {stiff}, .fixed_points = fixed}, settings, 1);
   simulation.step();
-  double most = 0.0;
-  for (std::size_t point = 0; point < bodies.points_rest().size(); ++point)
-    most = std::max(most, length(simulation.positions()[point] - bodies.points_rest()[point]));
-  return stiffer * most;
+  double squares = 0.0;
+  double mass = 0.0;
+  for (std::size_t point = 0; point < bodies.points_rest().size(); ++point) {
+    const double weight = simulation.point_masses()[point];
+    squares += weight * squared_length(simulation.positions()[point] - bodies.points_rest()[point]);
+    mass += weight;
+  }
+  return stiffer * std::sqrt(squares / mass);
 }
 
 }  // namespace palpate
