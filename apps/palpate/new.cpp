@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
   palpate new liver.vtu                         writes liver.json: the liver is held, and an instrument presses it
-  palpate new liver.vtu --unit mm --drop        it falls onto a floor
+  palpate new liver.vtu --unit mm --drop        it falls onto a floor, and then a plate presses it
   palpate new ball.msh --size 0.08 --out trial.json && palpate view trial.json
 
 Mesh files do not say what their numbers are in. Without --unit and --size the unit is guessed by the longest side, and
@@ -68,7 +68,7 @@ int write_new(const NewOptions& options) {
   written.source = path.string();
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
-  print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
+  print_out(fmt::format("{}: {}\n", path.string(), description_of(made, true)));
   print_note(fmt::format("next: {} shows it and lets you pull at it, {} simulates it",
                          quoted_command("view", path.string()), quoted_command("run", path.string())));
   return exit_done;
