@@ -9,6 +9,7 @@
 
 #include "exit_codes.hpp"
 #include "label_map.hpp"
+#include "numbers.hpp"
 #include "surface_file.hpp"
 
 namespace palpate::app {

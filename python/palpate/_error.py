@@ -2,6 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+
+def typed(value: Any) -> str:
+    """The type of a value with its article: "an int"."""
+    name = type(value).__name__
+    return f"{'an' if name[0] in 'aeioAEIO' else 'a'} {name}"
+
 
 class Error(ValueError):
     """A bad file, mesh, scene, array or parameter, or a simulation that cannot continue.

@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
 from typing import Any, Protocol
 
-from ._error import Error
+from ._error import Error, typed
 
 _TRIES = 3
 
@@ -213,5 +213,5 @@ def local_runner(workers: int | None, runs: int) -> Runner:
 def dask_runner(client: Any) -> Runner:
     """The workers of a client of dask.distributed."""
     if not hasattr(client, "submit") or not hasattr(client, "nthreads"):
-        raise Error("sweep", "client", f"a {type(client).__name__}", "a dask.distributed.Client")
+        raise Error("sweep", "client", typed(client), "a dask.distributed.Client")
     return DaskRunner(client)

@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 import re
+import sys
 import time
 import traceback
 import warnings
@@ -273,7 +274,25 @@ def sweep_rows(
             if store is not None:
                 store.write(key, row)
             shown.update()
+    _warn_of_failures([rows[key] for key in keys])
     return [{**values, **rows[key]} for key, values in zip(keys, samples)]
+
+
+def _warn_of_failures(rows: Sequence[Row]) -> None:
+    """One warning where runs failed: their rows are without most columns, so that a study would end in a KeyError."""
+    failed = [row for row in rows if row["status"] == "failed"]
+    if failed:
+        first = " ".join(failed[0]["error"].split())
+        warnings.warn(f"sweep: {len(failed)} of {len(rows)} runs failed, the first by: {first}", stacklevel=_outside())
+
+
+def _outside() -> int:
+    """The stack level of the caller of this package, for warnings of the function that calls this one."""
+    here = os.path.dirname(__file__)
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(here):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def sweep(
@@ -309,7 +328,8 @@ def sweep(
     Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
     inverted_tets (at the end), most_inverted_tets, energies, state_hash and seconds; the scene's outcomes at the end (NAME) and at the ends of stages (STAGE.NAME), and warnings of stages; what `measure` returned. `apply` and `measure` are sent to other processes, by
     cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
-    Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is.
+    Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is. Warns, in a
+    line, where runs failed: how many, and the first error.
     """
     try:
         import pandas
