@@ -1,4 +1,4 @@
-// The headless browser that pages are tested in: Debian's chromium, led by playwright.
+// The headless browser of the page's tests: Debian's chromium, driven by playwright.
 import { existsSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";

@@ -1,7 +1,7 @@
-// What it costs the page to draw a frame of a scene, on whatever draws here (in headless Chromium: the software renderer).
+// Cost of drawing a frame of a scene on the page, with the renderer of this machine (headless Chromium: in software).
 //   node viewer/frame_cost.mjs build/release/apps/palpate/palpate scenes/eye.json [WIDTH HEIGHT]
-// Milliseconds of the processor a frame, of the page (scripts, layout) and of what rasterises for it: a busy machine does not count. Of an
-// empty canvas of that size, which is what the browser itself takes; while the view is turned; while the simulation runs, in real time.
+// Prints CPU milliseconds per frame of the page (scripts, layout) and of rasterisation, so other load does not count: for an
+// empty canvas of that size (the browser alone), while the view rotates, and while the simulation runs in real time.
 import { spawn } from "node:child_process";
 import { readdirSync, readFileSync } from "node:fs";
 import { launch, webgl } from "../tests/browser.mjs";

@@ -70,7 +70,7 @@ struct type_caster<palpate::python::NameOf<Kind>> {
 namespace palpate::python {
 namespace {
 
-/// A value of a material that can be set to what a scene would accept.
+/// A value of a material, with a setter that accepts the same values as a scene.
 template <class Value>
 void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
   material.def_prop_rw(

@@ -4,7 +4,7 @@
 
 namespace palpate::python {
 
-/// Throws Error with the source "Material" and the name of the value where a scene would be refused for it.
+/// Throws Error with the source "Material" and the name of the value if a scene would be refused for it.
 void check_material(const Material& material);
 
 }  // namespace palpate::python

@@ -17,7 +17,7 @@ struct BodyOptions {
   std::string name;
   std::optional<Material> material;
   Vec3 velocity{};
-  std::vector<std::uint8_t> fixed;  ///< (n_points) axes, as Model::fixed_axes has them; or empty
+  std::vector<std::uint8_t> fixed;  ///< (n_points) axes, as in Model::fixed_axes; or empty
   bool obstacle = false;
   bool self_collision = false;
   std::optional<Motion> motion;

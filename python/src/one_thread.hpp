@@ -10,7 +10,7 @@ namespace palpate::python {
 /// lock.
 class Busy {
  public:
-  /// While it lives, the object is in use. Throws Error where it already is.
+  /// Marks the object as in use during its lifetime. Throws Error if it already is.
   class Use {
    public:
     Use(Busy& busy, const char* what) : busy_(busy) {
@@ -24,7 +24,7 @@ class Busy {
    private:
     Busy& busy_;
   };
-  /// Throws Error where another thread is inside.
+  /// Throws Error if another thread is inside.
   void check(const char* what) const {
     if (used_) throw Error(what, "", "a call while another thread is inside", "one thread at a time");
   }

@@ -42,7 +42,7 @@ class Simulation {
   [[nodiscard]] const std::vector<std::vector<OutcomeValue>>& stage_outcomes() const {
     return stage_outcomes_;
   }
-  /// With where it is in its stages, where it has some.
+  /// The saved state, including the progress through stages if there are any.
   std::vector<std::byte> save();
   void restore(std::span<const std::byte> saved);
   /// The report on the removal of overlaps; None if the scene did not ask for it.
@@ -62,7 +62,7 @@ class Simulation {
   ContactForces acting_contacts();
   /// Strain and stress of the tets, or of the points. Releases Python's lock.
   TissueState tissue(bool at_points);
-  /// The body's motion. Throws Error where it has none.
+  /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// (n_points) 1 for points that follow a motion.
   [[nodiscard]] const std::vector<std::uint8_t>& prescribed() const { return prescribed_; }

@@ -20,7 +20,7 @@ SCOPE = re.compile(r"\b(?:class|struct|enum(?:\s+class)?|namespace)\s+(?P<name>\
 
 
 def declared_name(statement):
-    """What a declaration declares: the last name before its parameters, its value or its end; "" for none."""
+    """The name that a declaration declares: the last one before its parameters, its value or its end; else ""."""
     if "operator" in statement:
         return ""
     shorter = re.sub(r"\[\[\w+\]\]", "", statement)

@@ -8,11 +8,12 @@
 namespace palpate::fem {
 namespace {
 
-/// How much stiffer a damper is than the rest of its row: the least that leaves an error below the tolerance
-/// of solves, so that float has digits to spare.
+/// Stiffness of a damper over the rest of its row: the least whose error is below the tolerance of solves, so
+/// that float loses few digits.
 constexpr double excess = 1e5;
 
-/// Squared gradient of the shape function of a corner at rest, 1/m^2: its height over the face across.
+/// Squared gradient of the shape function of a corner at rest, 1/m^2: the inverse of its squared height over
+/// the opposite face.
 double squared_gradient(const std::array<Vec3, 4>& corners, std::size_t corner) {
   const Vec3& a = corners[(corner + 1) % 4];
   const Vec3 normal = cross(corners[(corner + 2) % 4] - a, corners[(corner + 3) % 4] - a);
@@ -20,7 +21,7 @@ double squared_gradient(const std::array<Vec3, 4>& corners, std::size_t corner) 
   return squared_length(normal) / (six_volumes * six_volumes);
 }
 
-/// Of a Vec3 or a Padded3, const or not.
+/// Reference to a component of a Vec3 or a Padded3.
 template <class Vector>
 auto& component_of(Vector& v, int axis) {
   if (axis == 0) return v.x;

@@ -24,15 +24,15 @@ inline constexpr std::uint8_t all_axes = 7;
 
 /// Free points that do not move along some axes of the world: rollers, planes of symmetry.
 ///
-/// In the linear system of a step each is a damper that is 1e5 times as stiff along these axes as the rest of
-/// its row, which block Jacobi eliminates exactly. Its row of the right side has no force along them: what
-/// holds the point carries that, so that a body at rest does not creep. After a solve the motion along them
-/// is set to zero. What is left of an error is 1e-5 of the CHANGE of the force that holds the point, in the
-/// rows beside it; at rest there is none.
+/// In the linear system of a step each is a damper along these axes, 1e5 times as stiff as the rest of its
+/// row. Block Jacobi eliminates it exactly. Its row of the right side has no force along them, since the
+/// constraint carries that force: so a body at rest does not creep. After a solve the motion along them is
+/// set to zero. The remaining error, in neighbouring rows, is 1e-5 of the CHANGE of the holding force; at
+/// rest it is zero.
 class AxisHolds {
  public:
   AxisHolds() = default;
-  /// \param axes  (n_points) bits, or empty: none. Used where a point is free and not all axes are held
+  /// \param axes  (n_points) bits, or empty. Used at free points that are not held along all axes
   /// \param free  (n_points) 1: moves
   /// O(n_points + tets at held points).
   AxisHolds(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes,
@@ -41,14 +41,14 @@ class AxisHolds {
   [[nodiscard]] bool any() const { return !holds_.empty(); }
   /// The dampers of a step of this length, one for each point, ascending.
   void append(double time_step, std::vector<Coupling>& couplings) const;
-  /// Sets the right side along held axes to what brings the points to rest.
+  /// Sets the right side along held axes so that the points come to rest.
   /// \param base  velocity to which the solution is added
   void hold(double time_step, std::span<const simd::Padded3> base, std::span<simd::Padded3> right_side) const;
   /// Sets the components along held axes to zero.
   void stop(std::span<Vec3> values) const;
   /// The same, or sets them to the negative of `base`.
   void stop(std::span<const simd::Padded3> base, std::span<simd::Padded3> values) const;
-  /// Copies the components along held axes from other values: positions keep their bits.
+  /// Copies the components along held axes from other values, so that positions keep their bits.
   void keep(std::span<const Vec3> from, std::span<Vec3> values) const;
   /// Sets the bits of these points.
   void mark(std::span<std::uint8_t> axes_of_point) const;

@@ -80,10 +80,10 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
   slot_of_column_.assign(columns_.size(), no_slot);
 }
 
-/// Greedy colours along the curve: no two points of an element have the same.
+/// Greedy colouring along the curve: no two points of an element have the same colour.
 std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   std::vector<int> color(diagonal_.size(), -1);
-  std::vector<std::size_t> taken_by;  // of each colour: the last point that could not have it
+  std::vector<std::size_t> taken_by;  // of each colour: the last point with a neighbour of it
   for (std::size_t k = 0; k < points.size(); ++k) {
     for (const std::uint32_t other : columns(points[k])) {
       const int used = color[other];
@@ -97,15 +97,15 @@ std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   return color;
 }
 
-/// Of a full body: elements of a body are all of one kind.
+/// Whether a point belongs to a full body: all elements of a body are of one kind.
 bool BlockMatrix::is_full(Index point) const {
   const auto elements = elements_of_point_[point];
   return !elements.empty() && elements.front() >= elements_->full_begin();
 }
 
 void BlockMatrix::append_rows(std::span<const Index> points, std::span<const int> color) {
-  // A window is what a slice may take its rows from: large enough for whole slices of each colour, small
-  // enough that what is near in space stays so.
+  // Rows of a slice come from one window: large enough for whole slices of each colour, small enough that
+  // neighbours in space stay close in memory.
   constexpr std::size_t window = 4096;
   const auto before = [&](Index a, Index b) {
     const int color_a = at(color, a);
@@ -150,8 +150,8 @@ void BlockMatrix::pad_slice() {
   while (point_of_row_.size() % simd::slice_rows != 0) point_of_row_.push_back(-1);
 }
 
-/// Slots and terms of a slice. The blocks of a row go by the number of their terms, so that those of a slot
-/// have about as many.
+/// Slots and terms of a slice. Blocks of a row are sorted by their number of terms, so that the blocks of a
+/// slot have similar numbers.
 void BlockMatrix::build_slice(std::size_t slice) {
   struct LaneBlock {
     std::uint32_t place = 0;  ///< in columns_
@@ -215,8 +215,8 @@ void BlockMatrix::build_slice(std::size_t slice) {
   slot_begin_.push_back(slot_begin_.back() + static_cast<std::uint32_t>(slots));
 }
 
-/// Whether lambda / mu differs within a body: then all rows take the slower loop, since the blocks (i, j) and
-/// (j, i) must be made alike, and a slice may have rows of several bodies.
+/// Whether lambda / mu differs within a body. Then all rows use the slower loop: blocks (i, j) and (j, i)
+/// must be computed in the same way, and a slice may have rows of several bodies.
 bool BlockMatrix::has_mixed_bodies() const {
   const auto bodies = elements_->body_of_element();
   const auto ratios = elements_->ratios();

@@ -17,18 +17,18 @@ namespace palpate::fem {
 /// The rows of free points of a square matrix of 3x3 blocks, one row per point, in float, with the symmetric
 /// pattern of the element stiffness. LinearSystem::multiply_exactly() has exact products in double.
 ///
-/// Rows have an order of their own: along a Z-curve through the rest positions of each body, so that
-/// neighbours in space are neighbours in memory; within windows by colour and by the number of their blocks,
-/// so that slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the
-/// same colour, and a slice has rows of one colour: a smoother can do them at once. Padding rows of a slice
+/// Rows are ordered along a Z-curve through the rest positions of each body, so that neighbours in space are
+/// neighbours in memory. Within windows they are ordered by colour and by the number of their blocks, so that
+/// slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the same
+/// colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows of a slice
 /// have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that no two
 /// threads write one block and the bits do not depend on the thread count. Rows of full bodies (Elements)
-/// come last, in slices of their own, which add up the blocks of their elements, and of smoothing domains,
-/// whose points all are in each other's rows.
+/// come last, in separate slices. They add up the blocks of their elements and smoothing domains; a row has
+/// blocks with all points of its domains.
 class BlockMatrix {
  public:
-  /// Pattern: each free point of an element, with itself and with the other corners of its elements and
-  /// points of its smoothing domains. Throws Error where there are 2^28 elements or more. O(n_elements log).
+  /// Pattern: each free point of an element, with itself and with the other points of its elements and
+  /// smoothing domains. Throws Error for 2^28 elements or more. O(n_elements log).
   /// \param elements  must outlive it
   /// \param free      (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);
@@ -51,8 +51,8 @@ class BlockMatrix {
   /// Number of rows, with the padding of the last slice; at least one padding row exists, the row of zeros.
   [[nodiscard]] std::size_t row_count() const { return simd::slice_rows * slice_count(); }
   [[nodiscard]] std::size_t slice_count() const { return slot_begin_.size() - 1; }
-  [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: none
-  [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< -1: fills up
+  [[nodiscard]] std::span<const Index> row_of_point() const { return row_of_point_; }  ///< -1: no row
+  [[nodiscard]] std::span<const Index> point_of_row() const { return point_of_row_; }  ///< -1: padding
   /// Slices of each colour, ascending. The last slice has no colour: its rows are zero.
   [[nodiscard]] std::span<const std::vector<std::uint32_t>> slices_of_color() const {
     return slices_of_color_;
@@ -94,13 +94,13 @@ class BlockMatrix {
   std::vector<Index> row_of_point_;
   std::vector<Index> point_of_row_;
   std::vector<std::vector<std::uint32_t>> slices_of_color_;
-  std::size_t full_slices_ = 0;                        ///< the first of full bodies
+  std::size_t full_slices_ = 0;                        ///< first slice of full bodies
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)
   simd::AlignedVector<std::uint32_t> terms_;
-  /// Of the entries of smoothing domains, points other than the entry's own ascending: the slot of their
-  /// block among those of the slice.
+  /// For each entry of the smoothing domains and each other point of its domain, ascending: the slot of their
+  /// block within the slice.
   std::vector<std::size_t> domain_slot_begin_;  ///< (n_entries + 1)
   std::vector<std::uint16_t> domain_slots_;
   bool mixed_ = false;  ///< lambda / mu differs within a body

@@ -10,7 +10,7 @@ namespace {
 
 using Block = std::array<float, 9>;
 
-/// Adds the block of a term (16 element + 4 corner i + corner j): the one above the diagonal, or its
+/// Adds the block of a term (16 element + 4 corner i + corner j): the stored one above the diagonal or its
 /// transpose, so that blocks (i, j) and (j, i) get transposed bits.
 void add_term(const Elements& elements, std::uint32_t term, Block& sum) {
   const int i = static_cast<int>(term / 4 % 4);
@@ -47,8 +47,8 @@ void BlockMatrix::place_domains() {
   }
 }
 
-/// The blocks of smoothing domains at the point of a row, domains ascending: the same sums in (i, j) as in
-/// (j, i).
+/// Adds the blocks of smoothing domains at the point of a row, domains ascending, so that (i, j) and (j, i)
+/// have the same sums.
 void BlockMatrix::add_domains(std::size_t row) {
   const SmoothingDomains& domains = elements_->smoothing();
   const Index point = row < point_of_row_.size() ? point_of_row_[row] : -1;

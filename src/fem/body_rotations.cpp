@@ -20,12 +20,12 @@ Quaternion rotation_by(const Vec3& angle) {
 Vec3 rotated_back(const Quaternion& rotation, const Vec3& a) {
   return rotated({rotation.scalar, -rotation.vector}, a);
 }
-/// A symmetric matrix of a body, turned with it, times a vector.
+/// A body's symmetric matrix, rotated with the body, times a vector.
 Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
   return rotated(rotation, matrix * rotated_back(rotation, a));
 }
 
-/// The angle of a rigid body without torque over a step: h omega of the middle of the step.
+/// The angle of a rigid body without torque over a step: h times omega at mid-step.
 Vec3 free_angle(const RigidMotion& start, double time_step) {
   Vec3 angle = time_step * start.angular_velocity();
   constexpr int rounds = 3;  // the third changes it by less than the rule's own error
@@ -38,14 +38,15 @@ Vec3 free_angle(const RigidMotion& start, double time_step) {
 
 /// The rotation vector of a rotation, its angle in [0, pi], rad.
 Vec3 rotation_vector(const Matrix3& q) {
-  // Twice the sine of the angle, along the axis; exact where angles are small.
+  // Axis times twice the sine of the angle; accurate for small angles.
   const Vec3 twice{q(2, 1) - q(1, 2), q(0, 2) - q(2, 0), q(1, 0) - q(0, 1)};
   const double sine = 0.5 * length(twice);
   const double cosine = 0.5 * (q(0, 0) + q(1, 1) + q(2, 2) - 1.0);
   return sine > 0.0 ? (arc_tangent(sine, cosine) / (2.0 * sine)) * twice : Vec3{};
 }
 
-/// Step length of a fixed-point iteration by its last two residuals, of which the first went with `last`.
+/// Step length of a fixed-point iteration from its last two residuals.
+/// \param last  step length after `before`
 double next_step_length(const Vec3& before, const Vec3& now, double last) {
   constexpr double shortest = 0.1;
   const Vec3 change = now - before;
@@ -102,9 +103,9 @@ RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> 
   return motion;
 }
 
-/// The rigid turn nearest to what these velocities do to a body in the step; zero where it is less than half
-/// of its motion about the centre.
-/// \param mean  of the velocities
+/// Rotation vector of the rigid rotation nearest to the motion of a body in the step; zero if that is less
+/// than half of its motion about the centre.
+/// \param mean  rigid motion of these velocities
 Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
                              std::span<const Vec3> velocities) const {
   const Range points = bodies_[body].points;
@@ -133,7 +134,7 @@ bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) c
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
-/// \param momentum  angular, at the end of the step
+/// \param momentum  angular momentum at the end of the step
 void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum) {
   const RigidMotion& start = starts_[body];
   const Quaternion rotation = rotation_by(angle);
@@ -175,7 +176,7 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     const double step_length =
         last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
     const Vec3 angle = last.angle + step_length * left;
-    // That of the middle of the step, as free_angle() has it.
+    // Angular momentum at mid-step, as in free_angle().
     const Quaternion half = rotation_by(0.5 * angle);
     const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
     set_frame(body, angle, momentum);
@@ -211,7 +212,7 @@ BodyRotations::Bend BodyRotations::bend_of(std::size_t body, std::span<const Vec
     energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i));
   }
   bend.velocity = (1.0 / mass) * bend.velocity;
-  // Of the displacements beyond those of the frame, about the rotated positions.
+  // Moment of the displacements beyond those of the frame, about the rotated positions.
   Vec3 moment;
   double moved = 0.0;
   for (Index i = points.begin; i < points.end; ++i) {
@@ -223,7 +224,7 @@ BodyRotations::Bend BodyRotations::bend_of(std::size_t body, std::span<const Vec
   }
   const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
-  constexpr double fraction = 0.5;  // of what is allowed without a frame: bending costs little
+  constexpr double fraction = 0.5;  // of the limit for frames: bending is cheap
   if (!dominates || !swells(body, angle, fraction * energy)) return {};
   bend.angle = angle;
   bend.rotation = rotation_by(angle);

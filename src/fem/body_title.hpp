@@ -6,8 +6,7 @@
 
 namespace palpate::fem {
 
-/// A body as messages name it: "body liver". A scene calls those without a name "body 0", "body 1", which
-/// says it already.
+/// A body's name in messages: "body liver". Unnamed bodies of a scene are called "body 0", "body 1" already.
 inline std::string body_title(const Body& body) {
   return body.name.starts_with("body ") ? body.name : "body " + body.name;
 }

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t node_grain = 256;
 constexpr std::size_t coupling_grain = 64;
 constexpr std::uint32_t none = 0xffffffffU;
-constexpr int cycles = 2;  // of a level in a solution
+constexpr int cycles = 2;  // per solve of a level
 
 Dense<3, 3> whole(const SymmetricMatrix3& a) {
   return {a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz};
@@ -102,8 +102,8 @@ void CoarseLevel::list_couplings() {
   }
 }
 
-/// body(entry, part, place) for each pair of parts of a coupling whose first is at the node; `place`
-/// numbers the other's node among those met so far.
+/// Calls body(entry, part, place) for each pair of parts of a coupling whose first is at the node. `place` is
+/// the index of the second's node among those found so far.
 template <class Body>
 void CoarseLevel::for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body) {
   std::uint32_t found = 0;
@@ -120,7 +120,7 @@ void CoarseLevel::for_each_column(std::size_t node, std::vector<std::uint32_t>& 
   }
 }
 
-/// The pattern of the couplings' matrix: columns of a row in the order of its couplings.
+/// Finds the pattern of the couplings' matrix: columns of a row are in the order of its couplings.
 void CoarseLevel::find_columns(const parallel::Threads& threads) {
   assign_with_room(coupled_.begin, size() + 1, 0U);
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
@@ -136,7 +136,7 @@ void CoarseLevel::find_columns(const parallel::Threads& threads) {
   const std::size_t blocks = coupled_.begin.back();
   resize_with_room(coupled_.columns, blocks);
   assign_with_room(coupled_.blocks, blocks, Dense<6, 6>{});
-  // Beside the diagonal: one block less where there is any.
+  // Off the diagonal: one block less in rows with blocks.
   assign_with_room(coupled_beside_.begin, size() + 1, 0U);
   for (std::size_t i = 0; i < size(); ++i) {
     const std::uint32_t own = coupled_.begin[i + 1] - coupled_.begin[i];
@@ -251,7 +251,7 @@ void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel>
   }
 }
 
-/// Adds what the levels below make of the residual that a forward sweep with this change has left.
+/// Adds the correction by the levels below for the residual after a forward sweep with this change.
 void CoarseLevel::correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
                           std::span<const simd::Six> change) {
   const simd::SixMatrix a = matrix();

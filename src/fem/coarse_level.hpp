@@ -20,13 +20,13 @@ struct CouplingParts {
     Dense<3, 6> motion{};
   };
   std::vector<std::uint32_t> begin;  ///< (n_couplings + 1) into parts
-  std::vector<std::uint32_t> count;  ///< of those used from there
+  std::vector<std::uint32_t> count;  ///< number of used parts from there
   std::vector<Part> parts;
 
   [[nodiscard]] std::span<const Part> of(std::size_t coupling) const {
     return std::span(parts).subspan(begin[coupling], count[coupling]);
   }
-  /// The part of a coupling at a node, which is made where there is none yet.
+  /// The part of a coupling at a node; added if there is none yet.
   Part& part(std::size_t coupling, std::uint32_t node);
   /// Reserves `most` parts for each coupling; none is used yet.
   void reset(std::size_t couplings, const std::vector<std::uint32_t>& most);
@@ -39,14 +39,14 @@ struct PaddedBlocks {
   simd::AlignedVector<float> blocks;
   [[nodiscard]] simd::PaddedRows rows() const { return {begin.data(), columns.data(), blocks.data()}; }
 };
-/// Block of N x M to memory, columns filled up.
+/// Stores a block of N x M with padded columns.
 template <std::size_t N, std::size_t M>
 void store_padded(const Dense<N, M>& block, float* place);
 template <std::size_t N, std::size_t M>
 PaddedBlocks padded(const BlockRows<N, M>& rows);
 
-/// A level of a hierarchy below the finest, six unknowns a node: the matrix of the bodies, which stays, and
-/// that of the couplings, which each update() makes anew.
+/// A level of a hierarchy below the finest, with six unknowns a node. The matrix of the bodies is constant;
+/// each update() makes a new one of the couplings.
 class CoarseLevel {
  public:
   explicit CoarseLevel(BlockRows<6, 6> bodies);
@@ -57,14 +57,14 @@ class CoarseLevel {
   [[nodiscard]] const BlockRows<6, 6>& bodies() const { return bodies_; }
   [[nodiscard]] const BlockRows<6, 6>& couplings() const { return coupled_; }
   [[nodiscard]] CouplingParts& parts() { return parts_; }
-  /// Its right side and its solution (n_nodes).
+  /// Right side and solution of this level (n_nodes).
   [[nodiscard]] std::span<simd::Six> right_side() { return right_side_; }
   [[nodiscard]] std::span<simd::Six> solution() { return solution_; }
 
   /// Copies the couplings from parts(), and passes them to the next level.
   /// \param next  nullptr: this is the coarsest.
   void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
-  /// Two cycles of Gauss-Seidel and the levels below for the solution, from zero; exact on the coarsest.
+  /// Solves from zero by two cycles of Gauss-Seidel and the levels below; exactly on the coarsest level.
   void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);
 
  private:
@@ -95,7 +95,7 @@ class CoarseLevel {
   BlockRows<6, 6> coupled_;  ///< of the couplings, with the diagonal
   PaddedBlocks coupled_beside_;
   std::vector<std::vector<std::uint32_t>> places_;  ///< of each chunk, by node: scratch
-  std::vector<std::uint8_t> changed_;               ///< the diagonal is other than that of the bodies
+  std::vector<std::uint8_t> changed_;               ///< 1: couplings add to the diagonal
   simd::AlignedVector<float> inverses_;
   simd::AlignedVector<simd::Six> right_side_;
   simd::AlignedVector<simd::Six> solution_;

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 
 /// The coarsest level of a hierarchy, solved exactly: all bodies together, with the couplings between them.
-/// Rows are ordered anew in each update(), as contacts change.
+/// Each update() orders the rows again, since contacts change.
 class CoarsestFactor {
  public:
   /// Factors the sum of two matrices. O(sum of squared row lengths).

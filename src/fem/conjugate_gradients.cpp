@@ -10,9 +10,9 @@ namespace {
 /// Fractions of the goal: for the estimated error, and for the drift of the float residual from the true one.
 constexpr double estimated_fraction = 0.9;
 constexpr double drift_fraction = 0.1;
-/// Of the estimate of the error from the changes of the solution, with multigrid.
+/// Safety factor of the error estimate from the changes of the solution (multigrid).
 constexpr double safety = 2.0;
-/// A float residual that has fallen by this factor has hardly a correct digit left.
+/// A float residual that has fallen by this factor has few correct digits left.
 constexpr double stale_below = 1e-5;
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -20,7 +20,7 @@ double dot(const simd::Padded3& a, const simd::Padded3& b) {
 
 }  // namespace
 
-/// Residual and error as the recurrence estimates them.
+/// Estimates residual and error from the recurrence.
 void ConjugateGradients::estimate_error(const Run& run, SolveReport& report) const {
   const double residual = run.iterations_since == 0 ? run.largest : run.scale * std::sqrt(run.sums.residual);
   double estimate = report.multigrid ? safety * change_estimate_.error() : estimate_.error();
@@ -57,8 +57,8 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   return reached(run.goal, report, 1.0) && (near || !run.goal.of_solution);
 }
 
-/// Puts the true residual in place of that of the iterations; returns what the next direction keeps of the
-/// last.
+/// Replaces the residual of the iterations by the true one. Returns beta: the factor of the last direction in
+/// the next.
 double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   load(run);
   run.sums = advance(run, 0.0);
@@ -69,7 +69,7 @@ double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   return run.direction_holds && run.last_preconditioned > 0.0 ? now / run.last_preconditioned : 0.0;
 }
 
-/// In place of the residual preconditioned by block Jacobi, that by multigrid.
+/// Replaces the preconditioned residual of block Jacobi by that of multigrid.
 void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
   if (report.multigrid) {
     run.sums.preconditioned =
@@ -78,10 +78,10 @@ void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
 }
 
 int ConjugateGradients::patience(const LinearSystem& system) {
-  constexpr double of_iterations = 25.0;  // a few of multigrid, and its smaller parts
+  constexpr double of_iterations = 25.0;  // products: a usual solve with multigrid and its setup
   constexpr double aggregate = 18.0;      // points
-  constexpr double most_pairs = 64.0;     // of aggregates that a coupling joins
-  constexpr double blocks_a_pair = 80.0;  // what one costs on all levels
+  constexpr double most_pairs = 64.0;     // pairs of aggregates that a coupling joins
+  constexpr double blocks_a_pair = 80.0;  // cost of a pair on all levels
   const double blocks = static_cast<double>(system.blocks().value_bytes()) / (9.0 * sizeof(float));
   const double aggregates =
       static_cast<double>(std::ranges::count(system.free(), std::uint8_t{1})) / aggregate;
@@ -90,12 +90,12 @@ int ConjugateGradients::patience(const LinearSystem& system) {
   return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));
 }
 
-/// What the solve begins with, and when it changes.
+/// Chooses the first preconditioner, and when to change to multigrid.
 void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
   if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
-  // Never so late that the cap leaves too few iterations for multigrid.
+  // The cap must leave enough iterations for multigrid.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
   if (automatic && report.jacobi_iterations < most) {
     run.change_at = most;
@@ -105,7 +105,7 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   }
 }
 
-/// To multigrid, in the course of a solve.
+/// Changes to multigrid during a solve.
 void ConjugateGradients::change(Run& run, SolveReport& report) {
   run.multigrid->update(run.threads, run.system, run.positions);
   report.jacobi_iterations = run.change_at;

@@ -19,30 +19,29 @@ namespace palpate::fem {
 struct SolveGoal {
   double tolerance = 0.0;  ///< >= 0
   int max_iterations = 0;  ///< cap, >= 0
-  /// The tolerance is of the error of the solution, relative to the solution; false: of the residual,
-  /// relative to the right side.
+  /// true: the tolerance is for the error, relative to the solution; false: for the residual, relative to the
+  /// right side.
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
-  /// Iterations of block Jacobi that did not suffice in an earlier solve (SolveReport); 0: none.
+  /// Iterations of block Jacobi that did not suffice in an earlier solve (SolveReport), or 0.
   int jacobi_iterations = 0;
   /// Exact number of iterations, regardless of the error; 0: until the tolerance is reached.
   int fixed_iterations = 0;
-  /// Lower bounds of what the tolerance is relative to.
+  /// Lower bounds of the norms that the tolerance is relative to.
   double least_scale = 0.0;     ///< of the solution
   double least_residual = 0.0;  ///< of the right side
 };
 
 /// The result of solving a linear system.
 struct SolveReport {
-  int iterations = 0;  ///< products with the matrix after the first
-  double relative_residual =
-      0.0;  ///< |b - A x| / max(|b|, least_residual) as the recurrence has it; 0 where b = 0
+  int iterations = 0;              ///< products with the matrix after the first
+  double relative_residual = 0.0;  ///< |b - A x| / max(|b|, least_residual) by the recurrence; 0 if b = 0
   /// Estimated error of the solution / max(|x|, least_scale): by mass with multigrid, else in the norm of A,
-  /// which no error by mass exceeds.
+  /// which is an upper bound of the norm by mass.
   double relative_error = 0.0;
-  bool multigrid = false;  ///< the preconditioner was multigrid, at least in the end
+  bool multigrid = false;  ///< the last preconditioner was multigrid
   /// Iterations of block Jacobi that did not suffice with Preconditioner::automatic so far. The next solve
-  /// begins with multigrid where that needs no more products.
+  /// begins with multigrid if that needs no more products.
   int jacobi_iterations = 0;
   bool converged = false;  ///< the goal is reached
   int solves = 1;          ///< number of solves with these iterations
@@ -59,8 +58,8 @@ struct SolveReport {
 /// it (residual replacement: van der Vorst & Ye, SIAM J. Sci. Comput. 22 (2000)), and iterations continue
 /// until both agree. If the stiffness is too large for a float matrix, products are in double.
 ///
-/// A - diag(m) is positive semi-definite, so that for an error e of residual r |e| <= |e|_A <= |r|: the
-/// residual is a bound, and the first two say what ErrorEstimate means for the speeds.
+/// A - diag(m) is positive semi-definite. So for an error e of residual r, |e| <= |e|_A <= |r|: the residual
+/// bounds the error, and ErrorEstimate, which is of |e|_A, bounds the error by mass.
 class ConjugateGradients {
  public:
   /// Solves A x = b over the free points of the system.
@@ -75,9 +74,9 @@ class ConjugateGradients {
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,
                     std::span<simd::Padded3> x, const SolveGoal& goal, Multigrid* multigrid = nullptr,
                     std::span<const Vec3> positions = {});
-  /// Iterations of block Jacobi after which Preconditioner::automatic takes multigrid: what a usual solve
-  /// with that costs in products, with what the couplings cost on coarse levels. A count, so the same
-  /// everywhere.
+  /// Iterations of block Jacobi after which Preconditioner::automatic changes to multigrid: the cost of a
+  /// usual multigrid solve in products, including couplings on coarse levels. It is a count and not a time,
+  /// so it is the same on every machine.
   static int patience(const LinearSystem& system);
 
  private:
@@ -90,17 +89,18 @@ class ConjugateGradients {
     const SolveGoal& goal;
     Multigrid* multigrid;
     std::span<const Vec3> positions;
-    int change_at = 0;  ///< iteration at which automatic takes multigrid
+    int change_at = 0;  ///< iteration at which automatic changes to multigrid
     double size_b = 0.0;
-    double scale = 1.0;                ///< of the float vectors: theirs times it are the true ones
-    double largest = 0.0;              ///< residual, by its plain norm, when it last was the true one
-    double last_drift = 0.0;           ///< from the true residual, by mass, when it was last computed
+    double scale = 1.0;       ///< true vectors over float vectors
+    double largest = 0.0;     ///< plain norm of the residual when it was last replaced by the true one
+    double last_drift = 0.0;  ///< distance to the true residual, by mass, at its last computation
     double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
-    double next_change = 0.0;          ///< size of the preconditioned true residual, by mass: of multigrid
-    int iterations_since = 0;          ///< the residual last was the true one
-    bool direction_holds = false;      ///< the true residual is near the one that directions come from
-    bool exact_products = false;       ///< in double
-    simd::VectorSums sums{};           ///< of the float vectors
+    double next_change = 0.0;          ///< with multigrid: size of the preconditioned true residual, by mass
+    int iterations_since = 0;          ///< iterations since the residual was the true one
+    bool direction_holds =
+        false;  ///< the true residual is near that of the recurrence, so directions stay conjugate
+    bool exact_products = false;  ///< products in double
+    simd::VectorSums sums{};      ///< of the float vectors
 
     [[nodiscard]] double residual_unit() const { return std::max(size_b, goal.least_residual); }
     [[nodiscard]] double solution_unit() const {

@@ -42,12 +42,12 @@ struct ContactForce {
 };
 [[nodiscard]] ContactForce contact_force(const ContactLaw& law, const StepFriction& step, const Vec3& u);
 
-/// Laws as the kernels of forces and derivatives read them: whole groups, zeros behind the last. O(laws).
+/// Stores laws in the layout of simd/contact_laws.hpp: whole groups, padded with zeros. O(laws).
 void put_in_rows(std::span<const ContactLaw> laws, double time_step, simd::AlignedVector<double>& rows);
 
-/// Puts force and stiffness of a law at a velocity into a coupling: exact there, with R n n^T + s (I - n n^T)
-/// as its damping, which is symmetric and majorises the friction (iteratively reweighted least squares); all
-/// zero where the contact is open. Its stiffness is set to zero.
+/// Linearises a law at a velocity u into a coupling, whose force is exact at u. The damping R n n^T + s (I -
+/// n n^T) is symmetric and majorises the friction (iteratively reweighted least squares). The stiffness is
+/// zero; for an open contact everything is.
 void linearise(const ContactLaw& law, const StepFriction& step, const Vec3& u, Coupling& coupling);
 
 }  // namespace palpate::fem

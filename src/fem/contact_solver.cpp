@@ -10,13 +10,13 @@ namespace {
 
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t contact_grain = 256;
-/// Of the goal, what the drift of the float residual from the true one may be.
+/// Allowed drift of the float residual from the true one, as a fraction of the goal.
 constexpr double drift_fraction = 0.1;
-/// Of the estimate of the error from the changes of the solution, with multigrid.
+/// Safety factor of the error estimate from the changes of the solution (multigrid).
 constexpr double safety = 2.0;
-/// The preconditioner is renewed with the present contacts after so many iterations.
+/// Iterations after which the preconditioner is renewed with the present contacts.
 constexpr int renewal = 16;
-/// Checks of the true residual before a solve that rounding stops is ended.
+/// Checks of the true residual after which a solve limited by rounding ends.
 constexpr int max_residual_checks = 4;
 
 /// Directions that fit into memory.
@@ -27,8 +27,8 @@ double most_by_memory(std::size_t rows) {
 
 }  // namespace
 
-/// As many as cost no more to find the best step in than a part of what an iteration takes otherwise, and fit
-/// into memory.
+/// Number of directions so that the step in their span costs at most a fraction of the rest of an iteration,
+/// and they fit into memory.
 std::size_t ContactSolver::most_directions(const Run& run) {
   constexpr double fraction = 0.3;
   constexpr double least = 6.0;
@@ -43,11 +43,11 @@ std::size_t ContactSolver::most_directions(const Run& run) {
                                              static_cast<double>(ReducedStep::largest)));
 }
 
-/// Twice as many directions, where with those that there is room for the residual hardly falls: what contacts
-/// need most is that no direction is lost. False where there are enough, or no more are allowed.
+/// Doubles the number of directions if the residual hardly falls: with contacts, dropping directions slows
+/// convergence most. False if there are enough, or no more are allowed.
 bool ContactSolver::grow(Run& run) {
   constexpr int window = 8;
-  constexpr double slow = 0.9;  // an iteration
+  constexpr double slow = 0.9;  // factor of the residual per iteration
   const int iterations = run.report.iterations - run.past;
   if (iterations < window) return false;
   double expected = run.past_residual;
@@ -64,8 +64,8 @@ bool ContactSolver::grow(Run& run) {
   return true;
 }
 
-/// The better of the guess and zero, by the residual; no directions but those of the last solve, if it goes
-/// on.
+/// Starts from the guess or from zero, whichever has the smaller residual, without directions. If `goes_on`,
+/// from the last solution and its directions.
 void ContactSolver::start(Run& run, bool goes_on) {
   find_residual(run);
   if (goes_on) return;
@@ -88,7 +88,7 @@ void ContactSolver::start(Run& run, bool goes_on) {
   products_.resize(reduced_.most() * values_);
 }
 
-/// Float vectors and contacts from x and the true residual as they are.
+/// Sets float vectors and contacts from x and the true residual.
 void ContactSolver::restart(Run& run, bool keeps_directions) {
   if (!keeps_directions) reduced_.begin(reduced_.most());
   reduced_.set_contacts(run.problem.laws, run.problem.friction);
@@ -98,7 +98,7 @@ void ContactSolver::restart(Run& run, bool keeps_directions) {
   change_estimate_.clear();
 }
 
-/// What the solve begins with, and when it changes; as ConjugateGradients has it.
+/// Chooses the first preconditioner, and when to change to multigrid, as ConjugateGradients does.
 void ContactSolver::choose(Run& run) {
   if (run.goal.preconditioner == Preconditioner::jacobi) return;
   const int most =
@@ -119,7 +119,7 @@ void ContactSolver::change_preconditioner(Run& run) {
   change_estimate_.clear();
 }
 
-/// The preconditioner takes the contacts as they are now. The directions that are there stay.
+/// Renews the preconditioner with the present contacts. Keeps the directions.
 void ContactSolver::renew_preconditioner(Run& run) {
   const auto contacts = run.contacts();
   parallel::for_each(run.threads, contacts.size(), contact_grain, [&](std::size_t k) {
@@ -155,7 +155,7 @@ void ContactSolver::precondition(Run& run) {
   });
 }
 
-/// Solves in the span of the directions, and measures the step.
+/// Solves in the span of the directions, and adds the step to the error estimates.
 void ContactSolver::apply_step(Run& run) {
   run.broken = !reduced_.solve(run.threads);
   const auto c = reduced_.solution();
@@ -178,7 +178,7 @@ void ContactSolver::apply_step(Run& run) {
   estimate_.add(std::max(change.back() * run.decrease, 0.0));
 }
 
-/// Residual and error as the iteration estimates them.
+/// Estimates residual and error from the iteration.
 void ContactSolver::estimate_error(Run& run) const {
   run.report.relative_residual = 0.0;
   run.report.relative_error = 0.0;
@@ -189,7 +189,7 @@ void ContactSolver::estimate_error(Run& run) const {
   run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
 
-/// Adds up the solution and computes the true residual; returns whether the float one was near it.
+/// Adds up the solution and computes the true residual. Returns whether the float residual was near it.
 bool ContactSolver::check_true_residual(Run& run) {
   ++run.residual_checks;
   flush(run);
@@ -232,7 +232,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   start(run, goes_on);
   restart(run, true);
   run.size = std::sqrt(run.guess_by_mass);
-  if (reduced_.directions() > 0) reduced_.solve(threads);  // of the last call
+  if (reduced_.directions() > 0) reduced_.solve(threads);  // directions of the last call
   compute_residual(run);
   run.past_residual = run.residual();
   bool begun = false;
@@ -275,11 +275,11 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   }
   run.report.converged = run.reached();
   if (!run.report.converged && run.report.relative_residual > 1.0) {
-    // Rounding has won, as of tissue far stiffer than its inertia. No change is nearer to the solution.
+    // Rounding prevents a solution, as for tissue far stiffer than its inertia. Zero is a better result.
     std::ranges::fill(x, simd::Padded3{});
     reduced_.begin(reduced_.most());
   }
-  // A nonlinear solve takes some three times the iterations of a linear one without a fault of the hierarchy.
+  // A nonlinear solve takes about three times the iterations of a linear one, even with a good hierarchy.
   if (run.report.multigrid) multigrid.count(run.report.iterations / 3);
   return run.report;
 }

@@ -16,33 +16,33 @@ namespace palpate::fem {
 
 /// A step with contacts: find x with b - A x + h sum_k J_k^T f_k(J_k (v + x)) = 0.
 struct ContactProblem {
-  /// A: of the bodies, ties and grabs, without contacts.
+  /// A: bodies, ties and grabs, without contacts.
   LinearSystem* system = nullptr;
-  /// The same with couplings for the contacts that say how stiff they are: preconditioners are made of it.
+  /// A with the linearised contacts: the matrix of the preconditioners.
   LinearSystem* stiffened = nullptr;
   std::span<const ContactLaw> laws;
-  /// Those of `stiffened`; the last ones are the contacts', in the order of the laws.
+  /// Couplings of `stiffened`. The last ones are the contacts, in the order of the laws.
   std::span<Coupling> couplings;
   StepFriction friction{};
   std::span<const simd::Padded3> base;  ///< (n_points) v: velocities that x adds to
 };
 
-/// Conjugate gradients for a step with contacts, whose forces are nonlinear: pushes that let go, Coulomb's
-/// friction. As there, an iteration takes the preconditioned residual for a new direction and one product
-/// with it; but the step in it is not a formula, but the solution of the whole nonlinear problem in the span
-/// of the directions so far (ReducedStep): sequential subspace optimisation (Narkiss & Zibulevsky, Technion
-/// CCIT 559 (2005)), in the manner of nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without
-/// contacts that is conjugate gradients. So contacts switch, stick and slide as often as they like between
-/// two products, and a step takes as many iterations as one linear solve, or a few times that.
+/// Conjugate gradients for a step with contacts, whose forces are nonlinear: unilateral, with Coulomb's
+/// friction. As in the linear method, an iteration uses the preconditioned residual as a new direction and
+/// one product with it. But the step is the solution of the whole nonlinear problem in the span of the
+/// directions so far (ReducedStep). This is sequential subspace optimisation (Narkiss & Zibulevsky, Technion
+/// CCIT 559 (2005)), similar to nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without
+/// contacts it equals conjugate gradients. Contacts may change their status any number of times between two
+/// products, so a step takes as many iterations as one linear solve, or a few times that.
 ///
-/// Directions are kept up to a number that memory and the cost of the contacts allow; then the last step and
-/// the last few of them go on. The preconditioner takes the contacts as they then are every few iterations.
-/// Vectors are float, by rows, on a residual scaled to about 1; what they add up to is checked in double, as
-/// in ConjugateGradients. The same bits for every thread count. Keeps its memory between solves.
+/// Memory and the cost of the contacts limit the number of directions; at the limit the last step and the
+/// last few directions are kept. The preconditioner is renewed with the present contacts every few
+/// iterations. Vectors are float, by rows, on a residual scaled to about 1; their sum is checked in double,
+/// as in ConjugateGradients. The same bits for every thread count. Keeps its memory between solves.
 class ContactSolver {
  public:
   /// \param b  (n_points) without contacts, zero at points that are not free
-  /// \param x  (n_points) a guess on entry; where zero is better, that is taken. The solution on return
+  /// \param x          (n_points) a guess on entry, dropped if zero is better. The solution on return
   /// \param positions  (n_points), for Multigrid::update()
   /// \param goes_on  x is the solution of the last call, with the same A and b: its directions are used on
   SolveReport solve(const parallel::Threads& threads, const ContactProblem& problem,
@@ -82,9 +82,9 @@ class ContactSolver {
   [[nodiscard]] double& mass(std::size_t i, std::size_t j) { return masses_[ReducedStep::largest * i + j]; }
 
   ReducedStep reduced_;
-  double residual_of_zero_ = 0.0;  ///< what residuals are relative to, N s
+  double residual_of_zero_ = 0.0;  ///< reference for relative residuals, N s
   // By row, in float.
-  std::size_t values_ = 0;                    ///< of a vector
+  std::size_t values_ = 0;                    ///< length of a vector
   simd::AlignedVector<float> directions_;     ///< z_i, |z_i|_A = 1
   simd::AlignedVector<float> products_;       ///< A z_i
   simd::AlignedVector<float> base_residual_;  ///< at c = 0, scaled
@@ -93,7 +93,7 @@ class ContactSolver {
   simd::AlignedVector<float> guess_;  ///< x at c = 0
   simd::AlignedVector<simd::Quad> vector_;
   std::vector<simd::Quad>
-      forces_;  ///< impulses of couplings, less those at c = 0, scaled; 0 but for contacts
+      forces_;  ///< impulses of couplings minus those at c = 0, scaled; 0 except for contacts
   // By point, in double.
   std::vector<simd::Padded3> true_residual_;
   std::vector<simd::Padded3> with_contacts_;

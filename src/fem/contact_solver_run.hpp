@@ -11,7 +11,7 @@
 
 namespace palpate::fem {
 
-/// A solve that has begun.
+/// State of a solve.
 struct ContactSolver::Run {
   const parallel::Threads& threads;
   const ContactProblem& problem;
@@ -21,17 +21,17 @@ struct ContactSolver::Run {
   Multigrid& multigrid;
   std::span<const Vec3> positions;
   SolveReport report{};
-  int change_at = std::numeric_limits<int>::max();  ///< iteration at which automatic takes multigrid
-  double scale = 1.0;          ///< of the float residuals: theirs times it are the true ones
-  double guess_by_mass = 0.0;  ///< x^T M x at c = 0
-  double squares = 0.0;        ///< |residual|^2, scaled
-  double by_mass = 0.0;        ///< the same by 1 / m
-  double decrease = 0.0;       ///< z^T r of the last direction: what the energy falls by, per its c
+  int change_at = std::numeric_limits<int>::max();  ///< iteration at which automatic changes to multigrid
+  double scale = 1.0;                               ///< true residuals over float residuals
+  double guess_by_mass = 0.0;                       ///< x^T M x at c = 0
+  double squares = 0.0;                             ///< |residual|^2, scaled
+  double by_mass = 0.0;                             ///< the same, weighted by 1 / m
+  double decrease = 0.0;       ///< z^T r of the last direction: decrease of the energy per c
   double size = 0.0;           ///< of x, by mass
   int residual_checks = 0;     ///< of the true residual
   double past_residual = 0.0;  ///< true size at the iteration below, N s
   int past = 0;                ///< iteration at which the number of directions was last checked
-  bool broken = false;         ///< the last direction was no new one
+  bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;
 
   [[nodiscard]] std::span<Coupling> contacts() const {

@@ -14,7 +14,7 @@ constexpr std::size_t point_grain = 256;
 constexpr std::size_t contact_grain = 256;
 using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
 
-/// M v of a chunk of rows that begins with the value `from`.
+/// Computes M v of a chunk of rows that begins with the value `from`.
 void weigh(std::span<const float> masses, std::size_t from, std::span<const float> v, ChunkOfRows& heavy) {
   const std::size_t first = simd::slice_rows * (from / simd::slice_values);
   for (std::size_t slice = 0; simd::slice_values * slice < v.size(); ++slice) {
@@ -54,8 +54,8 @@ void ContactSolver::find_residual(const Run& run) {
   });
 }
 
-/// with_contacts_ = the residual with the impulses of the contacts at x; returns its size. O(contacts), in
-/// their order.
+/// with_contacts_ = residual plus the impulses of the contacts at x. Returns its norm. O(contacts), in their
+/// order.
 double ContactSolver::add_contacts(const Run& run) {
   const auto contacts = run.contacts();
   std::ranges::copy(true_residual_, with_contacts_.begin());
@@ -93,7 +93,7 @@ void ContactSolver::load(Run& run) {
   project_guess(run);
 }
 
-/// Of the solution at c = 0, by mass.
+/// Norm by mass of the solution at c = 0.
 void ContactSolver::weigh_guess(Run& run) {
   const LinearSystem& system = *run.problem.system;
   run.guess_by_mass = parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
@@ -101,7 +101,7 @@ void ContactSolver::weigh_guess(Run& run) {
   });
 }
 
-/// What the directions have to do with residual and solution at c = 0.
+/// Inner products of the directions with residual and solution at c = 0.
 void ContactSolver::project_guess(const Run& run) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
@@ -150,7 +150,7 @@ double ContactSolver::find_rates(const Run& run, std::size_t d) {
   });
 }
 
-/// Impulses of the contacts at the present c, less those at c = 0.
+/// Stores the impulses of the contacts at the present c minus those at c = 0.
 void ContactSolver::put_forces(const Run& run) {
   const std::size_t first = run.problem.couplings.size() - run.problem.laws.size();
   resize_with_room(forces_, run.problem.couplings.size());
@@ -162,7 +162,7 @@ void ContactSolver::put_forces(const Run& run) {
   });
 }
 
-/// residual = base residual - sum c_i A z_i + what the contacts push more, and its sizes.
+/// residual = base residual - sum c_i A z_i + changes of the contact impulses; and its norms.
 void ContactSolver::compute_residual(Run& run) {
   put_forces(run);
   const auto c = reduced_.solution();
@@ -229,7 +229,7 @@ double ContactSolver::multiply(const Run& run, std::size_t d) {
   });
 }
 
-/// The preconditioned residual as the next direction; false where there is nothing in it.
+/// Adds the preconditioned residual as the next direction; false if it is zero.
 bool ContactSolver::add_direction(Run& run) {
   const std::size_t d = reduced_.directions();
   const double square = multiply(run, d);
@@ -255,8 +255,8 @@ bool ContactSolver::add_direction(Run& run) {
   return true;
 }
 
-/// totals_: of a new direction z with each z_k, z^T A z_k and z^T M z_k; with the residual at c = 0, the
-/// guess by mass, and the present residual.
+/// Computes totals_: inner products of a new direction z: z^T A z_k and z^T M z_k for each z_k, and with the
+/// residual at c = 0, the guess (by mass) and the present residual.
 void ContactSolver::add_products(const Run& run, std::size_t d) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
@@ -308,7 +308,7 @@ void ContactSolver::flush(Run& run) {
   reduced_.rebase(run.threads);
 }
 
-/// Makes room: keeps the last step and the last few directions.
+/// Makes room for directions: keeps the last step and the last few.
 void ContactSolver::shrink(Run& run) {
   const std::size_t size = reduced_.directions();
   const std::size_t kept = size / 3;
@@ -335,7 +335,7 @@ void ContactSolver::shrink(Run& run) {
   project_guess(run);
 }
 
-/// The last step to the first place, the last directions behind it; with their products.
+/// Moves the last step to the first place and the last directions behind it, with their products.
 void ContactSolver::move_directions(const Run& run, std::size_t kept) {
   const auto change = reduced_.change();
   const std::size_t size = reduced_.directions();

@@ -20,24 +20,24 @@ namespace palpate::fem {
 class CornerSums {
  public:
   static constexpr std::size_t chunk = 128;  ///< elements
-  /// Of the corners of the elements of a chunk, in their order: x, y, z and 0 each.
+  /// Values at the corners of the elements of a chunk, in their order: x, y, z and 0 each.
   using Values = std::array<double, 16 * chunk>;
 
   CornerSums() = default;
   /// O(n_elements + n_points).
   CornerSums(std::span<const Tet> corners, std::size_t point_count);
 
-  /// Adds the values of chunk `number`, elements [chunk * number, chunk * (number + 1)); of the last one as
-  /// many as there are. Chunks are independent of each other.
+  /// Adds the values of chunk `number`: elements [chunk * number, chunk * (number + 1)), fewer in the last
+  /// chunk. Chunks are independent of each other.
   void take(std::size_t number, const Values& values);
   /// Sums of all points (n_points), once every chunk has been taken; zero at points without elements.
   void collect(const parallel::Threads& threads, std::span<simd::Padded3> sums) const;
 
  private:
-  std::vector<std::uint16_t> place_of_corner_;  ///< of its point among those of its chunk
+  std::vector<std::uint16_t> place_of_corner_;  ///< index of its point within its chunk
   std::vector<std::uint32_t> chunk_begin_;      ///< (n_chunks + 1) into part_sums_
   simd::AlignedVector<simd::Padded3> part_sums_;
-  // Points by the number of chunks that they are in, so that loops over these have one length for long.
+  // Points sorted by their number of chunks: the length of the inner loop changes rarely, so it is predicted.
   std::vector<Index> points_;
   std::vector<std::uint32_t> part_begin_;  ///< (n_points + 1), as points_
   std::vector<std::uint32_t> parts_;       ///< into part_sums_, ascending

@@ -16,9 +16,9 @@ namespace palpate::fem {
 /// A force between a point and up to four others through a relative position u = sum_k coefficients[k]
 /// x[points[k]]: a contact has (1, -w0, .., -w3), a grab spring (1).
 ///
-/// Over a step of length h the force on u is, linearised at the start of the step, force - (damping + h
-/// stiffness) u', with u' the time derivative of u at the END of the step; point k receives coefficients[k]
-/// times it. No point appears twice.
+/// Linearised at the start of a step of length h, the force on u is force - (damping + h stiffness) u', with
+/// u' the time derivative of u at the END of the step. Point k receives coefficients[k] times it. No point
+/// appears twice.
 struct Coupling {
   std::array<Index, 5> points{-1, -1, -1, -1, -1};  ///< -1: unused
   std::array<double, 5> coefficients{};
@@ -30,8 +30,8 @@ struct Coupling {
 /// u, or its time derivative, from the points' positions, or velocities (n_points x 3).
 [[nodiscard]] Vec3 relative(const Coupling& coupling, std::span<const Vec3> values);
 
-/// The force on u that acted over a step of length `time_step`, from the velocities at its end (n_points x
-/// 3): what the step itself used, so that sums over couplings balance weight and momentum. N.
+/// The force on u over a step of length `time_step`, N, from the velocities at its end (n_points x 3). It is
+/// the force that the step used, so that sums over couplings balance weight and momentum.
 [[nodiscard]] Vec3 end_force(const Coupling& coupling, double time_step,
                              std::span<const Vec3> velocities_end);
 
@@ -43,7 +43,7 @@ struct Coupling {
 class CouplingSystem {
  public:
   /// Takes the couplings of a step; the span must stay valid until the next call. O(n_points + n_couplings).
-  /// \param free  (n_points) 1: is free; all points of couplings are in [0, n_points)
+  /// \param free  (n_points) 1: free. All points of couplings must be in [0, n_points)
   void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return couplings_.size(); }
@@ -51,17 +51,17 @@ class CouplingSystem {
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
   /// Phase 2: a free point's part of W x.
   [[nodiscard]] Vec3 product(Index point) const;
-  /// Prepares products in float with vectors in this order. O(n_rows + n_couplings).
-  /// \param row_of_point  (n_points), -1 where a point is left out
+  /// Prepares products in float, of vectors in this order. O(n_rows + n_couplings).
+  /// \param row_of_point  (n_points), -1: no row
   /// \param row_count  number of rows, including padding
   void order(std::span<const Index> row_of_point, std::size_t row_count);
-  /// Phase 1 in float, as order() has it, and what phase 2 reads.
+  /// Phase 1 in float, in the order of order(); and the data for phase 2.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
   [[nodiscard]] simd::CouplingRows rows() const;
   /// Phase 1 in float of these couplings only.
   void multiply_listed(const parallel::Threads& threads, std::span<const simd::Quad> x,
                        std::span<const std::uint32_t> list);
-  /// What order() made: rows and coefficients of each coupling.
+  /// Rows and coefficients of each coupling, made by order().
   [[nodiscard]] std::span<const simd::CouplingTerm> terms() const { return terms_; }
   /// Whether a free point is in any coupling.
   [[nodiscard]] bool holds(Index point) const { return at(begin_, point + 1) > at(begin_, point); }

@@ -48,7 +48,7 @@ void check_materials(const Bodies& bodies, const Materials& materials) {
   }
 }
 
-/// Masses, after all arguments of the constructor are checked.
+/// Checks all arguments of the constructor, then returns the masses.
 std::vector<double> checked_masses(const Bodies& bodies, const Materials& materials,
                                    std::span<const std::uint8_t> fixed,
                                    std::span<const std::uint8_t> obstacles) {
@@ -138,7 +138,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   mark_held_bodies();
 }
 
-/// Those with points that do not move freely. Nonlinear bodies compute their end separately.
+/// Marks bodies with points that do not move freely, and nonlinear ones, whose end positions are found
+/// otherwise.
 void Dynamics::mark_held_bodies() {
   held_bodies_.assign(bodies_.size(), 0);
   for (std::size_t i = 0; i < masses_.size(); ++i)
@@ -153,7 +154,7 @@ void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
   holds_.stop(velocities_);
 }
 
-/// The mass part and the stiffness factors of the matrix, linearise().
+/// Sets the mass part and the stiffness factors of the matrix (linearise()).
 void Dynamics::set_time_step(double time_step) {
   if (time_step == time_step_) return;
   time_step_ = time_step;
@@ -171,8 +172,8 @@ void Dynamics::set_time_step(double time_step) {
   elements_.set_factors(factors_);
 }
 
-/// B = (1 + h a) M + (h b + h^2) K', with a and b the damping of the tets, and forces: about the positions at
-/// the start, or those of bodies turned on from there.
+/// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces: at the
+/// positions at the start of the step, or at those of rotated bodies.
 void Dynamics::linearise() {
   goes_on_ = false;
   at_end_ = false;
@@ -187,7 +188,7 @@ void Dynamics::linearise() {
   form_system();
 }
 
-/// The matrix and the right side of elements as they are.
+/// Makes the matrix and the right side from the present elements.
 void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
@@ -199,8 +200,8 @@ void Dynamics::form_system() {
   compute_free_right_side();
 }
 
-/// Terms of rotated frames on the right side, as a force: the part of K' counts from the rotated positions,
-/// + (h b + h^2) K' (x' - x) / h, and inertia.
+/// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
+/// displacements from the rotated positions x', and inertia.
 void Dynamics::add_rotation_forces() {
   couplings_.set({}, time_step_, free_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -215,8 +216,7 @@ void Dynamics::add_rotation_forces() {
   });
 }
 
-/// Where only the time step has changed since, the elements are as they should be already: from the energy of
-/// the last step's end.
+/// Updates the elements unless they are current: they are if measuring the energy has already updated them.
 void Dynamics::update_elements() {
   if (!updated_) elements_.update(threads_, positions_);
   updated_ = true;
@@ -229,15 +229,15 @@ void Dynamics::compute_point_forces() {
   });
 }
 
-/// Gravity and external forces, and how large they are.
+/// Sets gravity and external forces, and their norms.
 void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_forces) {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     loads_[i] = masses_[i] * gravity;
     if (!external_forces.empty()) loads_[i] += external_forces[i];
   });
-  // What gravity and loads push in a step, and the speed that this would give, by mass: at rest all forces
-  // cancel, and only these say how small an error is.
+  // Norms of the impulse of gravity and loads in a step, and of the velocities that it alone would give, by
+  // mass. At rest all forces cancel, so only these give a scale for errors.
   load_impulse_ =
       time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
                                            [&](std::size_t i) { return squared_length(loads_[i]); }));
@@ -247,9 +247,9 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
                 }));
 }
 
-/// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v: a product with the matrix
-/// that is there anyway. Where a point is not free v is its prescribed velocity, so that its columns carry
-/// its motion to the free rows; in rotated frames it is the mean velocity without force.
+/// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the
+/// present matrix B. At points that are not free v is the prescribed velocity, so that their columns act on
+/// the free rows. In rotated frames v is the mean velocity without forces.
 void Dynamics::compute_free_right_side() {
   couplings_.set({}, time_step_, free_);
   system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
@@ -260,7 +260,7 @@ void Dynamics::compute_free_right_side() {
   });
 }
 
-/// With the couplings' part, h f - W v.
+/// Adds the couplings' part, h f - W v.
 void Dynamics::compute_right_side() {
   couplings_.multiply(threads_, base_velocities_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -273,8 +273,8 @@ void Dynamics::compute_right_side() {
   holds_.hold(time_step_, base_velocities_, right_side_);
 }
 
-/// The last step's dv; without one, that of free fall, which then is exact at any tolerance. The solver drops
-/// a guess that is worse than none.
+/// Sets the guess to dv of the last step. If that is zero, to free fall, which is then exact at any
+/// tolerance. The solver drops a guess that is worse than zero.
 void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
   const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;
@@ -316,7 +316,7 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
   prescribed_positions_.assign(positions.begin(), positions.end());
 }
 
-/// The solution counts from them: rotated frames, begun or changed, change it with them.
+/// Sets the velocities that the solution adds to. New frames change them, so the solution is adapted.
 void Dynamics::set_base_velocities() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) {
@@ -379,7 +379,7 @@ void Dynamics::check_right_side() {
 
 void Dynamics::check_solution(double residual) {
   if (std::isfinite(residual) && all_finite(solution_)) return;
-  // The solver carries what overflows to all points; where the force is largest it began.
+  // The solver spreads an overflow to all points; it began where the force is largest.
   const auto largest = std::ranges::max_element(
       right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
   throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
@@ -392,7 +392,7 @@ bool Dynamics::follow_rotations() {
   return true;
 }
 
-/// Positions at the end of the step by the solution.
+/// Finds the positions at the end of the step from the solution.
 void Dynamics::find_end() {
   holds_.stop(base_velocities_, solution_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -409,7 +409,8 @@ void Dynamics::find_end() {
     });
   }
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
-    at(end_positions_, prescribed_points_[k]) = prescribed_positions_[k];  // no rounding adds up
+    at(end_positions_, prescribed_points_[k]) =
+        prescribed_positions_[k];  // so that rounding errors do not add up
   }
   holds_.keep(positions_, end_positions_);
 }
@@ -512,9 +513,9 @@ void Dynamics::set_state(const DynamicsState& state) {
   check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
                 "element and term");
   if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
-  set_inversion_clocks(state.inversion_clocks);  // the last that can fail
+  set_inversion_clocks(state.inversion_clocks);  // the last call that can throw
   std::ranges::copy(state.positions, positions_.begin());
-  // Not through set_velocities(): prescribed points have a velocity that friction depends on.
+  // set_velocities() would drop those of prescribed points, which friction depends on.
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);

@@ -1,4 +1,4 @@
-// Steps with contacts: the linear system at the guess where contacts hold as it says, else ContactSolver.
+// Steps with contacts: linear systems if contacts keep their status, else ContactSolver.
 #include <algorithm>
 #include <cmath>
 
@@ -8,16 +8,16 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t contact_grain = 256;
-/// Error of forces at which a linear system will do; see contact_error().
+/// Error of forces at which a linear system suffices; see contact_error().
 constexpr double force_tolerance = 0.01;
-/// Linear systems that are tried, each with contacts as the one before left them.
+/// Number of linear systems that are tried, each with contacts linearised at the solution before.
 constexpr int most_linear = 3;
-/// With such an error another linear system leads nowhere.
+/// Above this error no further linear system is tried.
 constexpr double hopeless_error = 1.0;
 
 }  // namespace
 
-/// Couplings as contacts are at the velocities that there are.
+/// Linearises the contacts' couplings at the present velocities.
 void Dynamics::linearise_contacts(const ContactSet& contacts) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {
@@ -25,8 +25,8 @@ void Dynamics::linearise_contacts(const ContactSet& contacts) {
   });
 }
 
-/// Largest error of the forces of the couplings against those that the laws ask for at the velocities that
-/// they led to, by the root mean square of the normal forces (of friction: of its bounds).
+/// Largest difference between the couplings' forces and those of the laws at the solution, relative to the
+/// root mean square of the normal forces (for friction: of its bounds).
 double Dynamics::contact_error(const ContactSet& contacts) {
   const auto own = contacts.couplings.subspan(contacts.first);
   const double friction = contacts.friction.coefficient;
@@ -48,7 +48,7 @@ double Dynamics::contact_error(const ContactSet& contacts) {
   return std::max(along / unit, friction > 0.0 ? across / (friction * unit) : 0.0);
 }
 
-/// The forces that acted, for those who sum them up: of the couplings, or those of the laws.
+/// Stores the forces that acted in the couplings: linearised ones, or those of the laws.
 void Dynamics::put_forces(const ContactSet& contacts, bool of_laws) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {
@@ -62,7 +62,8 @@ void Dynamics::put_forces(const ContactSet& contacts, bool of_laws) {
   });
 }
 
-/// Linear systems, each with contacts as the one before left them; returns whether contacts agree at last.
+/// Solves linear systems, each with contacts linearised at the solution before. Returns whether contact
+/// forces agree with the laws.
 bool Dynamics::solve_linearised(const ContactSet& contacts, const SolveGoal& goal, Report& report) {
   double error = 0.0;
   do {

@@ -1,4 +1,4 @@
-// The part of Dynamics that checks a step before it is taken, and the inversion clocks that this needs.
+// The checks of Dynamics before a step is completed, and the inversion clocks.
 #include <algorithm>
 #include <string>
 
@@ -11,11 +11,10 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t element_grain = 256;
-/// The most lambda / mu while inverted: that of nu = 1/3.
+/// Largest lambda / mu of an inverted element: that of nu = 1/3.
 constexpr double inverted_ratio = 2.0;
-/// From when an element has a positive volume again, its bulk modulus returns within this time, s: some
-/// periods of one tet of soft tissue. Returning faster, it kicks neighbours that are still inverted
-/// (docs/inversion.md).
+/// Time in which the bulk modulus returns after inversion, s: some periods of one tet of soft tissue. A
+/// faster return kicks neighbours that are still inverted (docs/inversion.md).
 constexpr double bulk_return_time = 0.3;
 
 }  // namespace
@@ -26,7 +25,7 @@ Error Dynamics::error_at_element(Index element, const std::string& found, const 
   return {body_title(body), "tet " + std::to_string(tet), found, expected};
 }
 
-/// Names the first element at a point; the point itself where it has none.
+/// Names the first element at a point, or the point if it has no element.
 Error Dynamics::error_at_point(std::size_t point, const std::string& found,
                                const std::string& expected) const {
   const auto elements = matrix_.elements_of_point()[static_cast<Index>(point)];
@@ -36,7 +35,7 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   return {body_title(body), "point " + std::to_string(own), found, expected};
 }
 
-/// A large bulk modulus of inverted tets locks the tets around them.
+/// Lowers the bulk modulus of inverted tets: a large one locks the tets around them.
 void Dynamics::set_bulk_fraction(std::size_t element) {
   const double clock = inversion_clocks_[element];
   double returned = clock > 0.0 ? 0.0 : 1.0;
@@ -46,7 +45,7 @@ void Dynamics::set_bulk_fraction(std::size_t element) {
   elements_.set_bulk_fraction(static_cast<Index>(element), least + (1.0 - least) * returned * returned);
 }
 
-/// By a step that has been taken.
+/// Advances the clocks by a completed step.
 void Dynamics::advance_inversion_clocks() {
   parallel::for_each(threads_, inversion_clocks_.size(), element_grain, [&](std::size_t e) {
     const double before = inversion_clocks_[e];
@@ -81,7 +80,7 @@ void Dynamics::set_inversion_clocks(std::span<const double> clocks) {
 }
 
 void Dynamics::check_limits(double max_speed, std::optional<double> inverted_time) {
-  // Not by squares, which overflow before the speeds do.
+  // Squares would overflow before the speeds do.
   const auto speed = [](const Vec3& v) { return scaled_length(v); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return speed(mean_velocities_[i]) > max_speed ? 1.0 : 0.0;

@@ -4,7 +4,7 @@
 #include "fem/dynamics.hpp"
 #include "fem/padded_vectors.hpp"
 
-// What holds the points that are not free, or not along all axes.
+// Forces that hold the points that are not free, or not along all axes.
 namespace palpate::fem {
 
 void Dynamics::find_held_elements() {
@@ -36,7 +36,7 @@ void Dynamics::holding_forces(const Vec3& gravity, std::span<const Vec3> externa
   for (std::size_t i = 0; i < masses_.size(); ++i) forces[i] = along(held_axes_[i], forces[i]);
 }
 
-/// Damping by mass acts where there is tissue.
+/// Adds mass damping, at points of bodies that deform.
 void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     if (held_axes_[i] != 0 && at(rigid_, body_of_point_[i]) == 0)
@@ -44,9 +44,9 @@ void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   }
 }
 
-/// What elastic and damping forces of the matrix, h (b + h) K', are of: its elastic part is of the way from
-/// the positions that the forces are of, that of damping of what a body moves besides its turn. \param
-/// elastic fraction of the factor
+/// The velocity that h (b + h) K' is multiplied by. Its elastic part acts on the displacement from the
+/// linearisation positions, its damping part on the motion beyond the rotation of the frame.
+/// \param elastic  fraction of the factor
 Vec3 Dynamics::stiff_velocity(Index point, double elastic) const {
   const auto p = static_cast<std::size_t>(point);
   Vec3 velocity = mean_velocities_[p];

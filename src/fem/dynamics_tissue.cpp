@@ -9,10 +9,10 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t point_grain = 256;
-/// Fraction of the decrease of the energy that the linear system promises that an update must give, at least.
+/// Least decrease of the energy by an update, as a fraction of that predicted by the linear system.
 constexpr double least_decrease = 1e-4;
 constexpr int most_halvings = 10;
-/// Relative, of sums of energies.
+/// Relative rounding error of sums of energies.
 constexpr double rounding = 1e-12;
 
 }  // namespace
@@ -21,7 +21,7 @@ const Vec3& Dynamics::linear_position(std::size_t point) const {
   return rotations_.any() || refined_ ? linear_positions_[point] : positions_[point];
 }
 
-/// Full bodies stay where follow_tissue() has put them.
+/// Sets the positions of rotated bodies. Hyperelastic bodies stay where follow_tissue() has put them.
 void Dynamics::place_linear_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (refined_ && is_full(i)) return;
@@ -29,8 +29,9 @@ void Dynamics::place_linear_positions() {
   });
 }
 
-/// Terms on the right side of a linearisation elsewhere than at the start, as a force: the elastic part of
-/// the matrix counts from there, that of damping from the turned bodies. And inertia in rotated frames.
+/// Adds the terms of a linearisation elsewhere than at the start to the forces: the elastic part of the
+/// matrix acts on displacements from there, the damping part on those from the rotated bodies. And inertia in
+/// rotated frames.
 void Dynamics::add_displacement_forces() {
   const double rate = 1.0 / time_step_;
   const auto add = [&](std::span<const simd::Padded3> products) {
@@ -53,15 +54,15 @@ void Dynamics::add_displacement_forces() {
   });
 }
 
-/// Elastic energy of full bodies as elements are, J.
+/// Elastic energy of bodies with hyperelastic tets, at the last update of the elements, J.
 double Dynamics::full_energy() {
   const auto first = static_cast<std::size_t>(elements_.nonlinear_begin());
   return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()) - first, partial_,
                        [&](std::size_t k) { return elements_.energy(static_cast<Index>(first + k)); });
 }
 
-/// Bound of the error of the solution by mass, relative, that is due to elastic forces at the end being those
-/// of elements and not linear_forces_: |h r| by 1 / m, as the matrix is no less than m.
+/// Bound of the relative error of the solution by mass if linear_forces_ are not the elastic forces at the
+/// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
   const auto elastic = elements_.point_forces();
   const double error = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
@@ -113,11 +114,11 @@ bool Dynamics::follow_tissue(double tolerance) {
   return true;
 }
 
-/// Halves the update while the energy of the tissue at its end is above that of the linear system by so much
-/// that the whole need not have fallen. The rest of the problem (inertia, couplings, contacts) is convex, and
-/// the solution is the minimum with linear tissue, `promised` below where the update begins: so the whole
-/// falls by s (promised - ...) after a fraction s of the update. \param energy, work, stiff_work  of the
-/// linear tissue
+/// Line search: halves the update until the total energy certainly falls. The rest of the problem (inertia,
+/// couplings, contacts) is convex, and with linear tissue the solution is the minimum, at least `promised`
+/// below the start. So after a fraction s of the update the total falls if the tissue's energy exceeds that
+/// of linear tissue by less than s `promised`.
+/// \param energy, work, stiff_work  of the linear tissue
 void Dynamics::shorten_step(double energy, double work, double stiff_work, double promised) {
   double fraction = 1.0;
   for (int halvings = 0; halvings < most_halvings; ++halvings) {

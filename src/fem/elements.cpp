@@ -97,7 +97,7 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   add_plasticity(material);
 }
 
-/// The list begins with the first element that can yield: without one it stays empty and costs nothing.
+/// Fills the list from the first element that can yield on: without one it stays empty and costs nothing.
 void Elements::add_plasticity(const Material& material) {
   if (plasticity_.empty() && !material.plastic_yield) return;
   plasticity_.resize(corners_.size());
@@ -141,7 +141,7 @@ Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const M
   return stretch;
 }
 
-/// Kernels over the groups of a chunk that they take; tets of the others are left.
+/// Runs the kernels over the groups of a chunk with one model; tets of other groups are marked as left.
 void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std::size_t end) {
   std::size_t first = begin;
   while (first < end) {
@@ -165,7 +165,7 @@ void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std:
   }
 }
 
-/// `forces`: on its four corners.
+/// \param forces  on its four corners
 void Elements::update_element(std::size_t element, std::span<const Vec3> positions, double* forces) {
   if (is_smoothed(element)) {
     inverted_[element] = determinant(deformation_gradient(element, positions)) > 0.0 ? 0 : 1;
@@ -182,7 +182,7 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   const Matrix3 rotation = nearest_rotation(f);
   const Matrix3 stretch = elastic_stretch(element, f, rotation);
   const Vec3 twist = yields(element) ? twist_of(f, rotation, plastic_strains_[element]) : Vec3{};
-  // tr(R^T F - I) = tr(R^T (F - R)), without the cancellation of the left side near rest.
+  // tr(R^T F - I) = tr(R^T (F - R)), which does not cancel near rest.
   const double pressure = bulk_fraction_[element] * lambda_[element] * inner(rotation, stretch);
   const double twice_mu = 2.0 * mu_[element];
   const double scale = std::sqrt(factor_[element] * mu_[element] * volume_[element]);

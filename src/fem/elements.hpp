@@ -35,46 +35,46 @@ struct ElementDeformation {
   SymmetricMatrix3 plastic_strain;    ///< p
   Vec3 twist;                         ///< w
   SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the rotated frame (viscosity.hpp), Pa
-  double viscous_energy = 0.0;        ///< theirs, J/m^3
+  double viscous_energy = 0.0;        ///< of Maxwell elements, J/m^3
   double mu = 0.0;                    ///< Pa
-  double lambda = 0.0;                ///< Pa, as the element has it at present
-  bool hyperelastic = false;          ///< its stress is that of `law`, which needs the gradient alone
+  double lambda = 0.0;                ///< Pa, the present value
+  bool hyperelastic = false;          ///< its stress is that of `law`, from the gradient alone
   HyperelasticLaw law;
 };
 
-/// Tets of all bodies that deform, numbered body by body without obstacles, in the order in which the
-/// curve of row_order.hpp first meets them: what is near in space is near in memory.
+/// Tets of all bodies that deform, numbered body by body without obstacles, in the order in which the curve
+/// of row_order.hpp first meets them, so that neighbours in space are close in memory.
 ///
 /// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
-/// stiffness is kept in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*: the
-/// stiffness of each of its other tets, of whichever model, is kept as blocks (hyperelastic.hpp), and its
-/// tets go by models. Only Elements uses this order. Of the full bodies those with a hyperelastic tet come
-/// last.
+/// stiffness is stored in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*:
+/// the stiffness of each tet that is not smoothed is stored as blocks (hyperelastic.hpp), and its tets are
+/// sorted by model. Only Elements uses this order. Full bodies with a hyperelastic tet come last.
 ///
 /// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
 ///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
 /// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
 /// the gradient of corner i's shape function at rest: their warped force -R K (R^T x - x_rest). R makes
-/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are theirs, K'_ij = R K_ij R^T with
+/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are those of the paper, K'_ij = R K_ij
+/// R^T with
 ///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
 /// minus the derivative of the force at fixed R: symmetric and positive semi-definite.
 ///
-/// Where the material can yield, an element has a plastic strain p besides (plasticity.hpp), and its energy
-/// is that of the elastic strain e = R^T F - I - p:
+/// If the material can yield, an element has a plastic strain p (plasticity.hpp), and its energy is that of
+/// the elastic strain e = R^T F - I - p:
 ///   E = V (mu |e|^2 + lambda/2 tr^2(e)),  P = R (2 mu (e - [w]_x) + lambda tr(e) I),
-/// the exact derivative at fixed p; w (plastic_twist) is the part of dR, which is no longer stationary. K'
-/// stays as it is.
+/// the exact derivative at fixed p. w (plastic_twist) comes from dR, since R no longer makes the energy
+/// stationary. K' is unchanged.
 ///
 /// *Hyperelastic tets*: energy V Psi(F), forces -V P g_i, and stiffness blocks V g_i : dP/dF : g_j with the
 /// positive semi-definite dP/dF of HyperelasticTangent.
 ///
-/// *Smoothed tets* have no stiffness and no forces of their own: SmoothingDomains have them.
+/// *Smoothed tets*: SmoothingDomains have their stiffness and forces.
 ///
-/// *Viscosity* (viscosity.hpp): where the material has some, forces are those of the energy
+/// *Viscosity* (viscosity.hpp): forces are those of the energy
 ///   a E + V H : (R^T F - I),  P = a P_E + R (H + [w]_x),
-/// with the stiffness a and the history H of the step, w that of H (plastic_twist), and K' times a through
-/// set_factors(); H has no part in K'.
+/// with the stiffness a and the history H of the step and w of H (plastic_twist). set_factors() multiplies K'
+/// by a; H does not change K'.
 ///
 /// Deviations: R has det R = +1 for every F, so that inverted elements recover (docs/inversion.md); lambda
 /// may be lowered per element (set_bulk_fraction), in E and P but not in K', which then is stiffer than the
@@ -82,8 +82,8 @@ struct ElementDeformation {
 class Elements {
  public:
   /// \param materials  checked by the caller
-  /// \param obstacles  per body: 1 where the body's tets are left out
-  /// Throws Error naming body and tet where rounding leaves a tet no positive volume or no finite inverse.
+  /// \param obstacles  per body, 1 if its tets are left out
+  /// Throws Error naming body and tet if rounding leaves a tet no positive volume or no finite inverse.
   /// O(n_tets).
   Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
 
@@ -99,9 +99,9 @@ class Elements {
     return std::span(volume_).first(tets_.size());
   }                                                                                 ///< (n_elements), m^3
   [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points), m
-  /// The first element of a full body; size() without any.
+  /// The first element of a full body, or size().
   [[nodiscard]] Index full_begin() const { return full_begin_; }
-  /// The first element of a body with a hyperelastic tet; size() without any.
+  /// The first element of a body with a hyperelastic tet, or size().
   [[nodiscard]] Index nonlinear_begin() const { return nonlinear_begin_; }
   [[nodiscard]] const SmoothingDomains& smoothing() const { return smoothing_; }
   [[nodiscard]] bool is_smoothed(Index element) const {
@@ -113,98 +113,98 @@ class Elements {
   /// lambda / mu of each element (n_elements).
   [[nodiscard]] std::span<const double> ratios() const { return std::span(ratio_).first(tets_.size()); }
 
-  /// Factors >= 0 of the stiffness of each element (n_elements), 1 at first; as of the next update().
+  /// Sets the factors >= 0 of the stiffness of each element (n_elements), 1 at first, from the next update()
+  /// on.
   void set_factors(std::span<const double> factors);
-  /// Fraction of lambda, 0 to 1, that an element has in its energy and forces; 1 at first; as of the next
-  /// update().
+  /// Sets the fraction of lambda in an element's energy and forces, 0 to 1, 1 at first, from the next
+  /// update() on.
   void set_bulk_fraction(Index element, double fraction) { at(bulk_fraction_, element) = fraction; }
-  /// Rotations, forces, energies and turned gradients of every element at these positions (n_points x 3, m),
-  /// several elements at a time (simd/element_pass.hpp). O(n_elements).
-  /// \param corner_forces  empty, or gets the force on corner k of element e, N, at 4 e + k (4 n_elements):
-  /// the
-  ///                       four sum to zero to rounding
+  /// Computes rotations, forces, energies and rotated gradients of every element at these positions (n_points
+  /// x 3, m), several elements at a time (simd/element_pass.hpp). O(n_elements).
+  /// \param corner_forces  empty, or output (4 n_elements): the force on corner k of element e, N, at 4 e +
+  /// k; the four sum to zero to rounding
   void update(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<simd::Padded3> corner_forces = {});
-  /// The same one by one: equal to rounding.
+  /// The same without SIMD, one by one; equal to rounding.
   void update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces = {});
 
   /// Elastic forces on points as of the last update(), N (n_points).
   [[nodiscard]] std::span<const simd::Padded3> point_forces() const { return point_forces_; }
-  /// Adds K'_ij of an element that is not smoothed, times its factor, as of the last update() to a block,
-  /// N/m. With a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i a_j^T that is r X + X^T + tr(X) I.
+  /// Adds K'_ij times its factor, N/m, of an element that is not smoothed to a block, as of the last
+  /// update(). It is r X + X^T + tr(X) I, with a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i
+  /// a_j^T.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
   /// The blocks of an element of a full body, tangent_values numbers (hyperelastic.hpp).
   [[nodiscard]] const double* full_blocks(Index element) const;
-  /// The same with R = I, as it is at rest.
+  /// The same at rest, with R = I.
   [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
   [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)
   /// a_i of a corner.
   [[nodiscard]] Vec3 gradient(Index element, int corner) const;
-  /// All a_i in float, corner by corner, with r as the fourth; after those of the last element at least one
-  /// of zeros.
+  /// All a_i in float, corner by corner, with r as the fourth value; behind the last element at least one
+  /// element of zeros.
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
-  /// K' = sum of K'_e times its factor, as of the last update(), times the vectors (n_points), in double:
-  /// (n_points), valid until the next call. O(n_elements).
+  /// K' times the vectors (n_points), in double: (n_points), valid until the next call. K' is the sum of K'_e
+  /// times its factor, as of the last update(). O(n_elements).
   /// \param weights  empty, or (n_elements) a factor of each element's term
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors,
                                           std::span<const double> weights = {}) const;
   /// K'_e of an element, times its factor, times the vectors at its corners; zero where it is smoothed.
   [[nodiscard]] std::array<Vec3, 4> multiply(Index element, const std::array<Vec3, 4>& vectors) const;
-  /// Activations of the fibres of each material, 0 to 1 (Materials::all); as of the next update(). Returns
-  /// whether that changes anything.
+  /// Sets the activations of the fibres of each material, 0 to 1 (Materials::all), from the next update() on.
+  /// Returns whether any has changed.
   bool set_activations(std::span<const double> activations);
-  /// Energy that an element has its forces of, as of the last update(), J.
+  /// Energy of an element, whose derivative its forces are, as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
-  /// Elastic energy of an element that is not smoothed at these positions, J, with what viscosity stores;
-  /// needs no update().
+  /// Elastic energy of an element that is not smoothed at these positions, J, including that stored by
+  /// viscosity. Needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// The deformation of an element at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
-  /// Displacements of points from rest (n_points), as kernels read them.
+  /// Displacements of points from rest (n_points), in the layout of the kernels.
   [[nodiscard]] std::vector<simd::Padded3> displacements(const parallel::Threads& threads,
                                                          std::span<const Vec3> positions) const;
-  /// Strain and stress of the group of elements that begins at `first`, a multiple of simd::element_group;
-  /// those whose stress is not elastic and corotational alone are left to deformation(). Needs no update().
+  /// Strain and stress of the group of elements that begins at `first`, a multiple of simd::element_group.
+  /// Elements whose stress is not purely elastic and corotational are left to deformation(). Needs no
+  /// update().
   void find_group_stress(std::size_t first, std::span<const simd::Padded3> displacements,
                          simd::GroupStress& found) const;
-  /// Whether an element had no positive volume, or none that is a number, at the last update().
+  /// Whether the volume of an element was not positive, or NaN, at the last update().
   [[nodiscard]] bool inverted(Index element) const { return at(inverted_, element) != 0; }
 
-  /// Plastic strain of each element, in its own rotated frame: (n_elements), or empty where no material
-  /// yields; zero in elements that cannot.
+  /// Plastic strain of each element in its rotated frame (n_elements), zero if it cannot yield; empty if no
+  /// material can.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const { return plastic_strains_; }
-  /// Sets it, from an array of the length of plastic_strains(); stays zero where the material cannot yield.
+  /// Sets the plastic strains, an array of the same length. They stay zero where the material cannot yield.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
-  /// Plastic strains after a time step that ended at these positions, into `next` (length of
-  /// plastic_strains()): plastic_flow() of each element, none where it is inverted, so that a shape without
-  /// stress never is. O(n_elements).
+  /// Stores the plastic strains after a time step that ended at these positions in `next` (length of
+  /// plastic_strains()), by plastic_flow() of each element. Inverted elements do not flow, so that a
+  /// stress-free shape is never inverted. O(n_elements).
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
-  /// Viscosity of elements and of smoothing domains: as of the next set_time_step() or find_history() and
-  /// update(). viscosity() has the stiffness of all elements, and the stresses of those that are not
-  /// smoothed.
+  /// Viscosity of the elements: the stiffness of all, and the stresses of those that are not smoothed. Forces
+  /// use it after set_time_step() or find_history(), and update().
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);
   void find_history(const parallel::Threads& threads);
   /// Ends a time step at these positions. O(viscous elements).
   void relax(const parallel::Threads& threads, std::span<const Vec3> positions);
-  /// Stresses of both, the state: those of a body in the same order whatever other bodies there are.
-  /// Allocate.
+  /// Stresses of both, the state. The order within a body does not depend on other bodies. Allocates.
   [[nodiscard]] std::vector<SymmetricMatrix3> viscous_stresses() const;
   [[nodiscard]] std::vector<Index> body_of_viscous_stress() const;
-  /// From an array of that length.
+  /// Sets them from an array of that length.
   void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses);
-  /// Elastic energy of smoothed tets at the positions of the last update(), J, with what viscosity stores.
-  /// O(n_domains).
+  /// Elastic energy of smoothed tets at the positions of the last update(), J, including that stored by
+  /// viscosity. O(n_domains).
   [[nodiscard]] double smoothed_energy(const parallel::Threads& threads, std::vector<double>& partial) const {
     return smoothing_.energy(threads, displacements_, bulk_fraction_, partial);
   }
 
  private:
-  /// What is the same for tets of a group that a kernel takes at once.
+  /// The model of a group of tets; kernels need one model per group.
   enum class GroupModel : std::uint8_t { corotational, hyperelastic, mixed };
   void add_bodies(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
   void add_element(const Bodies& bodies, Index tet, Index body, const Materials& materials);
@@ -254,8 +254,8 @@ class Elements {
   [[nodiscard]] Matrix3 deformation_gradient(std::size_t element, std::span<const Vec3> positions) const;
 
   std::vector<Vec3> points_rest_;
-  // Of the elements, up to whole groups (simd::element_group) and at least one more, the rest zero; tets_ and
-  // what follows it have no more than there are.
+  // By element, padded with zeros to whole groups (simd::element_group) and at least one more element. tets_
+  // and the arrays below it are not padded.
   simd::AlignedVector<Tet> corners_;
   Columns<9> inverse_rest_;                ///< D_m^-1, row by row: row k is the gradient of corner k + 1
   simd::AlignedVector<double> stiffness_;  ///< mu V
@@ -268,23 +268,23 @@ class Elements {
   simd::AlignedVector<double> energy_;
   Columns<9> turned_;                           ///< a_i of corners 1 to 3
   simd::AlignedVector<simd::Quad> gradients_;   ///< a_i, corner by corner
-  simd::AlignedVector<std::uint8_t> left_;      ///< those that the pass has left to be done one by one
+  simd::AlignedVector<std::uint8_t> left_;      ///< 1: left by the pass, to be done one by one
   simd::AlignedVector<std::uint8_t> inverted_;  ///< as of the last update()
   std::vector<Index> tets_;
   std::vector<Index> body_;
   std::vector<GroupModel> group_models_;
-  // Of the elements of full bodies, from full_begin_ on.
+  // By element of full bodies, from full_begin_ on.
   Index full_begin_ = 0;
   Index nonlinear_begin_ = 0;
   SmoothingDomains smoothing_;
   std::vector<std::uint8_t> smoothed_;
   std::vector<std::uint8_t> hyperelastic_;
-  Columns<simd::law_columns> laws_;                   ///< at full bulk modulus; up to whole groups
-  bool fibres_ = false;                               ///< any of them has some
-  std::vector<Index> material_;                       ///< into Materials::all
-  std::vector<double> active_stress_;                 ///< Pa, at full activation
-  std::vector<double> tension_;                       ///< Pa; laws_ have it by the stiffness of viscosity
-  simd::AlignedVector<double> blocks_;                ///< simd::block_stride each
+  Columns<simd::law_columns> laws_;     ///< at full bulk modulus; up to whole groups
+  bool fibres_ = false;                 ///< any of them has fibres
+  std::vector<Index> material_;         ///< into Materials::all
+  std::vector<double> active_stress_;   ///< Pa, at full activation
+  std::vector<double> tension_;         ///< Pa; laws_ have it divided by the stiffness of viscosity
+  simd::AlignedVector<double> blocks_;  ///< simd::block_stride each
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;
   simd::AlignedVector<simd::Padded3> point_forces_;

@@ -29,7 +29,7 @@ bool is_smoothed_tet(const Materials& materials, Index tet, Index body) {
   return materials.of(tet, body).elements == ElementKind::smoothed;
 }
 
-/// How a body's tets go.
+/// Kinds of bodies by their tets.
 enum class BodyModel : std::uint8_t { low_rank, full, nonlinear };
 
 BodyModel model_of(const Bodies& bodies, const Materials& materials, Index body) {
@@ -44,7 +44,7 @@ BodyModel model_of(const Bodies& bodies, const Materials& materials, Index body)
 
 }  // namespace
 
-/// Full bodies last, each with its corotational tets first and its smoothed ones last.
+/// Adds bodies, full ones last, each with its corotational tets first and its smoothed ones last.
 void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
                           std::span<const std::uint8_t> obstacles) {
   const std::vector<Index> order = tets_along_curve(bodies);
@@ -135,8 +135,8 @@ bool Elements::set_activations(std::span<const double> activations) {
   return true;
 }
 
-/// As the pass has it, but for its bulk fraction: what viscosity makes stiffer in a step is not the active
-/// tension.
+/// The law that the pass uses, at full bulk modulus. Viscosity makes it stiffer in a step, except for the
+/// active tension.
 HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
     return laws_[column][element - static_cast<std::size_t>(full_begin_)];
@@ -266,7 +266,7 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
   return products;
 }
 
-/// Those of elements of full bodies among [begin, end), by corner.
+/// Products of the elements of full bodies among [begin, end), by corner.
 void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                              double* products) const {
   for (std::size_t e = std::max(begin, static_cast<std::size_t>(full_begin_)); e < end; ++e) {

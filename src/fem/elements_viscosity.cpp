@@ -1,4 +1,4 @@
-// Viscosity of elements: what ViscousElements adds to their forces, and the end of a step.
+// Viscosity of elements: the forces by ViscousElements, and the end of a step.
 #include <cstddef>
 
 #include "fem/elements.hpp"
@@ -64,7 +64,7 @@ void Elements::set_time_step(double time_step) {
   set_tensions();
 }
 
-/// Their stiffness in a step is not that of viscosity: the pass multiplies it by that.
+/// Divides tensions by the stiffness of viscosity, by which the pass multiplies them: they are not viscous.
 void Elements::set_tensions() {
   for (std::size_t k = 0; k < tension_.size(); ++k) {
     const double stiffness = viscosity_.stiffness(static_cast<std::size_t>(full_begin_) + k);
@@ -73,7 +73,7 @@ void Elements::set_tensions() {
   smoothing_.set_tensions(tension_, full_begin_);
 }
 
-/// To the elastic forces on its corners and its energy, which are there.
+/// Adds to the elastic forces on its corners and to its energy, which must be set.
 void Elements::add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces) {
   const double stiffness = viscosity_.stiffness(element);
   const SymmetricMatrix3& history = viscosity_.history(element);

@@ -15,17 +15,17 @@ using Vector6 = std::array<double, 6>;
 
 /// Cholesky factor of a symmetric positive definite matrix of 6x6 blocks in envelope storage: of each row the
 /// blocks from the first that is not zero to the diagonal (Jennings 1966; George & Liu, "Computer Solution of
-/// Large Sparse Positive Definite Systems", 1981, chapter 4). For matrices of some hundred rows that change
-/// their pattern each step: no symbolic phase, and memory that is kept, which the sparse factorisations of
-/// the libraries do not offer. Rows should be ordered for a small envelope.
+/// Large Sparse Positive Definite Systems", 1981, chapter 4). For matrices of some hundred rows whose pattern
+/// changes each step: there is no symbolic phase, and memory is reused, which sparse libraries do not offer.
+/// Rows should be ordered for a small envelope.
 class EnvelopeCholesky {
  public:
-  /// A matrix of zeros. \param first  of each row the first block that may differ from zero, at most the row
-  /// itself. O(blocks).
+  /// Makes a matrix of zeros.
+  /// \param first  first column of each row whose block may differ from zero, at most the row. O(blocks).
   void reset(std::span<const Index> first);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(first_.size()); }
-  /// Block (row, column) with first[row] <= column <= row, to be added to before factor().
+  /// Block (row, column) with first[row] <= column <= row. Add to it before factor().
   [[nodiscard]] Block6& block(Index row, Index column);
   /// Replaces the matrix by its factor. A pivot that is not positive to rounding drops its variable:
   /// solutions have zero there, and the inverse stays positive semi-definite. O(sum of squared row lengths).
@@ -40,8 +40,7 @@ class EnvelopeCholesky {
   void factor_diagonal(Block6& block);
 
   std::vector<Index> first_;
-  std::vector<std::size_t>
-      begin_;                   ///< of row i so that block (i, j) is at begin_[i] + j; may wrap below zero
+  std::vector<std::size_t> begin_;  ///< block (i, j) is at begin_[i] + j; may wrap below zero
   std::vector<Block6> blocks_;  ///< after factor(): the diagonal ones hold 1 / l_ii, or 0, on their diagonals
 };
 

@@ -85,7 +85,7 @@ void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) 
     for (std::size_t i = 0; i < open.size(); ++i) at(directions, open[i]) = found[i];
     const std::size_t before = open.size();
     std::erase_if(open, [&](Index tet) { return at(directions, tet) != Vec3{}; });
-    if (open.size() == before) return;  // directions that cancel: those tets keep that of their material
+    if (open.size() == before) return;  // directions cancel: the remaining tets keep that of their material
   }
 }
 

@@ -7,11 +7,11 @@ namespace {
 
 constexpr std::size_t chunks = 16;
 
-/// Places of the columns that a row has so far.
+/// Places of the present columns of a row.
 class Found {
  public:
   explicit Found(std::size_t count) : place_(count, none) {}
-  /// Place of an item; `added` where it is new.
+  /// Place of an item; sets `added` if it is new.
   std::size_t place(std::uint32_t item, bool& added) {
     added = place_[item] == none;
     if (added) {

@@ -28,11 +28,11 @@ GaussSeidel::GaussSeidel(const BlockMatrix& matrix)
   }
 }
 
-/// Lists of couplings by colour, and what the diagonal needs for those in one.
+/// Lists the couplings of each colour, and bounds those within one colour on the diagonal.
 void GaussSeidel::bound_couplings(const LinearSystem& system) {
   const auto terms = system.couplings().terms();
   const std::size_t colors = matrix_->slices_of_color().size();
-  // body(colour) for each colour of a coupling, once.
+  // Calls body(colour) once for each colour of a coupling.
   const auto for_each_color = [&](const simd::CouplingTerm& term, auto&& body) {
     for (std::size_t k = 0; k < 5; ++k) {
       if (term.coefficients[k] == 0.0F) continue;

@@ -11,24 +11,25 @@
 
 namespace palpate::fem {
 
-/// Block Gauss-Seidel for the matrix of a step, colour by colour of its points: the rows of a colour, which
-/// no element joins, are done at once. Couplings have their present values between colours; where one joins
-/// rows of the same colour, the diagonal grows by a bound of what that leaves out, so that the smoother
-/// converges (l1 smoothing: Baker, Falgout, Kolev & Yang, "Multigrid smoothers for ultraparallel computing",
-/// SIAM J. Sci. Comput. 33 (2011)). The same bits for every thread count.
+/// Block Gauss-Seidel for the matrix of a step, colour by colour: no element connects rows of a colour, so
+/// they are updated at once. Couplings between colours have their present values. For couplings within a
+/// colour, a bound of the neglected terms is added to the diagonal, so that the smoother converges (l1
+/// smoothing: Baker, Falgout, Kolev & Yang, "Multigrid smoothers for ultraparallel computing", SIAM J. Sci.
+/// Comput. 33 (2011)). The same bits for every thread count.
 class GaussSeidel {
  public:
   explicit GaussSeidel(const BlockMatrix& matrix);
 
-  /// Copies the matrix and the couplings as LinearSystem::update_preconditioner() left them.
-  /// O(n_points + n_couplings).
+  /// Copies the matrix and the couplings after LinearSystem::update_preconditioner(). O(n_points +
+  /// n_couplings).
   void update(const parallel::Threads& threads, const LinearSystem& system);
-  /// Sweeps over all colours, from the first or from the last, for A z = r: by rows, r by slices.
+  /// Sweeps over all colours, from the first or from the last, for A z = r; z by rows, r by slices.
   void forward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<simd::Quad> z) const;
   void backward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                 std::span<simd::Quad> z) const;
-  /// The matrix as its kernels read it. \param rotations  for those that turn
+  /// The matrix in the layout of the kernels.
+  /// \param rotations  for kernels that rotate
   [[nodiscard]] simd::SmootherRows rows(const LinearSystem& system, const float* rotations) const;
 
  private:
@@ -38,7 +39,7 @@ class GaussSeidel {
 
   const BlockMatrix* matrix_;
   std::vector<std::uint32_t> color_of_slice_;
-  std::vector<std::uint32_t> coupling_begin_;     ///< (n_colors + 1): couplings that hold rows of a colour
+  std::vector<std::uint32_t> coupling_begin_;     ///< (n_colors + 1): couplings of rows of a colour
   std::vector<std::uint32_t> next_;               ///< scratch
   std::vector<std::uint32_t> coupling_of_color_;  ///< ascending in each
   simd::AlignedVector<float> diagonal_;

@@ -27,7 +27,7 @@ void ConjugateGradients::find_residual(const Run& run) {
                      [&](std::size_t i) { residual_[i] = minus(run.b[i], product_[i]); });
 }
 
-/// residual = b - A x for the better of the guess and zero; returns |b|. Where that is 0, x = 0.
+/// residual = b - A x for the better of the guess and zero. Returns |b|; if that is 0, x = 0.
 double ConjugateGradients::start(const Run& run) {
   const std::size_t points = run.b.size();
   const double squared_b = parallel::sum(run.threads, points, partial_sums_,
@@ -43,7 +43,7 @@ double ConjugateGradients::start(const Run& run) {
     return std::sqrt(squared_b);
   }
   find_residual(run);
-  // Squared residual of the guess below that of zero by this much.
+  // Squared residual of zero minus that of the guess.
   const double gain = parallel::sum(run.threads, points, partial_sums_, [&](std::size_t i) {
     return dot(run.b[i], run.b[i]) - dot(residual_[i], residual_[i]);
   });
@@ -54,7 +54,7 @@ double ConjugateGradients::start(const Run& run) {
   return std::sqrt(squared_b);
 }
 
-/// The float vectors from the true residual and the solution as they are, scaled by a power of two.
+/// Sets the float vectors from the true residual and the solution, scaled by a power of two.
 void ConjugateGradients::load(Run& run) {
   run.largest = std::sqrt(parallel::sum(run.threads, residual_.size(), partial_sums_,
                                         [&](std::size_t i) { return dot(residual_[i], residual_[i]); }));
@@ -75,7 +75,7 @@ void ConjugateGradients::load(Run& run) {
   });
 }
 
-/// Adds what the iterations have found to the solution.
+/// Adds the result of the iterations to the solution.
 void ConjugateGradients::flush(Run& run) {
   const auto points = run.system.blocks().point_of_row();
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
@@ -88,7 +88,7 @@ void ConjugateGradients::flush(Run& run) {
   });
 }
 
-/// How far the float residual is from the true one, by 1 / m.
+/// Distance of the float residual from the true one, weighted by 1 / m.
 double ConjugateGradients::drift(const Run& run) {
   const auto points = run.system.blocks().point_of_row();
   return std::sqrt(parallel::sum(run.threads, points.size(), partial_sums_, [&](std::size_t row) {
@@ -98,7 +98,7 @@ double ConjugateGradients::drift(const Run& run) {
   }));
 }
 
-/// Of the direction as it is, by mass.
+/// Norm of the present direction, by mass.
 double ConjugateGradients::direction_size(const Run& run) {
   const auto masses = run.system.masses();
   return std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
@@ -107,7 +107,7 @@ double ConjugateGradients::direction_size(const Run& run) {
   }));
 }
 
-/// Of the preconditioned residual as it is, by mass.
+/// Norm of the present preconditioned residual, by mass.
 double ConjugateGradients::preconditioned_size(const Run& run) {
   const auto masses = run.system.masses();
   return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {

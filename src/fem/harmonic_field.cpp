@@ -37,7 +37,7 @@ ScalarTets::ScalarTets(std::span<const Vec3> points, std::span<const Tet> tets, 
   }
 }
 
-/// By differences to the first corner, so that it is zero where the field is the same at all corners.
+/// Uses differences to the first corner, so that the gradient of a constant field is exactly zero.
 Vec3 ScalarTets::gradient(std::size_t tet, std::span<const double> field) const {
   const Tet& corner = tets_[tet];
   Vec3 sum{};

@@ -8,7 +8,7 @@
 
 namespace palpate::fem {
 
-/// Linear tets of one body for a field with one number at each point: the gradients of the shape functions.
+/// Linear tets of one body for a scalar field: the gradients of the shape functions.
 class ScalarTets {
  public:
   /// \param points  (n_points x 3), not stored
@@ -31,8 +31,8 @@ class ScalarTets {
 /// Solves Laplace's equation with the field held at some points, and no flow through the rest of the surface.
 /// Conjugate gradients with Jacobi's preconditioner until the residual is 1e-14 of the first, in one thread.
 ///
-/// \param held   (n_points) 1: the field keeps its value; each piece of the tets needs one
-/// \param field  (n_points) the values held, and of the others where to start; the solution after it
+/// \param held   (n_points) 1: the field keeps its value; each connected piece needs such a point
+/// \param field  (n_points) the held values, and a guess at other points; the solution on return
 void solve_laplace(const ScalarTets& tets, std::span<const std::uint8_t> held, std::vector<double>& field);
 
 }  // namespace palpate::fem

@@ -12,12 +12,12 @@
 namespace palpate::fem {
 namespace {
 
-/// Where exponent E^2 is larger, the energy of fibres goes on as a polynomial.
+/// Above this exponent E^2 the energy of fibres continues as a polynomial.
 constexpr double most_argument = 16.0;
 /// Added to I4 in the length of an active fibre.
 constexpr double least_squared_length = 1e-6;
 
-/// Of the energy of fibres: value and derivatives by I4.
+/// Energy of fibres: value and derivatives by I4.
 struct FibreEnergy {
   double value = 0.0;
   double slope = 0.0;
@@ -45,7 +45,7 @@ FibreEnergy passive_energy(double stiffness, double exponent, double e) {
   return energy;
 }
 
-/// What follows from F at the fibres: w, and coefficients of the stress c w f^T and of the tangent.
+/// State of the fibres at F: w, and coefficients of the stress c w f^T and of the tangent.
 struct FibreState {
   Vec3 stretched;
   double energy = 0.0;
@@ -102,7 +102,8 @@ struct PrincipalTerms {
   double pressure = 0.0;  ///< of J
 };
 
-/// A diagonal entry of stretch: c is the cofactor s_j s_k, squares those of s_j and s_k.
+/// A diagonal entry of the tangent in stretches. c is the cofactor s_j s_k; `squares` are those of s_j and
+/// s_k.
 double diagonal_entry(const HyperelasticLaw& law, const PrincipalTerms& t, double s, double c,
                       double squares) {
   return t.first + t.bend * s * s + law.second * squares + law.bulk * c * c;

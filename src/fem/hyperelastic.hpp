@@ -18,19 +18,19 @@ namespace palpate::fem {
 /// Smith, de Goes & Kim, "Stable neo-Hookean flesh simulation", ACM TOG 37 (2018), eq. 14, is second = 0; its
 /// term in (J - alpha)^2 with alpha = 1 + 3/4 first/bulk differs by a constant from ours, which is zero at
 /// rest without cancellation. Fibres: Holzapfel, Gasser & Ogden, J. Elasticity 61 (2000), section 4.
-/// Deviations: where exponent E^2 > 16 the energy goes on as its Taylor polynomial of second order, so that
+/// Deviations: for exponent E^2 > 16 the energy continues as its Taylor polynomial of second order, so that
 /// no trial step overflows; sqrt(I4) is sqrt(I4 + 1e-6), so that a crushed fibre has a tangent.
 struct HyperelasticLaw {
   double first = 0.0;   ///< Pa
   double second = 0.0;  ///< Pa
   double bulk = 0.0;    ///< Pa
-  Vec3 fibre{};         ///< zero: none
+  Vec3 fibre{};         ///< zero: no fibres
   double fibre_stiffness = 0.0;
   double fibre_exponent = 0.0;
   double tension = 0.0;  ///< Pa
 };
 
-/// Shares of the two invariants, so that with small strains the shear modulus is mu: 3/4 first + second.
+/// Moduli of the two invariants. For small strains the shear modulus is mu = 3/4 first + second.
 struct InvariantModuli {
   double first = 0.0;
   double second = 0.0;
@@ -71,12 +71,12 @@ struct HyperelasticTangent {
 /// dP for dF, with the tangent's fibre along this unit vector.
 [[nodiscard]] Matrix3 stress_change_of(const HyperelasticTangent& tangent, const Vec3& fibre,
                                        const Matrix3& gradient_change);
-/// a : dP/dF : b of two gradients of shape functions at rest: the stiffness block of two points per volume.
+/// a : dP/dF : b for two gradients of shape functions at rest: the stiffness block of two points per volume.
 [[nodiscard]] Matrix3 block_of(const HyperelasticTangent& tangent, const Vec3& fibre, const Vec3& a,
                                const Vec3& b);
 
-/// The six stiffness blocks of an element above its diagonal, those of corners (0,1), (0,2), (0,3), (1,2),
-/// (1,3), (2,3), nine numbers row by row each: rows are of the first corner. A block on the diagonal is minus
+/// The six stiffness blocks of an element above its diagonal: corners (0,1), (0,2), (0,3), (1,2), (1,3),
+/// (2,3). Each has nine numbers row by row; rows belong to the first corner. A block on the diagonal is minus
 /// the sum of the others of its row.
 inline constexpr std::size_t tangent_blocks = 6;
 inline constexpr std::size_t tangent_values = 9 * tangent_blocks;

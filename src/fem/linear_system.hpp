@@ -13,14 +13,14 @@ namespace palpate::fem {
 /// points, and its block-Jacobi preconditioner.
 ///
 /// There are two products with it. The exact one is in double and by point: the stiffness of each element
-/// times the vectors at its corners, which takes as long as two or three of the other. That one is in float
-/// and by rows of B: what solvers iterate with. They differ by the rounding of B's blocks.
+/// times the vectors at its corners. The other is in float, by rows of B, and two or three times as fast:
+/// solvers iterate with it. They differ by the rounding of B's blocks.
 ///
 /// The restriction is exact: rows of points that are not free give zero, and vectors are zero there, so their
-/// columns do not count either. Refers to B and W, which must outlive it.
+/// columns have no effect either. Refers to B and W, which must outlive it.
 class LinearSystem {
  public:
-  /// \param free  (n_points) 1 where a point may move, those of B and W
+  /// \param free  (n_points) 1: may move; the same as for B and W
   LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings, std::vector<std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return free_.size(); }  ///< n_points
@@ -29,16 +29,16 @@ class LinearSystem {
   [[nodiscard]] const CouplingSystem& couplings() const { return *couplings_; }
   [[nodiscard]] CouplingSystem& couplings() { return *couplings_; }
 
-  /// diag(A) of rows: a lower bound of A, since the rest is positive semi-definite; and its inverse, 0 where
-  /// there is no row.
+  /// m by row: diag(m) is a lower bound of A, since A - diag(m) is positive semi-definite. And its inverse, 0
+  /// in padding rows.
   [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
   [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
   /// Copies the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
-  /// y = A x at free points, 0 elsewhere, in double; x and y are of (n_points), and x may be other than zero
-  /// at points that are not free. O(n_elements).
+  /// y = A x at free points, 0 elsewhere, in double; x and y are (n_points). x may be nonzero at points that
+  /// are not free. O(n_elements).
   void multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
                         std::span<simd::Padded3> y);
   /// y = A x by rows, in float; returns the sum of x y. O(n_blocks).

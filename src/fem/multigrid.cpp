@@ -10,9 +10,9 @@ namespace {
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t node_grain = 64;
 constexpr std::size_t coupling_grain = 64;
-constexpr int many = 20;                   // iterations of a solve from which a hierarchy counts as stale
-constexpr int few = 12;                    // iterations of a solve from which couplings are renewed
-constexpr int max_stale_iterations = 200;  // iterations of such solves: what it costs to make it
+constexpr int many = 20;                   // iterations of a solve above which it counts as slow
+constexpr int few = 12;                    // iterations of a solve above which couplings are renewed
+constexpr int max_stale_iterations = 200;  // iterations of slow solves: the cost of a new hierarchy
 
 }  // namespace
 

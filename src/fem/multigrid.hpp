@@ -21,36 +21,36 @@ namespace palpate::fem {
 /// (1996)), transfers of least energy (transfer.hpp) and Gauss-Seidel before and after (gauss_seidel.hpp).
 /// Coarse levels are solved by two cycles each, which costs a fifth more and saves a third of the iterations.
 ///
-/// Aggregates, transfers and the coarse matrices of bodies are made of each body by itself, from its shape at
-/// rest, and anew where the time step changes or, at the positions that there are then, where many iterations
-/// have been made by solves that took too many. From there on transfers turn with the points, P_i = R_i
-/// P_i(reference), so that coarse unknowns stay in the frame of the reference: exact where a body turns as a
-/// whole. Couplings are taken to all levels in each update(): P^T J_c^T W_c J_c P. The coarsest level,
-/// all bodies together, is factored. Symmetric and positive definite; the same bits for every thread count.
+/// Aggregates, transfers and the coarse matrices are made for each body separately, from its shape at rest.
+/// They are made again if the time step changes, and after many iterations in slow solves, then at the
+/// present positions (the reference). Transfers rotate with the points, P_i = R_i P_i(reference), so that
+/// coarse unknowns stay in the frame of the reference: exact if a body rotates as a whole. update() adds the
+/// couplings to all levels: P^T J_c^T W_c J_c P. The coarsest level, all bodies together, is factored.
+/// Symmetric and positive definite; the same bits for every thread count.
 class Multigrid {
  public:
   /// \param matrix  must outlive it. O(1).
   explicit Multigrid(const BlockMatrix& matrix) : matrix_(&matrix) {}
 
-  /// Makes the hierarchy where there is none of this system yet; then rotations at these positions
-  /// (n_points x 3), and the couplings' part of all levels: in a step anew where there are others or the last
-  /// solve was slow. The system is as update_preconditioner() left it.
+  /// Makes the hierarchy if there is none for this system, then the rotations at these positions (n_points x
+  /// 3). Makes the couplings' part of all levels again if their number has changed or the last solve was
+  /// slow. Call after update_preconditioner() of the system.
   void update(const parallel::Threads& threads, const LinearSystem& system, std::span<const Vec3> positions);
-  /// A step begins: its first update() renews the couplings, so that nothing depends on steps before.
+  /// Begins a step: its first update() renews the couplings, so that nothing depends on earlier steps.
   void begin_step() { outdated_ = true; }
   /// z = P^-1 r, by rows, simd::slice_values a slice; returns the sum of r z.
   double apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<float> z);
 
-  /// Counts a solve with it, of so many iterations.
+  /// Counts a solve with this number of iterations.
   void count(int iterations);
-  /// What later solves depend on, as part of a state: the positions that the hierarchy is made at (n_points),
-  /// empty for rest, and the iterations that count against it.
+  /// State that later solves depend on: the positions of the hierarchy (n_points), empty for rest, and the
+  /// iterations of its slow solves.
   [[nodiscard]] const std::vector<Vec3>& reference() const { return reference_; }
   [[nodiscard]] int stale_iterations() const { return stale_iterations_; }
   void set_reference(std::span<const Vec3> reference, int stale_iterations);
 
-  /// Levels below the finest, and blocks of all levels over those of the finest, by their numbers.
+  /// Levels below the finest, and the number of blocks of all levels over that of the finest.
   [[nodiscard]] std::span<const CoarseLevel> levels() const { return levels_; }
   [[nodiscard]] double operator_complexity() const;
 
@@ -71,19 +71,19 @@ class Multigrid {
   const BlockMatrix* matrix_;
   std::vector<Vec3> reference_;
   int stale_iterations_ = 0;
-  std::vector<double> factors_;      ///< of the elements, when it was made
-  std::vector<double> diagonal_;     ///< the same of the points
-  std::vector<std::uint32_t> rows_;  ///< that have a point: the nodes of the finest level
+  std::vector<double> factors_;      ///< of the elements, when the hierarchy was made
+  std::vector<double> diagonal_;     ///< of the points, at that time
+  std::vector<std::uint32_t> rows_;  ///< rows with a point: the nodes of the finest level
   std::vector<std::uint32_t> node_of_row_;
   PaddedBlocks transfer_;     ///< by row
-  PaddedBlocks restriction_;  ///< columns are rows
+  PaddedBlocks restriction_;  ///< columns are rows of the matrix
   std::vector<CoarseLevel> levels_;
-  std::vector<GaussSeidel> smoother_;  ///< one, once it is made
+  std::vector<GaussSeidel> smoother_;  ///< empty before it is made, then one
   simd::AlignedVector<float> edges_;   ///< simd::RotationRows
   simd::AlignedVector<float> rotations_;
-  std::vector<Vec3> rotated_at_;  ///< (n_points) positions that rotations_ are of, or empty
-  bool outdated_ = true;          ///< coarse levels are of other positions or couplings than they should be
-  std::size_t taken_ = 0;         ///< couplings that they have taken
+  std::vector<Vec3> rotated_at_;  ///< (n_points) positions of rotations_, or empty
+  bool outdated_ = true;          ///< coarse levels are not of the present positions and couplings
+  std::size_t taken_ = 0;         ///< number of couplings in the coarse levels
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row
   simd::AlignedVector<simd::Quad> rotated_;    ///< by row

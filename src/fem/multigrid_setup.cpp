@@ -10,9 +10,9 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t few_nodes = 40;    // what is factored at once
-constexpr double least_reduction = 0.8;  // of the nodes, by a level more
-constexpr double strong = 0.05;          // connections of coarse nodes, by the blocks on the diagonal
+constexpr std::size_t few_nodes = 40;    // a level of this size is factored
+constexpr double least_reduction = 0.8;  // largest ratio of nodes for another level
+constexpr double strong = 0.05;  // strong connections of coarse nodes, relative to the diagonal blocks
 constexpr std::size_t slice_grain = 16;
 
 Matrix3 minus(const Matrix3& a) {
@@ -25,8 +25,8 @@ double squared_norm(const Dense<6, 6>& block) {
   return sum;
 }
 
-/// Aggregates of nodes whose connections are strong: smoothed transfers join nodes that are far from each
-/// other, and weakly; with these, aggregates would be too large for the smoother.
+/// Aggregates by strong connections only: smoothed transfers also connect distant nodes weakly, which would
+/// make aggregates too large for the smoother.
 std::vector<Index> aggregate_strong(const BlockRows<6, 6>& a) {
   std::vector<double> diagonal(a.size(), 0.0);
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -52,7 +52,7 @@ std::span<const Vec3> Multigrid::reference_positions() const {
   return reference_.empty() ? matrix_->elements().points_rest() : std::span<const Vec3>(reference_);
 }
 
-/// Of each element from rest to the reference.
+/// Rotation of each element from rest to the reference.
 std::vector<Matrix3> Multigrid::element_rotations() const {
   const auto corners = matrix_->elements().corners();
   const auto edges = [](std::span<const Vec3> points, const Tet& tet) {
@@ -75,7 +75,7 @@ std::vector<Matrix3> Multigrid::element_rotations() const {
   return rotations;
 }
 
-/// The same of each smoothing domain.
+/// Rotation of each smoothing domain.
 std::vector<Matrix3> Multigrid::domain_rotations() const {
   const Elements& elements = matrix_->elements();
   std::vector<Matrix3> rotations(elements.smoothing().size(), identity());
@@ -85,7 +85,7 @@ std::vector<Matrix3> Multigrid::domain_rotations() const {
   return rotations;
 }
 
-/// Rows of the nodes, which are the points that have a row, in the order of rows.
+/// The matrix at the reference. Its nodes are the points with a row, in the order of rows.
 BlockRows<3, 3> Multigrid::matrix_at_reference() const {
   const std::vector<Matrix3> rotations = element_rotations();
   const Elements& elements = matrix_->elements();
@@ -135,7 +135,7 @@ BlockRows<3, 3> Multigrid::matrix_at_reference() const {
   return result;
 }
 
-/// Nodes with a tet in common. Smoothing joins points that are further apart: too many for an aggregate.
+/// Connects nodes of a common tet. Connections by smoothing would be too many for aggregates.
 BlockRows<0, 0> Multigrid::element_graph() const {
   const auto row_of = matrix_->row_of_point();
   BlockRows<0, 0> graph;
@@ -164,7 +164,7 @@ std::vector<Node> Multigrid::points_as_nodes() const {
   return nodes;
 }
 
-/// The transfer by rows in place of nodes.
+/// Stores the transfer by rows in place of nodes.
 void Multigrid::connect_rows(const BlockRows<3, 6>& transfer, std::size_t count) {
   BlockRows<3, 6> by_row;
   by_row.columns = transfer.columns;
@@ -219,8 +219,9 @@ void Multigrid::build(const parallel::Threads& threads) {
   }
 }
 
-/// e_ij = S^-1 (X_j - X_i), with S the sum of their squares, so that F is the least-squares fit to the edges
-/// of a row. Edges to points that have no row, and those of rows whose edges lie in a plane, do not count.
+/// Computes e_ij = S^-1 (X_j - X_i), with S the sum of (X_j - X_i) (X_j - X_i)^T, so that F is the
+/// least-squares fit to the edges of a row. Ignores edges to points without a row, and rows whose edges lie
+/// in a plane.
 void Multigrid::place_edges() {
   const simd::SlicedRows all = matrix_->rows();
   const auto points = matrix_->point_of_row();

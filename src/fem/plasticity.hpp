@@ -10,9 +10,9 @@ namespace palpate::fem {
 
 /// When and how fast an element yields; see Material.
 struct Plasticity {
-  std::optional<double> yield{};    ///< none: never
+  std::optional<double> yield{};    ///< empty: never yields
   double creep = 0.0;               ///< 1/s
-  std::optional<double> maximum{};  ///< none: no bound
+  std::optional<double> maximum{};  ///< empty: no bound
 };
 
 /// Frobenius norm, sqrt(a : a).
@@ -28,20 +28,20 @@ struct Plasticity {
 /// elastic = total - plastic, where |elastic| > yield: plastic += min(1, h creep) elastic; where then
 /// |plastic| > maximum: plastic *= maximum / |plastic|.
 /// Deviations: norms are Frobenius norms of the tensors (theirs, of the six-vector, depends on the axes);
-/// the step is left out where it would raise the elastic energy mu |elastic|^2 + lambda/2 tr^2(elastic),
-/// which only the bound can make it do: plastic flow never gives energy.
+/// flow that would raise the elastic energy mu |elastic|^2 + lambda/2 tr^2(elastic) is left out, which only
+/// the bound can cause: plastic flow never adds energy.
 [[nodiscard]] SymmetricMatrix3 plastic_flow(const SymmetricMatrix3& plastic, const SymmetricMatrix3& total,
                                             const Plasticity& plasticity, double time_step, double mu,
                                             double lambda);
 
-/// The vector w of dR's part of the stress of an element with plastic strain p: with S = R^T F and
-/// e = S - I - p, the derivative of mu |e|^2 + lambda/2 tr^2(e) with F at fixed p is
+/// The vector w: the part of dR in the stress of an element with plastic strain p. With S = R^T F and e = S -
+/// I - p, the derivative of mu |e|^2 + lambda/2 tr^2(e) by F at fixed p is
 ///   R (2 mu (e - [w]_x) + lambda tr(e) I),  (tr(S) I - S) w = vee(S p - p S).
 /// Derivation: dF = dR S + R dS with R^T dR = [o]_x gives (tr(S) I - S) o = vee(A - A^T) for A = R^T dF, and
-/// e : dS = e : A - e : [o]_x S. Mueller & Gross leave w out, so that their plastic forces have a torque of
-/// their own unless S and p share their axes (w = 0); with w, forces of an element have none.
-/// |w| <= |p| / sqrt(2) holds where S is positive definite and is enforced elsewhere, where the energy has a
-/// kink; 0 where the matrix has no finite inverse.
+/// e : dS = e : A - e : [o]_x S. Mueller & Gross leave w out, so that their plastic forces have a torque
+/// unless S and p have the same axes (w = 0). With w the torque is zero. |w| <= |p| / sqrt(2) holds if S is
+/// positive definite, and is enforced elsewhere, where the energy has a kink. w = 0 if the matrix has no
+/// finite inverse.
 [[nodiscard]] Vec3 plastic_twist(const SymmetricMatrix3& stretch, const SymmetricMatrix3& plastic);
 
 /// The same for an element with the deformation gradient F and its rotation.

@@ -8,9 +8,9 @@
 namespace palpate::fem {
 namespace {
 
-/// Contacts of a chunk: part of the result's definition.
+/// Contacts per chunk. The bits of the result depend on it.
 constexpr std::size_t grain = 64;
-/// The same where each chunk has a matrix of sums.
+/// The same for chunks with a matrix of sums.
 constexpr std::size_t matrix_grain = 512;
 
 std::size_t padded(std::size_t n) {
@@ -38,7 +38,7 @@ void ReducedStep::begin(std::size_t most) {
 void ReducedStep::grow(std::size_t most) {
   const std::size_t before = stride_;
   set_most(most);
-  // From the end, so that no row covers one that is still to be moved.
+  // From the end, so that no row overwrites one that is still to be moved.
   const auto spread = [&](auto& rows, std::size_t count) {
     make_room(rows, stride_ * count);
     rows.resize(stride_ * count);
@@ -155,7 +155,7 @@ void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
   clear_stiffness();
 }
 
-/// F at c with these forces, less those at c = 0.
+/// F at c. The forces are relative to those at c = 0.
 void ReducedStep::project(const parallel::Threads& threads, std::span<const double> c,
                           std::span<const Vec3> forces, std::vector<double>& f) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
@@ -187,7 +187,7 @@ simd::ContactLawRows ReducedStep::law_rows(bool with_bounds) const {
           .bounds = with_bounds ? bounds_.data() : nullptr};
 }
 
-/// Forces at these velocities, less those at c = 0: by Coulomb's law, or with the bounds as they are.
+/// Forces at these velocities minus those at c = 0: by Coulomb's law, or with the present bounds.
 void ReducedStep::find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities,
                               bool with_bounds, std::vector<Vec3>& forces) const {
   parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -196,7 +196,7 @@ void ReducedStep::find_forces(const parallel::Threads& threads, const std::vecto
   });
 }
 
-/// Trial velocities and forces at that fraction of step_.
+/// Computes trial velocities and forces at a fraction of step_.
 void ReducedStep::try_step(const parallel::Threads& threads, double step_length, bool with_bounds) {
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
     trial_velocities_[k] = velocities_[k] + step_length * step_velocities_[k];
@@ -212,7 +212,7 @@ void ReducedStep::accept_trial() {
   std::fill(c_.begin() + static_cast<std::ptrdiff_t>(size_), c_.end(), 0.0);
 }
 
-/// Rows and columns of new directions in stiffness_, with the weights that it has.
+/// Adds rows and columns of new directions to stiffness_, with its present weights.
 void ReducedStep::assemble_new(const parallel::Threads& threads) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
   for (; assembled_ < size_; ++assembled_) {
@@ -236,8 +236,9 @@ void ReducedStep::assemble_new(const parallel::Threads& threads) {
   }
 }
 
-/// From -df/du of a contact as it is, in changes_: what it has changed, and the weight that goes with it. A
-/// small change, as of the direction of what slides, is none: Newton's method does not need it.
+/// changes_ holds the present -df/du of a contact: replaces it by the change since weights_ was set, and
+/// updates weights_. Small changes, such as a slow change of the sliding direction, become zero: Newton's
+/// method does not need them.
 void ReducedStep::take_change(std::size_t contact) {
   constexpr double small = 0.03;
   Matrix3& change = changes_[contact];
@@ -250,7 +251,7 @@ void ReducedStep::take_change(std::size_t contact) {
   }
 }
 
-/// -dF/dc at the present c. Only contacts that hold otherwise than before cost O(directions^2).
+/// -dF/dc at the present c. Only contacts whose derivative has changed cost O(directions^2).
 void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   assemble_new(threads);
   const std::size_t chunks = parallel::chunk_count(laws_.size(), matrix_grain);

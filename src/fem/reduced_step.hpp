@@ -17,50 +17,52 @@ namespace palpate::fem {
 ///   0 = F(c) = g - G c + h sum_k J_k^T (f_k(u_k + J_k c) - f_k(u_k)),
 ///
 /// where G_ij = z_i^T A z_j, g_i = z_i^T r with the residual r at c = 0, f_k is the force of contact k, u_k
-/// its relative velocity at c = 0 and J_k (3 x n) what the directions change of it. The contacts are exact
-/// here: they depend on the solution through so few numbers that a round costs less than a product with A.
+/// its relative velocity at c = 0 and J_k (3 x n) the derivative of that by c. The contacts are not
+/// linearised here: with so few unknowns an iteration costs less than a product with A.
 ///
-/// solve() goes on from the last c by Newton's method with the true derivatives; where that does not lower
-/// |F| (in the norm of G^-1), by Newton's method with line search on the convex problem with the bounds of
-/// friction at the last c (Haslinger's fixed point), until |F| is a tenth of what it was or two rounds are
-/// made: the next direction changes F anyway.
+/// solve() continues from the last c by Newton's method with the true derivatives. If that does not lower |F|
+/// (in the norm of G^-1), it uses Newton's method with line search on the convex problem with the bounds of
+/// friction at the last c (Haslinger's fixed point). It stops when |F| has fallen to a tenth, or after two
+/// rounds, since the next direction changes F anyway.
 class ReducedStep {
  public:
   static constexpr std::size_t largest = 48;  ///< number of directions
 
-  /// Removes all directions. \param most  of them, later; at most `largest`
+  /// Removes all directions.
+  /// \param most  largest number of directions from now on; at most `largest`
   void begin(std::size_t most);
-  /// Sets the contacts; their state at c = 0 and their changes by directions must be set again. The
-  /// span must stay valid.
+  /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
 
   [[nodiscard]] std::size_t directions() const { return size_; }
   [[nodiscard]] std::size_t most() const { return most_; }
   [[nodiscard]] std::span<const double> solution() const { return {c_.data(), size_}; }
-  /// What the last solve() changed of the solution.
+  /// Change of the solution by the last solve().
   [[nodiscard]] std::span<const double> change() const { return {change_.data(), size_}; }
   /// The relative velocity of a contact at c = 0.
   void set_base(std::size_t contact, const Vec3& velocity) { base_velocities_[contact] = velocity; }
   /// The relative velocity of a contact at the present c, after update() or solve().
   [[nodiscard]] const Vec3& velocity(std::size_t contact) const { return velocities_[contact]; }
-  /// The force of a contact at the present c, less that at c = 0, N; after update() or solve().
+  /// The force of a contact at the present c minus that at c = 0, N; after update() or solve().
   [[nodiscard]] const Vec3& more_force(std::size_t contact) const { return forces_[contact]; }
-  /// After set_base() of all contacts: their forces at c = 0, which c becomes.
+  /// Call after set_base() of all contacts: sets c = 0 and computes the forces there.
   void update(const parallel::Threads& threads);
-  /// Sets what a direction changes of a contact; returns the work that more_force() does in it.
+  /// Sets the change of a contact's relative velocity by a direction. Returns the work of more_force() in it.
   double set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
-  /// Adds a direction, after its rates. \param row  z^T A z_i of it with each that is there and itself
-  /// (directions() + 1) \param work  sum of those of set_rate()
+  /// Adds a direction, after its rates.
+  /// \param row   z^T A z_i with all directions and itself (directions() + 1)
+  /// \param work  sum of the results of set_rate()
   void add(std::span<const double> row, double residual, double work);
   void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
-  /// The present c becomes c = 0; then the residuals must be set again.
+  /// Makes the present c the new c = 0. Then set the residuals again.
   void rebase(const parallel::Threads& threads);
-  /// At c = 0: puts the combination sum_i a_i z_i in the place of the first direction and the last `kept`
-  /// ones behind it. The residuals must be set again.
+  /// Call at c = 0: replaces the directions by the combination sum_i a_i z_i, followed by the last `kept`
+  /// ones. Then set the residuals again.
   void compress(std::span<const double> a, std::size_t kept);
-  /// Room for more directions; those that are there stay. \param most  more than most(), at most `largest`
+  /// Makes room for more directions and keeps the present ones.
+  /// \param most  more than most(), at most `largest`
   void grow(std::size_t most);
-  /// False where the last direction is one of the others, to rounding; then it is dropped. O(contacts
+  /// False if the last direction depends linearly on the others, to rounding; then it is dropped. O(contacts
   /// directions^2) a round.
   bool solve(const parallel::Threads& threads);
 
@@ -87,7 +89,7 @@ class ReducedStep {
   double search_line(const parallel::Threads& threads);
 
   std::span<const ContactLaw> laws_;
-  simd::AlignedVector<double> law_rows_;  ///< of the laws, in groups
+  simd::AlignedVector<double> law_rows_;  ///< the laws, in groups
   StepFriction friction_{};
   std::size_t most_ = 0;
   std::size_t stride_ = 0;  ///< of rows of directions
@@ -98,21 +100,21 @@ class ReducedStep {
   std::vector<double> c_;
   std::vector<double> change_;
   std::vector<Vec3> base_velocities_;  ///< of the contacts at c = 0
-  std::vector<Vec3> base_forces_;      ///< there, N
+  std::vector<Vec3> base_forces_;      ///< at c = 0, N
   std::vector<Vec3> velocities_;       ///< at c
-  std::vector<Vec3> forces_;           ///< there, less base_forces_, N
+  std::vector<Vec3> forces_;           ///< at c, minus base_forces_, N
   std::vector<Vec3> trial_velocities_;
   std::vector<Vec3> trial_forces_;
-  std::vector<Vec3> step_velocities_;  ///< what step_ changes of the velocities
+  std::vector<Vec3> step_velocities_;  ///< change of the velocities by step_
   simd::AlignedVector<float> rates_;   ///< (contacts x 3 x stride): J
   std::vector<double> bounds_;         ///< of friction, N
-  std::vector<Matrix3> weights_;       ///< -df/du of the contacts that stiffness_ is of, N s/m
-  std::vector<Matrix3> changes_;       ///< of them, scratch
+  std::vector<Matrix3> weights_;       ///< -df/du of the contacts in stiffness_, N s/m
+  std::vector<Matrix3> changes_;       ///< changes of weights_, scratch
   std::vector<double> stiffness_;      ///< (stride x stride) sum_k J_k^T H_k J_k
-  std::size_t assembled_ = 0;          ///< directions that it has
+  std::size_t assembled_ = 0;          ///< number of directions in stiffness_
   std::vector<double> matrix_;         ///< (size x stride), scratch
   std::vector<double> partial_;
-  std::vector<double> f_;  ///< F at the present c; where that is 0, once solve() has begun
+  std::vector<double> f_;  ///< F at the present c; at c = 0 only after solve() has begun
   bool at_base_ = true;    ///< c = 0
   std::vector<double> trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;

@@ -1,4 +1,4 @@
-// How ReducedStep goes on from a c: Newton's method, and the convex problem where that fails.
+// The iteration of ReducedStep: Newton's method, and the convex problem if that fails.
 #include <algorithm>
 #include <cmath>
 
@@ -8,15 +8,15 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t grain = 256;  // contacts
-/// |F| that is left, by what was.
+/// Ratio of |F| to its first value at which to stop.
 constexpr double reduction = 0.1;
 constexpr int most_rounds = 2;
-/// A slope so flat is none.
+/// Ratio of slopes, or of |F|, at which a minimum counts as found.
 constexpr double flat = 0.1;
 
 }  // namespace
 
-/// False where the last direction is one of the others, to rounding.
+/// False if the last direction depends linearly on the others, to rounding.
 bool ReducedStep::factor_gram() {
   constexpr double rounding = 1e-10;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -34,7 +34,7 @@ bool ReducedStep::factor_gram() {
   return true;
 }
 
-/// Of F, by G^-1: the energy of the step that F asks for.
+/// Norm of F by G^-1: the norm by G of the step G^-1 F.
 double ReducedStep::norm(std::span<const double> f) {
   double square = 0.0;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -46,7 +46,7 @@ double ReducedStep::norm(std::span<const double> f) {
   return std::sqrt(square);
 }
 
-/// matrix_ step = f, by Gauss with row exchange; false where it is singular.
+/// Solves matrix_ step = f by Gaussian elimination with pivoting; false if matrix_ is singular.
 bool ReducedStep::solve_linear(std::span<const double> f, std::vector<double>& step) {
   const std::size_t n = size_;
   double* m = matrix_.data();
@@ -75,7 +75,7 @@ bool ReducedStep::solve_linear(std::span<const double> f, std::vector<double>& s
   return true;
 }
 
-/// One step with the true derivatives; false, and nothing has changed, where |F| does not fall.
+/// One step with the true derivatives. If |F| does not fall, returns false and changes nothing.
 bool ReducedStep::step_newton(const parallel::Threads& threads) {
   constexpr int halvings = 4;
   constexpr double enough = 0.3;
@@ -96,8 +96,8 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   return false;
 }
 
-/// The fraction of step_ at which the convex function that the bounds of friction give is least, about; 0
-/// where it rises from the start. O(contacts) a trial.
+/// Approximate line search on the convex function with fixed bounds of friction: the fraction of step_ with
+/// the least value; 0 if it rises from the start. O(contacts) a trial.
 double ReducedStep::search_line(const parallel::Threads& threads) {
   constexpr int halvings = 8;
   constexpr double furthest = 64.0;
@@ -113,7 +113,7 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
     constant += step_[i] * (g_[i] - along_c);
     curvature += step_[i] * along_step;
   }
-  // step^T F: how fast the function falls.
+  // step^T F: the negative slope of the function.
   const auto slope = [&](double step_length) {
     try_step(threads, step_length, true);
     const double work = parallel::sum(threads, laws_.size(), partial_, [&](std::size_t k) {
@@ -144,7 +144,7 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
   return high;
 }
 
-/// Minimises the convex function that the bounds of friction at c give; false where that moves nothing.
+/// Minimises the convex function with the bounds of friction at c; false if c does not change.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {

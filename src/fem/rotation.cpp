@@ -9,7 +9,7 @@
 namespace palpate::fem {
 namespace {
 
-/// With the largest entry scaled to 1: above this determinant Newton converges in a few steps.
+/// Above this determinant, with the largest entry scaled to 1, Newton converges in a few steps.
 constexpr double healthy_determinant = 0.01;
 constexpr int newton_cap = 16;
 /// Convergence is quadratic: a step this small leaves an error of its square.
@@ -46,10 +46,10 @@ Matrix4 quaternion_form(const Matrix3& f) {
   return n;
 }
 
-/// Turns rows and columns p, q of n so that n[p][q] = 0; `vectors` collects the turns in its columns.
+/// Rotates rows and columns p, q of n so that n[p][q] = 0, and the columns of `vectors` with them.
 void jacobi_rotation(Matrix4& n, Matrix4& vectors, std::size_t p, std::size_t q) {
   const double theta = (n[q][q] - n[p][p]) / (2.0 * n[p][q]);
-  // A theta that overflows gives t = 0, which is right: the entry is negligible.
+  // If theta overflows, t = 0: the entry is negligible.
   const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
   const double c = 1.0 / std::sqrt(t * t + 1.0);
   const double s = t * c;
@@ -74,8 +74,7 @@ void jacobi_rotation(Matrix4& n, Matrix4& vectors, std::size_t p, std::size_t q)
   }
 }
 
-/// Unit eigenvector of the largest eigenvalue; of equal ones the first, so that F = 0 gives the identity
-/// rotation.
+/// Unit eigenvector of the largest eigenvalue, the first of equal ones, so that F = 0 gives the identity.
 std::array<double, 4> largest_eigenvector(Matrix4 n) {
   Matrix4 vectors{};
   for (std::size_t i = 0; i < 4; ++i) vectors[i][i] = 1.0;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int bits = 16;  // an axis
 
-/// Bit i of the number becomes bit 3 i.
+/// Moves bit i of the number to bit 3 i.
 std::uint64_t spread(std::uint64_t number) {
   std::uint64_t result = 0;
   for (int i = 0; i < bits; ++i) result |= (number >> i & 1U) << (3 * i);
@@ -52,7 +52,7 @@ std::vector<Index> tets_along_curve(const Bodies& bodies) {
   const std::vector<Index> points = points_along_curve(bodies.points_rest(), bodies.body_of_point(), all);
   std::vector<Index> place(count);
   for (std::size_t k = 0; k < count; ++k) at(place, points[k]) = static_cast<Index>(k);
-  std::vector<std::pair<Index, Index>> keys;  // of bodies one after the other, as their points are
+  std::vector<std::pair<Index, Index>> keys;  // body by body, as the points are
   for (const Tet& tet : bodies.tets()) {
     const auto place_of = [&](std::size_t corner) { return at(place, tet[corner]); };
     keys.emplace_back(std::min({place_of(0), place_of(1), place_of(2), place_of(3)}),

@@ -31,28 +31,28 @@ struct SmoothedTet {
   HyperelasticLaw law;
 };
 
-/// Selective smoothing of the strain of linear tets over edges and nodes (ES/NS-FEM-T4), so that they neither
-/// lock where tissue hardly changes its volume nor are too stiff in bending. Liu & Nguyen-Thoi, "Smoothed
+/// Selective smoothing of the strain of linear tets over edges and nodes (ES/NS-FEM-T4). It avoids locking of
+/// nearly incompressible tissue and too much stiffness in bending. Liu & Nguyen-Thoi, "Smoothed
 /// Finite Element Methods", CRC Press (2010), chapters 5 and 8; Onishi & Amaya, "A locking-free selective
 /// smoothed finite element method using tetrahedral and triangular elements with adaptive mesh rezoning for
 /// large deformation problems", Int. J. Numer. Meth. Eng. 99 (2014).
 ///
-/// A domain has a sixth of the volume of each tet at an edge, or a quarter of that of each tet at a point, of
-/// one material. Its deformation gradient is the mean of theirs by volume, F = I + sum_i u_i b_i^T over its
+/// A domain has a sixth of the volume of each tet at an edge, or a quarter of each tet at a point, of one
+/// material. Its deformation gradient is the mean of theirs by volume, F = I + sum_i u_i b_i^T over its
 /// points, with b_i the mean of the gradients at rest. Domains of edges have the law without lambda (shape),
 /// domains of points lambda alone (volume):
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
-/// Forces are -V P b_i, stiffness blocks V b_i : dP/dF : b_j, as those of a tet are; that
-/// of corotational ones without its negative part (twists_of).
+/// Forces are -V P b_i and stiffness blocks V b_i : dP/dF : b_j, as for a tet; of corotational ones without
+/// the negative part (twists_of).
 ///
-/// Deviations: the two parts are split by Lame's constants and not by deviator and trace, so that each alone
-/// has no stress at rest, also in laws that are not linear.
+/// Deviation: the two parts are split by Lame's constants and not by deviator and trace, so that each is
+/// stress-free at rest, also for nonlinear laws.
 class SmoothingDomains {
  public:
   SmoothingDomains() = default;
   /// O(n_tets log).
-  /// \param materials  those that SmoothedTet::material counts
+  /// \param materials  indexed by SmoothedTet::material
   SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t point_count,
                    std::span<const Material> materials);
 
@@ -63,7 +63,7 @@ class SmoothingDomains {
   [[nodiscard]] std::span<const Index> points(std::size_t domain) const {
     return std::span(points_).subspan(begin_[domain], begin_[domain + 1] - begin_[domain]);
   }
-  /// Some element of a domain: all have the damping of one material.
+  /// An element of a domain. All its elements have one material, so the same damping.
   [[nodiscard]] Index element(std::size_t domain) const { return first_tet(domain).element; }
 
   /// A point's place in a domain.
@@ -73,12 +73,12 @@ class SmoothingDomains {
   };
   /// Entries of a point, domains ascending; empty where no tet is smoothed.
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
-  /// Index of the first of them among all entries.
+  /// Index of a point's first entry among all entries.
   [[nodiscard]] std::size_t first_entry(Index point) const {
     return entry_begin_[static_cast<std::size_t>(point)];
   }
 
-  /// Stresses, energies and tangents at these displacements (n_points). O(n_domains).
+  /// Computes stresses, energies and tangents at these displacements (n_points). O(n_domains).
   /// \param factors         of the stiffness, per element (Elements)
   /// \param bulk_fractions  of lambda in energy and forces, per element
   void update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
@@ -102,10 +102,10 @@ class SmoothingDomains {
       add(k, stress * rest_gradients_[begin_[domain] + k]);
   }
 
-  /// Tensions of active fibres, per element from `first` on, Pa; as of the next update().
+  /// Sets tensions of active fibres, per element from `first` on, Pa, from the next update() on.
   void set_tensions(std::span<const double> tensions, Index first);
 
-  /// Viscosity of the domains, as that of elements: a domain's stress is Biot's of its part of the law.
+  /// Viscosity of the domains, as of elements. A domain's stress is the Biot stress of its part of the law.
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const { return !viscosity_.elements().empty(); }
   void set_time_step(double time_step) { viscosity_.set_time_step(time_step); }
@@ -114,8 +114,8 @@ class SmoothingDomains {
   void relax(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
              std::span<const double> bulk_fractions);
   void set_viscous_stresses(std::span<const SymmetricMatrix3> stresses) { viscosity_.set_stresses(stresses); }
-  /// Elastic energy at these displacements, J, with what viscosity stores. O(n_domains). \param partial
-  /// scratch of parallel::sum
+  /// Elastic energy at these displacements, J, including that stored by viscosity. O(n_domains).
+  /// \param partial scratch of parallel::sum
   [[nodiscard]] double energy(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
                               std::span<const double> bulk_fractions, std::vector<double>& partial) const;
 
@@ -139,15 +139,15 @@ class SmoothingDomains {
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
-  /// The same at rest, turned by a rotation.
+  /// The same at rest, rotated.
   [[nodiscard]] Matrix3 block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
                                    std::size_t j) const;
   /// The rotation of a domain at these positions.
   [[nodiscard]] Matrix3 rotation(std::size_t domain, std::span<const Vec3> rest,
                                  std::span<const Vec3> positions) const;
 
-  /// Energy density and first Piola-Kirchhoff stress of each of tets() at these displacements: the means of
-  /// those of their domains, so that forces are -V P g_i. Allocates. O(n_domains).
+  /// Energy density and first Piola-Kirchhoff stress of each of tets() at these displacements: means over
+  /// their domains, so that forces are -V P g_i. Allocates. O(n_domains).
   [[nodiscard]] std::vector<HyperelasticResponse> responses(const parallel::Threads& threads,
                                                             std::span<const simd::Padded3> displacements,
                                                             std::span<const double> bulk_fractions) const;
@@ -161,7 +161,7 @@ class SmoothingDomains {
   }
   struct Member {
     std::uint32_t tet = 0;
-    std::uint32_t place = 0;  ///< of the domain among the ten of the tet
+    std::uint32_t place = 0;  ///< index of the domain among the ten of the tet
   };
   void add_domain(std::span<const Member> members);
   void list_entries(std::size_t point_count);
@@ -189,7 +189,7 @@ class SmoothingDomains {
     for (std::size_t k = 0; k < 3; ++k) add_outer_product(a.twist[k], b.twist[k], block);
     return block;
   }
-  /// All of a domain have one material.
+  /// The first tet of a domain. All its tets have one material.
   [[nodiscard]] const SmoothedTet& first_tet(std::size_t domain) const {
     return tets_[domain_tets_[tet_begin_[domain]]];
   }
@@ -198,13 +198,14 @@ class SmoothingDomains {
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
                                               std::span<const simd::Padded3> displacements) const;
-  /// Of a domain as of an element that has its part of the law. \param h  F - I \param tension  factor of
-  /// that of active fibres
+  /// Deformation of a domain, like that of an element with its part of the law.
+  /// \param h  F - I
+  /// \param tension  factor of the tension of active fibres
   [[nodiscard]] ElementDeformation deformation(std::size_t domain, const Matrix3& h, double fraction,
                                                double tension) const;
   [[nodiscard]] HyperelasticResponse step_response(std::size_t domain, const Matrix3& h,
                                                    const ElementDeformation& deformation) const;
-  /// With the stresses of Maxwell elements as they are.
+  /// Response with the present stresses of Maxwell elements.
   [[nodiscard]] HyperelasticResponse response_now(std::size_t domain, const Matrix3& h,
                                                   double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
@@ -223,14 +224,14 @@ class SmoothingDomains {
   std::vector<double> volume_;
   std::vector<std::uint32_t> tet_begin_{0};  ///< (n_domains + 1)
   std::vector<std::uint32_t> domain_tets_;   ///< of each domain, into tets_
-  std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else of no meaning; lambda in full
+  std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else undefined; with full lambda
   std::vector<std::size_t> entry_begin_;     ///< (n_points + 1)
   std::vector<Entry> entries_;
   ViscousElements viscosity_;           ///< its elements are domains
   std::vector<Index> smoothed_points_;  ///< with an entry
-  // As of the last update().
+  // Results of the last update().
   std::vector<Matrix3> stresses_;   ///< V P, N m
-  std::vector<double> densities_;   ///< of energy, J/m^3
+  std::vector<double> densities_;   ///< energy densities, J/m^3
   std::vector<double> scales_;      ///< factor V
   std::vector<Matrix3> rotations_;  ///< of corotational tissue
   std::vector<SymmetricMatrix3>

@@ -47,7 +47,8 @@ Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
   return h;
 }
 
-/// Of the domain's part of the law: shape or volume. \param tension  factor of that of active fibres
+/// The domain's part of the law: shape or volume.
+/// \param tension  factor of the tension of active fibres
 HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, double tension) const {
   const SmoothedTet& tet = first_tet(domain);
   if (is_node(domain)) return {.bulk = fraction * tet.lambda};
@@ -62,7 +63,7 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
   const SmoothedTet& tet = first_tet(domain);
   ElementDeformation d;
   d.gradient = plus_identity(h);
-  // Without viscosity a hyperelastic law has no use for it.
+  // A hyperelastic law needs the rotation only with viscosity.
   d.rotation = tet.hyperelastic && !viscosity_.has(domain) ? identity() : nearest_rotation(d.gradient);
   d.stretch = d.gradient - d.rotation;
   d.mu = is_node(domain) ? 0.0 : tet.mu;
@@ -72,12 +73,11 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
   return d;
 }
 
-/// The derivative of a corotational stress beyond that at fixed R: P = 2 mu R (S - I), or lambda tr(S - I) R,
-/// turns with R. Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the
-/// energy is 2 mu (1 - 2 / (s_i + s_j)) of the shape and 2 lambda tr(S - I) / (s_i + s_j) of the volume
-/// (Smith, de Goes & Kim 2019, section 4.1 for the first), and along all else that at fixed R. Negative ones
-/// are zero, as those at fixed R are. Where stretches s of opposite signs cancel, the second has no bound; it
-/// goes on as if their sum were a half.
+/// The derivative of a corotational stress by R: P = 2 mu R (S - I), or lambda tr(S - I) R, rotates with R.
+/// Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the energy is 2 mu (1
+/// - 2 / (s_i + s_j)) for shape and 2 lambda tr(S - I) / (s_i + s_j) for volume (Smith, de Goes & Kim 2019,
+/// section 4.1 for the first). Along all other directions it is that at fixed R. Negative ones are set to
+/// zero. If stretches s of opposite signs cancel, the second is unbounded, so the sum is at least a half.
 SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d) {
   constexpr double least_sum = 0.5;
   const auto [strains, axes] = symmetric_eigen(corotated_strain(d.gradient, d.rotation));
@@ -125,10 +125,11 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
   });
 }
 
-/// The response over a step, as Elements::add_viscous_forces has it: stiffness P and the history's stress.
+/// The response over a step, as in Elements::add_viscous_forces: stiffness times P, and the stress of the
+/// history.
 HyperelasticResponse SmoothingDomains::step_response(std::size_t domain, const Matrix3& h,
                                                      const ElementDeformation& d) const {
-  // Near rest F - I has lost what H had.
+  // Near rest F - I cancels, H does not.
   HyperelasticResponse response = d.hyperelastic ? respond(d.law, h) : elastic_response(d);
   if (!viscosity_.has(domain)) return response;
   const double stiffness = viscosity_.stiffness(domain);
@@ -190,7 +191,7 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
   });
 }
 
-/// Factor V dP, for dF.
+/// Factor times V dP for dF.
 Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
   const double scale = scales_[domain];
   Matrix3 change;
@@ -231,7 +232,7 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
   });
 }
 
-/// Of the points at places a and b of rest_gradients_.
+/// Block of the points at places a and b of rest_gradients_.
 SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
                                                              std::size_t b) const {
   const auto [first, second] = std::minmax(a, b);

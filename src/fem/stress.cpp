@@ -6,7 +6,7 @@
 namespace palpate::fem {
 namespace {
 
-/// (F^T F - I) / 2 from H = F - I, without the cancellation near rest.
+/// (F^T F - I) / 2 from H = F - I, without cancellation near rest.
 SymmetricMatrix3 green_strain(const Matrix3& f) {
   const Matrix3 h = f - identity();
   SymmetricMatrix3 e = symmetric_part(h);

@@ -17,27 +17,25 @@ struct ElementStress {
   double volume_ratio = 1.0;
 };
 
-/// The Cauchy stress P F^T / J of the energy that the forces of an element are the derivative of
-/// (elements.hpp):
+/// Strain and Cauchy stress P F^T / J of an element. P is that of its energy (elements.hpp):
 ///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
-/// or that of its hyperelastic law (hyperelastic.hpp), and with viscosity that of its Maxwell elements
-/// (first_piola_stress).
-/// P F^T is symmetric: the energy does not change with a rotation of the whole.
+/// or of its hyperelastic law (hyperelastic.hpp), plus that of its Maxwell elements (first_piola_stress). P
+/// F^T is symmetric, since the energy is invariant under rotations.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
-/// The same of an energy density and a first Piola-Kirchhoff stress that are given: of a smoothed tet, where
-/// P F^T is symmetric to the order of the method, and its symmetric part is taken.
+/// The same for a given energy density and first Piola-Kirchhoff stress, of a smoothed tet. There P F^T is
+/// symmetric only to the order of the method; its symmetric part is used.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
                                       const HyperelasticResponse& response);
 
 /// Energy density and first Piola-Kirchhoff stress of the law, without viscosity.
 [[nodiscard]] HyperelasticResponse elastic_response(const ElementDeformation& element);
-/// The same with the stresses of Maxwell elements as they are.
+/// The same with the present stresses of Maxwell elements.
 [[nodiscard]] HyperelasticResponse whole_response(const ElementDeformation& element);
 
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without
 /// viscosity and active fibres, Pa.
 [[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);
-/// P of a stress T that is fixed in the rotated frame, R (T + [w]_x): the derivative of T : R^T F, with w of
+/// P of a stress T fixed in the rotated frame, R (T + [w]_x): the derivative of T : R^T F, with w =
 /// plastic_twist() for T. It has no torque.
 [[nodiscard]] Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient,
                                          const Matrix3& rotation);
@@ -46,7 +44,7 @@ struct ElementStress {
 
 [[nodiscard]] double von_mises(const SymmetricMatrix3& stress);
 
-/// In the order of VTK, and back.
+/// Conversion to the order of VTK, and back.
 [[nodiscard]] constexpr SymmetricTensor to_tensor(const SymmetricMatrix3& a) {
   return {a.xx, a.yy, a.zz, a.xy, a.yz, a.xz};
 }

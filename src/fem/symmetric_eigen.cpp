@@ -9,7 +9,7 @@
 namespace palpate::fem {
 namespace {
 
-/// A matrix that is being diagonalised, and the rotations so far: column k is the k-th eigenvector to be.
+/// A matrix during diagonalisation, and the rotations so far: column k converges to the k-th eigenvector.
 struct Rotated {
   Matrix3 a;
   Matrix3 v = identity();
@@ -59,10 +59,10 @@ SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a) {
     return {nowhere, {nowhere, nowhere, nowhere}};
   }
   if (size == 0.0) return {{}, {Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}}};
-  // Scaled, so that no square leaves the range of numbers.
+  // Scale, so that squares neither overflow nor underflow.
   Rotated m{.a = {{a.xx / size, a.xy / size, a.xz / size, a.xy / size, a.yy / size, a.yz / size, a.xz / size,
                    a.yz / size, a.zz / size}}};
-  constexpr int most_sweeps = 32;  // it converges quadratically: six do
+  constexpr int most_sweeps = 32;  // convergence is quadratic: six suffice
   constexpr double rounding = 1e-18;
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     if (std::abs(m.a(0, 1)) + std::abs(m.a(0, 2)) + std::abs(m.a(1, 2)) <= rounding) break;

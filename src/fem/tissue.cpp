@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t grain = 128;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// Rows as of what has no strain.
+/// Rows of tets without strain.
 TissueState rows_at_rest(std::size_t count) {
   TissueState state;
   state.deformation_gradient.assign(count, identity().values);
@@ -27,7 +27,7 @@ TissueState rows_at_rest(std::size_t count) {
   return state;
 }
 
-/// What follows from the stress of rows.
+/// Computes the results that follow from the stress of rows.
 void find_invariants(const parallel::Threads& threads, TissueState& state) {
   parallel::for_chunks(threads, state.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t row = begin; row < end; ++row) {
@@ -46,7 +46,7 @@ void find_invariants(const parallel::Threads& threads, TissueState& state) {
   });
 }
 
-/// The row of element `lane` of a group.
+/// Writes the row of element `lane` of a group.
 void put_row(const simd::GroupStress& found, std::size_t lane, TissueState& state, std::size_t row) {
   for (std::size_t k = 0; k < 9; ++k) state.deformation_gradient[row][k] = found.gradient[k][lane];
   const auto tensor = [&](const auto& columns) {
@@ -70,7 +70,7 @@ std::vector<Index> elements_of_tets(const Bodies& bodies, const Elements& elemen
 /// The mean over some tets of a point, weighted by their volumes.
 struct Mean {
   double volume = 0.0;
-  double stressed_volume = 0.0;  ///< of tets that have a stress
+  double stressed_volume = 0.0;  ///< of tets with a stress
   SymmetricMatrix3 strain{};
   SymmetricMatrix3 stress{};
   SymmetricMatrix3 plastic_strain{};
@@ -100,7 +100,7 @@ struct Mean {
   }
 };
 
-/// What the mean at a point is taken over.
+/// The tets around a point, for its mean.
 struct Around {
   const Bodies& bodies;
   const Elements& elements;
@@ -111,7 +111,7 @@ struct Around {
     return materials.of_tet.empty() ? bodies.body_of(at(bodies.tets(), tet)) : at(materials.of_tet, tet);
   }
   [[nodiscard]] double volume(Index tet) const { return at(elements.volumes_rest(), at(element, tet)); }
-  /// The material with the most volume at a point, -1 without any.
+  /// The material with the most volume at a point, or -1.
   [[nodiscard]] Index material_at(Index point) const {
     const std::span<const Index> tets = bodies.point_tets()[point];
     if (tets.empty() || at(element, tets.front()) < 0) return -1;

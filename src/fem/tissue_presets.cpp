@@ -3,10 +3,10 @@
 namespace palpate {
 namespace {
 
-/// Poisson's ratio of what hardly changes its volume.
+/// Poisson's ratio of nearly incompressible tissue.
 constexpr double wet = 0.45;
 
-/// Young's modulus of a shear modulus.
+/// Young's modulus from a shear modulus.
 constexpr double young_of(double shear, double poisson_ratio) {
   return 2.0 * (1.0 + poisson_ratio) * shear;
 }

@@ -9,8 +9,8 @@
 #include "fem/small_matrix.hpp"
 #include "parallel/parallel.hpp"
 
-/// The parts that a hierarchy of smoothed aggregation is made of (Vanek, Mandel & Brezina, "Algebraic
-/// multigrid by smoothed aggregation", Computing 56 (1996)).
+/// Parts of smoothed aggregation (Vanek, Mandel & Brezina, "Algebraic multigrid by smoothed aggregation",
+/// Computing 56 (1996)).
 namespace palpate::fem {
 
 /// Rows of dense blocks; columns of a row ascend.
@@ -26,16 +26,16 @@ struct BlockRows {
 template <std::size_t N, std::size_t M>
 BlockRows<M, N> transposed(const BlockRows<N, M>& rows, std::size_t count);
 
-/// A point, or an aggregate of nodes: its unknowns are its velocity and, where it is an aggregate, its
-/// angular velocity times `radius`, so that both are alike. A radius of 0: the aggregate does not turn, as
-/// its points lie on a line.
+/// A point, or an aggregate of nodes. Its unknowns are its velocity and, for an aggregate, its angular
+/// velocity times `radius`, so that both have the same scale. A radius of 0: the aggregate does not rotate,
+/// since its points lie on a line.
 struct Node {
   Vec3 middle;
   double radius = 0.0;
   Index body = 0;
 };
 
-/// Unknowns of node `part` where `whole` moves as a rigid body, from the unknowns of this. N = 3: `part` is a
+/// The unknowns of node `part` from those of `whole`, if `whole` moves as a rigid body. N = 3: `part` is a
 /// point.
 template <std::size_t N>
 Dense<N, 6> rigid_motion(const Node& part, const Node& whole);
@@ -51,20 +51,19 @@ NodeGraph graph_of(const BlockRows<N, M>& rows) {
   return {rows.begin, rows.columns};
 }
 
-/// Aggregate of each node: those next to a node of which none has an aggregate yet, then what is left joins
-/// its neighbours. All connections count alike. \param order  of the nodes, ascending where empty.
-/// O(pattern).
+/// Aggregate of each node. A node and its neighbours form an aggregate if no one of them has one yet; then
+/// the remaining nodes join their neighbours'. All connections have equal weight. O(pattern).
 std::vector<Index> aggregate(const NodeGraph& graph);
 
-/// What the aggregates are as nodes.
+/// The nodes that the aggregates form.
 std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<const Node> nodes);
 
-/// The transfer from aggregates to nodes that reproduces all rigid motions of a body and has least energy
-/// tr(P^T A P) among those of its pattern, after two iterations of conjugate gradients (Mandel, Brezina &
-/// Vanek, "Energy optimization of algebraic multigrid bases", Computing 62 (1999); Olson, Schroder &
-/// Tuminaro, "A general interpolation strategy for algebraic multigrid using energy minimization", SIAM J.
-/// Sci. Comput. 33 (2011)). A node takes from the aggregates of its neighbours in the graph, which
-/// may have fewer than the matrix.
+/// The transfer from aggregates to nodes that reproduces all rigid motions of a body. Its energy tr(P^T A P)
+/// is minimised for its pattern by two iterations of conjugate gradients (Mandel, Brezina & Vanek, "Energy
+/// optimization of algebraic multigrid bases", Computing 62 (1999); Olson, Schroder & Tuminaro, "A general
+/// interpolation strategy for algebraic multigrid using energy minimization", SIAM J. Sci. Comput. 33
+/// (2011)). A node interpolates from the aggregates of its neighbours in the graph, which may have fewer
+/// connections than the matrix.
 template <std::size_t N>
 BlockRows<N, 6> least_energy_transfer(const parallel::Threads& threads, const BlockRows<N, N>& a,
                                       const NodeGraph& graph, std::span<const Node> nodes,

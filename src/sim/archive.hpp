@@ -21,7 +21,7 @@
 /// directions.
 namespace palpate {
 
-/// A number, a truth value or an enumerator.
+/// A number, bool or enumerator.
 template <class T>
 concept Scalar = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
@@ -94,11 +94,11 @@ class ArchiveWriter : public Archive<ArchiveWriter> {
 class ArchiveReader : public Archive<ArchiveReader> {
  public:
   using Archive::operator();
-  /// \param source  what errors name
+  /// \param source  name in errors
   ArchiveReader(std::span<const std::byte> bytes, std::string source)
       : bytes_(bytes), source_(std::move(source)) {}
 
-  /// Each throws Error where the bytes end too early, or hold no such value.
+  /// Each overload throws Error if the bytes end too early or hold an invalid value.
   template <Scalar T>
   void operator()(T& value) {
     const std::span<const std::byte> bytes = next(sizeof(T));
@@ -172,8 +172,8 @@ struct Seal {
 /// A changed byte always changes the hash; other damage is missed with a probability of 2^-64. It does not
 /// protect against manipulation. O(n).
 std::vector<std::byte> sealed(const Seal& seal, std::span<const std::byte> content);
-/// The content of sealed bytes. Throws Error, naming `source`, where they have another kind or version, are
-/// truncated, or were changed. O(n).
+/// The content of sealed bytes. Throws Error, naming `source`, if they have another kind or version, are
+/// truncated or changed. O(n).
 std::span<const std::byte> unsealed(const Seal& seal, std::span<const std::byte> bytes,
                                     const std::string& source);
 

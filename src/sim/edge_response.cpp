@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 64;
-// Cosines of the surface's normal with the direction between which it becomes a side.
+// Cosines of the angle between surface normal and direction: above, the surface is a face; below, a side.
 constexpr double faces_along = 0.95;
 constexpr double faces_aside = 0.6;
 /// Stiffness of an end, over that of a contact.
@@ -47,7 +47,8 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   return found;
 }
 
-/// Fraction of an edge of this depth that the contact of a point supports: all, if it has half the force.
+/// Fraction of an edge of this depth that the contact of a point supports: all, if it has half the force or
+/// more.
 double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   constexpr double enough = 0.5;
   if (contact < 0) return 0.0;
@@ -204,12 +205,12 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   }
 }
 
-/// All rows, sorted by key, without slip and damping.
+/// Lists all rows, sorted by key, without slip and damping.
 void EdgeResponse::list(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const EdgeContacts& edges = frame.table.edges();
   support_.measure(frame.bodies, frame.positions, contacts, frame.scales);
-  // Reserves room for contacts that change where bodies tremble, so that only the first steps allocate.
+  // Reserves room for contacts that come and go, so that only the first steps allocate.
   for (auto* list : {&now_, &before_}) make_room(*list, frame.table.size());
   make_room(rows_, frame.table.size());
   make_room(numbers_, frame.table.size());
@@ -313,7 +314,7 @@ std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
   std::erase_if(rows_, [&](const Row& row) { return acts(row.end); });
   for (auto& [end, depth, force] : rows_) {
     end.acts = true;
-    // Position before the step, on the straight line of its motion: outside.
+    // Depth before the step, on the straight line of the motion; not above zero, since it was outside.
     end.velocity = fem::relative(end.coupling(), frame.velocities);
     depth = std::min(depth + frame.time_step * dot(end.velocity, end.law.direction), 0.0);
     fem::ContactLaw law = end.law;

@@ -27,9 +27,9 @@ class ContactResponse;
 struct EdgeEnd {
   Index edge = -1;
   Index body = -1;
-  Index end = 0;  ///< 2 x number of the part that is inside, along the edge, + 1 for the end of the part
-  std::array<Index, 5> points{};         ///< of its coupling
-  std::array<double, 5> coefficients{};  ///< the same
+  Index end = 0;                  ///< 2 x index of the part inside, along the edge; + 1 at the part's end
+  std::array<Index, 5> points{};  ///< of its coupling
+  std::array<double, 5> coefficients{};  ///< of its coupling
   bool of_edge = true;  ///< whether the coupling is between two points and a triangle; else a point and a tet
   fem::ContactLaw law;  ///< its depth is zero where the two places of the coupling coincide
   Vec3 velocity{};      ///< relative velocity of the two places, m/s
@@ -94,7 +94,7 @@ class EdgeResponse {
   /// Call after a failed step: restores the rows of the step before.
   void undo() { now_.swap(before_); }
 
-  /// Of the last step: part of the state that a resumed run needs. Sorted by key.
+  /// Ends of the last step, sorted by key: part of the saved state.
   [[nodiscard]] const std::vector<EdgeEnd>& ends() const { return now_; }
   void set_ends(std::vector<EdgeEnd> ends) { now_ = std::move(ends); }
 
@@ -112,7 +112,7 @@ class EdgeResponse {
   std::vector<RimEdgeSearch> searches_;  ///< of the chunks of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;
-  std::vector<EdgeEnd> now_;     ///< acting and ended ones
+  std::vector<EdgeEnd> now_;     ///< acting ends and lost ones
   std::vector<EdgeEnd> before_;  ///< of the step before
 };
 

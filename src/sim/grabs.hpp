@@ -32,7 +32,8 @@ class Grabs {
   /// sqrt(k m) in all directions, implicit in the solver.
   void append(std::span<const Vec3> positions, std::span<const double> masses,
               std::vector<fem::Coupling>& couplings) const;
-  /// Takes the forces of the step from the couplings that append() appended (only those).
+  /// Reads the forces of the step.
+  /// \param couplings  exactly those of append()
   void collect_forces(std::span<const fem::Coupling> couplings, double time_step,
                       std::span<const Vec3> velocities_end);
 

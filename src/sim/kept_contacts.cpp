@@ -17,7 +17,7 @@ std::pair<Index, Index> key_of(const KeptContact& contact) {
   return {contact.point, contact.body};
 }
 
-/// Gradients of the weights of a tet with these corners; none where it is flat.
+/// Gradients of the weights of a tet with these corners; false if it is flat.
 bool find_gradients(const std::array<Vec3, 4>& corners, std::array<Vec3, 4>& gradients) {
   const Vec3 a = corners[1] - corners[0];
   const Vec3 b = corners[2] - corners[0];

@@ -101,7 +101,7 @@ LoadSet loads_of(const Model& model) {
 
 namespace {
 
-/// Whether all of these are in a range; false if none is. Throws Error where only some are.
+/// Whether all of these are in a range; false if none is. Throws Error if only some are.
 bool all_in(const Range& range, const std::vector<Index>& items, const char* what) {
   const auto count = std::ranges::count_if(items, [&](Index i) { return range.begin <= i && i < range.end; });
   if (count == 0) return false;

@@ -23,7 +23,8 @@ struct LoadSet {
 /// belongs to another body.
 void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads);
 
-/// The loads on points and surfaces, and gravity of single bodies: forces on points, step by step.
+/// Computes the forces on points of each step, from loads on points and surfaces and the gravity of single
+/// bodies.
 class Loads {
  public:
   /// Throws Error naming the load: arrays of another length than the bodies have, an index out of range, a
@@ -37,8 +38,8 @@ class Loads {
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure);
 
-  /// Forces of a step on points at the positions at its start (n_points x 3), N, or empty: none. Factors of
-  /// ramps are those of its end, as the step is implicit. Valid until the next call. O(points + loaded
+  /// Forces on points in a step (n_points x 3), N, at the positions at its start; empty without loads. Ramps
+  /// are evaluated at the end of the step, since it is implicit. Valid until the next call. O(points + loaded
   /// triangles), O(1) with forces on points only.
   std::span<const Vec3> forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                                double time_end);

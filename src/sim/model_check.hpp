@@ -9,7 +9,7 @@
 
 #include "geometry/vector.hpp"
 
-/// Completes the arrays of a model: empty ones are filled with "none".
+/// Completes the arrays of a model: empty ones are filled with default values.
 namespace palpate {
 
 /// `count` flags, all 0 if none are given. Throws Error on another number.

@@ -113,7 +113,7 @@ Pushes pushes_on(const ContactForces& contacts, const Bodies& bodies, Index body
   return pushes;
 }
 
-/// A third of each triangle at a loaded point that faces the force (within 60 degrees).
+/// Loaded area: a third of each triangle at a loaded point whose normal is within 60 degrees of the force.
 double pushed_area(const Pushes& pushes, const Bodies& bodies, Index body, std::span<const Vec3> positions) {
   constexpr double facing = 0.5;
   const Body& of = at(bodies.bodies(), body);

@@ -24,7 +24,7 @@ class PairSupport {
   /// O(contacts log pairs). Contacts of a body with itself do not count.
   void measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                std::span<const double> scales);
-  /// 0: points support the pair; 1: none do, or those that do are on one line. O(log pairs).
+  /// 0: points support the pair; 1: no point does, or all that do are on one line. O(log pairs).
   [[nodiscard]] double lack(Index body_a, Index body_b) const;
 
  private:

@@ -15,8 +15,8 @@ class PrescribedMotions {
  public:
   /// \param motion_of_point  (n_points) or empty
   /// \param start  (n_points) positions before the motion is applied; copied
-  /// Throws Error naming motion and keyframe: none, times that do not grow, numbers that are not finite, a
-  /// zero quaternion, an index out of range.
+  /// Throws Error naming motion and keyframe: no keyframe, times that do not grow, numbers that are not
+  /// finite, a zero quaternion, an index out of range.
   PrescribedMotions(std::vector<Motion> motions, std::span<const Index> motion_of_point,
                     std::span<const Vec3> start);
 
@@ -35,7 +35,7 @@ class PrescribedMotions {
   /// Replaces all motions. Throws Error, and changes nothing, on another number of motions and as the
   /// constructor does.
   void set_motions(std::vector<Motion> motions);
-  /// Time of the last keyframe of those that move points, s; 0 without. From then on nothing moves.
+  /// Time of the last keyframe of all motions with points, s; 0 without any. Later nothing moves.
   [[nodiscard]] double end() const;
 
  private:

@@ -202,7 +202,7 @@ class Relaxation {
   PrescribedMotions prescribed_;
   std::vector<Vec3> still_;
   std::vector<Vec3> start_;
-  std::vector<Vec3> last_;       ///< positions before the step at hand
+  std::vector<Vec3> last_;       ///< positions before the current step
   std::vector<Vec3> shortened_;  ///< scratch
   std::vector<fem::Coupling> couplings_;
   double factor_ = 1.0;  ///< factor of the contact stiffness

@@ -29,14 +29,15 @@ Vec3 bounded(const Vec3& a, double most) {
 }
 
 constexpr std::size_t grain = 256;
-/// Part of the damping of chatter that stays from step to step: it fades within a hundred steps.
+/// Factor of the chatter damping per step: it fades within a few hundred steps.
 constexpr double chatter_damping_kept = 0.99;
-/// Bound of it, over the stiffness times the time step.
+/// Bound of the chatter damping, over stiffness times time step.
 constexpr double most_chatter_damping = 20.0;
-/// A contact stiff against h is damped as if critical damping were this times k h; see the class.
+/// Critical damping is at least this times k h, for contacts that are stiff for the time step h; see the
+/// class.
 constexpr double stiff_damping = 10.0;
-/// Forces of new contacts within the step over the acting forces (root mean squares), below which they are
-/// left to the next step.
+/// New contacts are left to the next step if their forces are below this fraction of the acting forces (roots
+/// of sums of squares).
 constexpr double speculative_tolerance = 0.05;
 
 }  // namespace
@@ -105,8 +106,8 @@ Vec3 ContactResponse::bounded_slip(const Vec3& slip, const fem::ContactLaw& law)
   return bounded(across(slip, law.direction), settings_.friction * law.depth);
 }
 
-/// A contact that comes back, or whose relative velocity reverses, chatters: its force was not the predicted
-/// one. Damping of that error per speed holds it (see the class).
+/// A contact chatters if it returns or its relative velocity reverses: its force was not the predicted one.
+/// The damping is that error divided by the speed (see the class).
 double ContactResponse::chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                         double full) const {
   const double damping = chatter_damping_kept * last.damping;
@@ -182,7 +183,7 @@ void ContactResponse::append_near(const parallel::Threads& threads, const Bodies
   append_speculative(table, couplings);
 }
 
-/// f(i, search) for each i < size, with a search that is no other thread's.
+/// Calls f(i, search) for each i < size. No two threads use the same search.
 template <class F>
 void ContactResponse::for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f) {
   const std::size_t chunks = parallel::chunk_count(size, grain);
@@ -245,7 +246,7 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
                    stiffness(at(bodies.body_of_point(), point), body);
   const auto& weights = contacts.weights[c];
   const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
-  // Position before the step, on the straight line of its motion: outside.
+  // Depth before the step, on the straight line of the motion; not above zero, since it was outside.
   const double depth =
       std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
   return speculative(
@@ -253,7 +254,7 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
       kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
 }
 
-/// Without damping.
+/// Its law has no damping.
 ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& coupling, double depth,
                                                           const Vec3& direction,
                                                           std::span<const Vec3> velocities,

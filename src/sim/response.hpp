@@ -30,45 +30,45 @@ struct ContactOutcome {
 struct StopOfPassing {
   fem::ContactLaw law;
   fem::Coupling coupling;
-  bool of_edge = false;  ///< the coupling is of an edge, else of a point with a tet
+  bool of_edge = false;  ///< whether the coupling is of an edge; else of a point with a tet
 };
 
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
 ///
-/// For the relative position u = p - sum_j w_j x_j of a point and the place of the tet where it lies:
-/// - along the direction r: force k d, on the point and by the weights on the tet (so forces and torques add
-/// up to zero), stiffness k r r^T, implicit in the solver, damping c r r^T; none where it would pull at the
-/// end of the step;
-/// - across it: a spring of the same k and c with the slip s since the contact began (Cundall &
-/// Strack, "A discrete numerical model for granular assemblies", 1979). Where spring and damper would pull
-/// more than mu times the force along r they slide: that much, against the motion, and s stays at its bound.
-/// So a body below the friction angle stands still, and one above it slides with Coulomb's force at any
-/// speed.
+/// For the relative position u = p - sum_j w_j x_j of a point and its place in the tet:
+/// - Along the direction r: force k d on the point, and its reaction by the weights on the tet, so that
+/// forces and torques add up to zero. Stiffness k r r^T and damping c r r^T are implicit in the solver. No
+/// force where it would pull at the end of the step.
+/// - Across r: a spring of the same k and c with the slip s since the contact began (Cundall & Strack, "A
+/// discrete numerical model for granular assemblies", 1979). Its force is bounded by mu times the force along
+/// r. At the bound the contact slides and s stays at its limit. So a body below the friction angle stands
+/// still, and one above it slides with Coulomb's force at any speed.
 ///
-/// c is `damping` times the larger of the critical damping 2 sqrt(k m) of the reduced mass m of point and
-/// tet, and 10 k h. The latter counts where the contact is stiff against the time step h: undamped, the step
-/// would push a body that fell d deep out at d / h, as fast as it came, or faster than it came where several
-/// pushed. With the default it is pushed out at d / (4 h).
+/// c is `damping` times the larger of 10 k h and the critical damping 2 sqrt(k m), with the reduced mass m of
+/// point and tet. 10 k h is larger where the contact is stiff for the time step h. Undamped, such a step
+/// would push a body of depth d out at d / h: as fast as it came, or faster where several contacts push. With
+/// the default damping it leaves at d / (4 h).
 ///
-/// Whether a contact pushes or has let go, sticks or slides, and its bound, are decided by the velocities at
-/// the END of the step (fem::ContactLaw); fem::ContactSolver finds these.
+/// The velocities at the END of the step decide whether a contact is open, sticks or slides, and its bound
+/// (fem::ContactLaw); fem::ContactSolver finds them.
 ///
-/// A contact that is not there at the start of a step, but is at its end, is speculative (add_speculative()):
-/// otherwise a body falls into another for one step before anything stops it, and in a pile each body one
-/// step longer than the one below it. Without damping, since its spring acts for a part of the step only.
+/// A contact that exists at the end of a step but not at its start is speculative (add_speculative()).
+/// Without these a body falls into another for one step before a force acts, and in a pile each body falls
+/// one step longer than the one below. They have no damping, since their spring acts for a part of the step
+/// only.
 ///
-/// Depth and direction of a step are those at its start. Where they change faster than the model of the step
-/// predicts (two rims against each other, an edge that leaves a face), a light point would chatter. The sign
-/// of it is a relative velocity that turns round, or a contact that comes back. To c then comes (force -
-/// predicted force) / speed, the secant of the error, which fades over a hundred steps: a rule without a
-/// scale of its own that is silent elsewhere. Across r it stays within mu k d, so that sliding is not braked.
+/// Depth and direction are those at the start of the step. Where they change faster than predicted (two rims
+/// against each other, an edge that leaves a face), a light point would chatter: its relative velocity
+/// reverses, or the contact returns. Then the secant of the error, |force - predicted force| / speed, is
+/// added to c, and fades over a few hundred steps. This chatter damping has no length or time scale to choose
+/// and is zero elsewhere. Across r its force stays within mu k d, so that it does not slow down sliding.
 ///
 /// Near a side of the penetrated body (a surface with another normal than r), within a quarter of its mean
-/// edge length, k falls linearly to zero: a point that slips over a rim loses its force little by little
-/// instead of at once, without which stacks never come to rest. It is zero already at 7.5 % of the mean
-/// height of tets: in that band normals turn from one face to the other (SurfaceNormals), and a point that a
-/// sliding body has just run over, however flat, would push against its motion.
+/// edge length, k falls linearly to zero. So a point that slips over a rim loses its force gradually;
+/// otherwise stacks never come to rest. k is zero within 7.5 % of the mean height of tets: there normals
+/// change from one face to the other (SurfaceNormals), and a point that a sliding body has just passed over
+/// would push against the motion.
 class ContactResponse {
  public:
   /// \param masses  (n_points), kg
@@ -82,31 +82,30 @@ class ContactResponse {
   /// Changes the settings from the next compute() on; they must have passed check_settings().
   void change(const ResponseSettings& settings) { settings_ = settings; }
 
-  /// Makes the laws of the contacts, and appends one coupling for each, in their order, still without a
-  /// force. `positions` are those that the contacts were found at, `time_step` is the time since the last
-  /// call and to the next; states of contacts are columns of the table. Behind them come those of its edge
-  /// contacts (EdgeResponse), and, as speculative ones, contacts of the last step that are near
-  /// (KeptContacts).
-  /// \param fall  distance by which gravity moves a body in the step, m
-  /// O(contacts log contacts), parallel.
+  /// Makes the laws of the contacts, and appends one coupling without a force for each, in their order. Then
+  /// those of edge contacts (EdgeResponse), and as speculative ones those of contacts of the last step that
+  /// are near (KeptContacts). O(contacts log contacts), parallel.
+  /// \param table      contacts at `positions`; its columns hold their states
+  /// \param time_step  time since the last call, and to the next, s
+  /// \param fall       distance by which gravity moves a body in the step, m
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
                double fall, std::vector<fem::Coupling>& couplings);
 
-  /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with those that
-  /// act. Where bodies meet within the step, with more than 5 % of the normal forces that act (`acting`: root
-  /// of their sum of squares, N), appends laws and couplings for what they meet and returns the force that it
-  /// meets with by those: another solve is needed. Else returns 0. Such a contact starts the step with a gap;
-  /// so it stops what comes at where it meets, and nothing pulls. O(contacts), parallel.
+  /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with the acting
+  /// ones. If the new ones have more than 5 % of the acting normal forces (`acting`: root of their sum of
+  /// squares, N), appends their laws and couplings and returns that ratio (infinite if nothing acts): another
+  /// solve is needed. Else returns 0. A new contact starts the step with a gap, so it acts only once the gap
+  /// is closed. O(contacts), parallel.
   [[nodiscard]] double add_speculative(const parallel::Threads& threads, const Bodies& bodies,
                                        ContactTable& table, std::span<const Vec3> positions_end,
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
 
-  /// Laws of the last compute(), without those of speculative contacts.
+  /// Number of laws of the last compute(), without speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
-  /// Appends laws and couplings of what would pass within the step. They are no contacts and are not kept for
-  /// the next step. O(stops).
+  /// Appends laws and couplings for points and edges that would pass through a body within the step. They are
+  /// no contacts and are not kept for the next step. O(stops).
   void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
   /// Laws of the contacts of the step, in the order of their couplings.
@@ -116,10 +115,10 @@ class ContactResponse {
   /// Result of a contact, by index of its coupling, at its relative velocity at the end of the step. O(1).
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
-  /// Whether forces of edges are made (docs/edges.md), from the next compute() on: with the normals of the
-  /// surfaces, which must last as long as they are; none: without. They are not at first.
+  /// Turns the forces of edges (docs/edges.md) on from the next compute() on, with the normals of the
+  /// surfaces, which must outlive their use. Null, the default, turns them off.
   void use_edges(const SurfaceNormals* normals) { normals_ = normals; }
-  /// Whether the coupling of a law is of an edge with a triangle, else of a point with a tet.
+  /// Whether the coupling of a law is of an edge with a triangle; else it is of a point with a tet.
   [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
 
   /// Call after a failed step, together with undo_step() of the table.
@@ -128,19 +127,19 @@ class ContactResponse {
     edges_.undo();
   }
 
-  /// Of the last step: part of the state that a resumed run needs.
+  /// Contacts of the last step: part of the saved state.
   [[nodiscard]] const std::vector<KeptContact>& kept() const { return kept_.all(); }
   void set_kept(std::vector<KeptContact> contacts) { kept_.set_all(std::move(contacts)); }
   [[nodiscard]] const std::vector<EdgeEnd>& edge_ends() const { return edges_.ends(); }
   void set_edge_ends(std::vector<EdgeEnd> ends) { edges_.set_ends(std::move(ends)); }
 
-  /// Force per depth between two bodies, N/m: as set, or two springs in series, one for each body that is not
-  /// an obstacle, of 10 E h with h the mean edge length. So two equal bodies give 5 E h, about five times
-  /// what one layer of tets resists: contacts sink in less than the tissue deforms.
+  /// Penalty stiffness between two bodies, N/m. The setting, or two springs in series, 10 E h for each body
+  /// that is not an obstacle, with the mean edge length h. Two equal bodies give 5 E h, about five times the
+  /// stiffness of one layer of tets: contacts sink in less than the tissue deforms.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
-  /// Of the two places of a coupling, kg; 0 where none of its points can move.
+  /// Reduced mass of the two places of a coupling, kg; 0 if no point of it can move.
   [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
-  /// Of a contact of this stiffness, without that of chatter, N s/m.
+  /// Damping of a contact of this stiffness, without chatter damping, N s/m.
   [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
   /// The extension of the friction spring, limited to its largest value.
   [[nodiscard]] Vec3 bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const;
@@ -150,14 +149,14 @@ class ContactResponse {
     Vec3 direction;           ///< unit
     Vec3 velocity;            ///< relative, at the start of the step, m/s
     double stiffness;         ///< N/m
-    double damping;           ///< of chatter, N s/m
+    double damping;           ///< chatter damping, N s/m
     bool comes_back = false;  ///< whether it has been open since
   };
   /// Chatter damping of a contact in the next step, N s/m.
   /// \param full  its stiffness without rim falloff
   [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                        double full) const;
-  /// Distance from a side of a body within which stiffness fades, m.
+  /// Reach of the rim falloff: distance from a side of a body, m.
   [[nodiscard]] double rim_reach(Index body) const { return rims_.reach(body); }
 
  private:
@@ -166,7 +165,7 @@ class ContactResponse {
     fem::Coupling coupling;
     Vec3 velocity;  ///< of the point relative to the tet, m/s
     KeptContact kept;
-    double force = 0.0;  ///< along the direction, if nothing stops it, N
+    double force = 0.0;  ///< along the direction, at the predicted velocity, N
   };
   template <class F>
   void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
@@ -195,9 +194,9 @@ class ContactResponse {
   const SurfaceNormals* normals_ = nullptr;  ///< null: no forces of edges
   std::size_t present_ = 0;
   double time_step_ = 0.0;
-  std::vector<fem::ContactLaw> laws_;     ///< of the contacts, in the order of their couplings
+  std::vector<fem::ContactLaw> laws_;     ///< in the order of the couplings
   std::vector<std::uint8_t> of_edge_;     ///< the same order
-  std::vector<double> scales_;            ///< of contacts, at rims
+  std::vector<double> scales_;            ///< of contacts: rim falloff
   std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
   std::vector<ContactTable::Key> keys_;   ///< the same

@@ -61,11 +61,11 @@ struct SavedState {
   std::vector<Vec3> tie_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;
-  std::optional<ChangedModel> changed;  ///< empty: constraints and loads of the start
+  std::optional<ChangedModel> changed;  ///< empty: constraints and loads are those of the model
 };
 
-/// Throws Error where indices are out of range, numbers not finite or arrays of another length than a
-/// simulation of these bodies has; Dynamics and Detector check their own data.
+/// Throws Error if an index is out of range, a number is not finite or an array does not have the length for
+/// these bodies. Dynamics and Detector check their own data.
 void check_saved(const SavedState& saved, const Bodies& bodies);
 
 template <class Archive>

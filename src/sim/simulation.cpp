@@ -21,7 +21,7 @@
 namespace palpate {
 namespace {
 
-/// Of what a budget in time has left, for a detection that may not be the last of its step.
+/// Fraction of the remaining time budget for a detection that may not be the last of its step.
 constexpr double fraction_ahead = 0.5;
 
 void check(bool right, const char* key, double found, const char* expected) {
@@ -49,7 +49,7 @@ double total(const DetectionTimes& t) {
   return t.grid + t.contacts + t.border_edges + t.crossings + t.depth;
 }
 
-/// The speed that LimitSettings says, or the one that stands for none.
+/// The limit of LimitSettings, or its default.
 double speed_limit(const Bodies& bodies, const SimulationSettings& settings) {
   constexpr double diagonals = 100.0;
   if (settings.limits.max_speed || bodies.points_rest().empty())
@@ -117,31 +117,31 @@ void Simulation::State::start(const std::vector<Vec3>& velocities, const std::ve
   measure();
 }
 
-/// Whether there is a budget in time.
+/// Whether detection has a time budget.
 bool Simulation::State::spends_time() const {
   return settings.detection.budget && settings.detection.budget->milliseconds;
 }
 
-/// Of a budget in time.
+/// The time budget.
 double Simulation::State::budget_seconds() const {
   return 1e-3 * settings.detection.budget->milliseconds.value();
 }
 
-/// Fraction of a budget in milliseconds that is left for detections of this step; else 1.
+/// Fraction of the time budget that is left in this step; 1 without a time budget.
 double Simulation::State::budget_left() const {
   if (!spends_time()) return 1.0;
-  constexpr double least = 0.01;  // a detection always begins
+  constexpr double least = 0.01;  // every detection gets some time
   return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
 }
 
-/// Whether time is left for a detection at the predicted positions, and for that at the end of the step.
+/// Whether time is left for two detections: one at the predicted positions and one at the end of the step.
 bool Simulation::State::can_predict() const {
   if (!spends_time()) return true;
   return metrics.detection.completeness == 1.0 &&
          detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
 }
 
-/// \param last  none will follow in this step, so that it may spend all of a budget in time
+/// \param last  it is the last of the step, so it may use all of the time budget
 void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
   detector.detect(positions, (last || !spends_time() ? 1.0 : fraction_ahead) * budget_left());
   metrics.detection = detector.counts();
@@ -191,7 +191,7 @@ double Simulation::State::deepest() {
   return deepest;
 }
 
-/// Tension of fibres as at a time, s.
+/// Sets the tension of fibres at a time, s.
 void Simulation::State::activate_fibres(double time) {
   for (std::size_t m = 0; m < activations.size(); ++m) {
     activations[m] = factor_at(materials.all[m].fibres.activation, time);
@@ -217,8 +217,9 @@ void Simulation::State::begin_step() {
   metrics.detection_seconds = {};
 }
 
-/// One solve with the contacts found so far; a loose one suffices to predict the positions.
-/// \param steady  contacts are expected to hold as they did
+/// One solve with the contacts found so far.
+/// \param loose   with a larger tolerance: enough to predict positions
+/// \param steady  contacts are expected to keep their status
 bool Simulation::State::solve(bool loose, bool steady) {
   constexpr double loose_tolerance = 0.03;
   const SolverSettings& solver = settings.solver;
@@ -232,7 +233,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
                      steady);
   metrics.solves += report.solves;
   metrics.solver_iterations += report.iterations;
-  // What falls freely is no blow-up, however small it is.
+  // Free fall is no blow-up, however small the body.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
   const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
@@ -247,10 +248,11 @@ fem::ContactSet Simulation::State::contact_set() {
           .friction = {.coefficient = response.friction(), .time_step = settings.time_step}};
 }
 
-/// Solves, detects at the predicted positions and adds speculative contacts, until none are new. Loosely at
-/// first in a step after one in which bodies met, and while those that meet push harder than all that act:
-/// then a solve only predicts positions. Where contacts have converged and tissue is not as the solve had it,
-/// again with that. \param last  of the step before
+/// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
+/// that only has to predict positions is loose: the first after a step in which bodies met, and while new
+/// contacts push harder than all acting ones. When contacts have converged, solve again if the forces of the
+/// tissue are not those of its linearisation.
+/// \param last  metrics of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int max_rotation_solves = 8;
   constexpr double many = 1.0;
@@ -292,14 +294,14 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     loose = met > many && !fixed;
     steady = steady && solved;
   }
-  // With half of what was left it has not seen all that the next step begins with.
+  // This detection had only half of the remaining time, so it may have missed contacts of the next step.
   if (metrics.detection.completeness < 1.0 && spends_time()) {
     detect(dynamics.end_positions(), true);
     ++metrics.detections;
   }
 }
 
-/// Of the contacts at the last solution, root of the sum of squares, N.
+/// Normal forces of the contacts at the last solution, root of their sum of squares, N.
 double Simulation::State::normal_forces() const {
   double sum = 0.0;
   const auto laws = response.laws();
@@ -322,7 +324,7 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
-/// A step, from forces to the contacts of the new positions; where it fails, the state is as it was.
+/// A step, from forces to the contacts at the new positions. If it fails, the state is unchanged.
 void Simulation::State::advance() {
   Stopwatch watch;
   const StepMetrics last = metrics;
@@ -419,7 +421,7 @@ const StepMetrics& Simulation::metrics() const {
   return state_->metrics;
 }
 bool Simulation::at_rest() const {
-  // Rounding of the product must not ask for one step more.
+  // Rounding of the product must not add a step.
   constexpr double rounding = 1e-9;
   return static_cast<double>(state_->slow_steps) * state_->settings.time_step >=
          state_->settings.rest.time * (1.0 - rounding);

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-/// Values of elements of some tets for the elements of others; zero where there was none.
+/// Moves values by element to other elements with the same tets; zero for tets without a value.
 template <class T>
 std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index> tets_before,
                             std::span<const Index> tets_after, std::size_t tet_count) {

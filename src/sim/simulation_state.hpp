@@ -23,29 +23,28 @@
 
 namespace palpate {
 
-/// What of a simulation never changes, and what it begins with.
+/// The part of a simulation that never changes, and its initial constraints and loads.
 struct SimulationCore {
-  /// Takes the bodies, materials and all that may change of a model. Throws Error as Simulation does.
+  /// Moves the data out of a model. Throws Error as Simulation does.
   SimulationCore(Model model, const SimulationSettings& settings, const parallel::Threads& threads);
-  Fingerprint fingerprint;  ///< of the model while it is whole
-  HeldModel held;           ///< at the start; before `bodies`: made of the model while it is whole
+  Fingerprint fingerprint;  ///< declared first: made of the model before it is moved from
+  HeldModel held;           ///< at the start; declared before `bodies`, as it is made of the model
   LoadSet loads;            ///< at the start
   Bodies bodies;
   Materials materials;
 };
 
-/// What a Simulation consists of. What holds it (Holds) is there for the life of a State: a ModelChange makes
-/// another State, which copies positions, velocities and the states of contacts. Its functions are in
-/// simulation.cpp (the step), simulation_drive.cpp (what changes it between steps), simulation_change.cpp
-/// (another State), simulation_saved.cpp (save and restore) and simulation_forces.cpp (what it tells of
-/// forces and stress).
+/// The implementation of Simulation. Its constraints (Holds) are fixed: a ModelChange makes another State,
+/// which copies positions, velocities and the states of contacts. Functions are in simulation.cpp (the step),
+/// simulation_drive.cpp (changes between steps), simulation_change.cpp (ModelChange), simulation_saved.cpp
+/// (save and restore) and simulation_forces.cpp (forces and stress).
 struct Simulation::State {
-  /// Points are at rest, prescribed ones where their motion is at time 0; without contacts as yet.
+  /// Points are at rest, prescribed ones where their motion is at time 0. There are no contacts yet.
   State(std::shared_ptr<const SimulationCore> core, HeldModel held, LoadSet loads,
         const SimulationSettings& settings, int threads);
-  /// The first positions, velocities and contacts.
+  /// Sets the first velocities and grabs, and detects the first contacts.
   void start(const std::vector<Vec3>& velocities, const std::vector<Grab>& grabs);
-  /// A simulation that goes on from another with other holds.
+  /// Continues from another state, whose constraints may differ.
   void copy_from(const State& from);
 
   void detect(std::span<const Vec3> positions, bool last);
@@ -70,9 +69,9 @@ struct Simulation::State {
   void advance();
   void collect_forces();
   [[nodiscard]] SavedState saved_state() const;
-  /// What a ModelChange has changed; none without one.
+  /// The constraints and loads, if a ModelChange has changed them.
   [[nodiscard]] std::optional<ChangedModel> changed_model() const;
-  /// A state with the holds of a saved one, to take it; null where this one has them.
+  /// A new state with the constraints of a saved one; null if this one has the same constraints.
   [[nodiscard]] std::unique_ptr<State> held_as(const SavedState& saved) const;
   void copy_state(const SavedState& saved);
 
@@ -80,8 +79,8 @@ struct Simulation::State {
   const Bodies& bodies;
   const Materials& materials;
   Holds holds;
-  bool changed = false;                 ///< these, or the loads, are not those that the simulation began with
-  std::vector<std::uint8_t> obstacles;  ///< (n_bodies) with absent ones
+  bool changed = false;                 ///< constraints or loads are no longer those of the model
+  std::vector<std::uint8_t> obstacles;  ///< (n_bodies) 1: rigid or absent
   SimulationSettings settings;
   parallel::Threads threads;
   std::vector<double> activations;  ///< of the fibres of each material
@@ -99,7 +98,7 @@ struct Simulation::State {
   std::size_t grab_couplings = 0;
   std::size_t first_tie = 0;          ///< in the couplings
   std::size_t first_contact = 0;      ///< in the couplings
-  std::size_t first_speculative = 0;  ///< contact, in the couplings
+  std::size_t first_speculative = 0;  ///< in the couplings
   StepForces step_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty
@@ -109,7 +108,7 @@ struct Simulation::State {
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
   StepMetrics metrics;
-  std::int64_t slow_steps = 0;  ///< steps in a row in which no body was faster than the rest speed
+  std::int64_t slow_steps = 0;  ///< consecutive steps in which no body was faster than the rest speed
 };
 
 }  // namespace palpate

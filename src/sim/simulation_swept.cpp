@@ -18,8 +18,8 @@ int Simulation::State::most_solves(bool stops_passes) const {
   return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
 }
 
-/// Adds laws for what would pass, and returns whether there are any; if no further solve is allowed, they are
-/// only counted.
+/// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed,
+/// counts them only.
 bool Simulation::State::stop_passes() {
   if (!settings.detection.continuous) return false;
   const auto stops =

@@ -17,9 +17,9 @@ namespace palpate {
 
 /// A contact of the last solve of a step, with its force.
 struct ActedContact {
-  /// The point that is inside, then the corners of the penetrated tet. Of an edge its ends, then the corners
-  /// of the triangle of the body that it passes through; or the ends of another edge that it would have
-  /// passed (SweptResponse), and -1.
+  /// Of a point: the point inside, then the corners of the penetrated tet. Of an edge: its ends, then the
+  /// corners of the triangle that it passes through, or (SweptResponse) the ends of the edge that it would
+  /// have passed, and -1.
   std::array<Index, 5> points{};
   std::array<double, 5> coefficients{};  ///< weights, those of the penetrated body negative
   bool of_edge = false;
@@ -50,8 +50,8 @@ struct CouplingRanges {
   std::size_t first_speculative = 0;
 };
 
-/// Forces of couplings in the last step: the source of all force results of a Simulation. Copied out at the
-/// end of a step, so that a step that fails leaves it as it was. Keeps its memory.
+/// Forces of couplings in the last step: the source of all force results of a Simulation. Filled at the end
+/// of a step, so that a failed step does not change it. Reuses its memory.
 class StepForces {
  public:
   /// \param response  made the contacts' couplings; in its state after the last solve()

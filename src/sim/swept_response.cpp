@@ -12,8 +12,8 @@ namespace {
 
 /// Tolerance over the mean edge length of all bodies.
 constexpr double tolerance_of_edge = 1e-6;
-/// Over the local thickness: distance before the touch at which a pair is stopped, and beyond it at which it
-/// counts as passed.
+/// Margin over the local thickness: a pair is stopped this far before the touch, and counts as passed this
+/// far beyond it.
 constexpr double margin_of_thickness = 0.02;
 /// Over the local thickness: depth of points, and of edges, up to which contacts at the end of the step
 /// suffice.
@@ -71,8 +71,8 @@ SweptResponse::Key SweptResponse::key_of(const SweptContact& contact) const {
           of_edges ? contact.second : bodies_.body_of(at(bodies_.triangles(), contact.second))};
 }
 
-/// Whether it comes from outside. Where two closed surfaces meet first, the direction is one of those that
-/// each can be left by there; once they have met, parts of them come from inside.
+/// Whether it comes from outside. Where two closed surfaces first meet, the direction leads out of both. Once
+/// they overlap, parts of them come from inside.
 bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& step) const {
   if (contact.direction == Vec3{}) return false;
   if (contact.kind == SweptKind::edge_edge) {
@@ -85,7 +85,7 @@ bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& ste
   return dot(contact.direction, area_vector(x)) > 0.0;
 }
 
-/// Whether a direction is between the normals of the triangles at an edge, and points into neither.
+/// Whether a direction leads out of the body at an edge: it points into neither of the edge's triangles.
 bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                const PredictedStep& step) const {
   const Edge& ends = at(bodies_.edges(), edge);

@@ -25,7 +25,7 @@ struct PredictedStep {
   const ContactTable& contacts;      ///< at `end`
 };
 
-/// Stops what would pass through another body within a step and end on the wrong side.
+/// Stops points and edges that would pass through another body within a step and end on the wrong side.
 ///
 /// A pair from SweptQuery is relevant if it enters a body from outside (the direction is within the range of
 /// normals there) and ends on the other side. If a contact at the end of the step pushes it back to the side
@@ -40,9 +40,9 @@ class SweptResponse {
   /// Begins a step: nothing has been stopped yet.
   void begin_step() { stopped_.clear(); }
 
-  /// Laws and couplings for what passes; empty: nothing ends on a wrong side. Valid until the next call.
-  /// Time: SweptQuery::find(), and O(found log found). \param contacts  of the start of the step; their laws
-  /// are the first ones of the response
+  /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
+  /// call. Time: SweptQuery::find(), and O(found log found).
+  /// \param contacts  of the start of the step; their laws are the first ones of the response
   std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
                                       const PairFilter& filter, const ContactResponse& response,
                                       std::span<const fem::Coupling> contacts);
@@ -50,7 +50,7 @@ class SweptResponse {
   [[nodiscard]] std::int64_t left() const { return left_; }
   /// Counts pairs of bodies that could pass, without a search; see counts().
   void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
-  /// Of the last find() or count().
+  /// Counts of the last find() or count().
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
 
  private:
@@ -58,7 +58,7 @@ class SweptResponse {
   struct Key {
     SweptKind kind;
     Index first;
-    Index second;  ///< of a point the body, of an edge the other edge
+    Index second;  ///< a point's body, or an edge's other edge
     friend auto operator<=>(const Key&, const Key&) = default;
   };
   /// A pair to keep apart, with direction and distances.

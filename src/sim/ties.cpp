@@ -30,8 +30,8 @@ void check(const Tie& tie, const Bodies& bodies, const std::string& where) {
     throw Error("ties", where + ".stiffness", number_text(stiffness), "a finite number > 0");
 }
 
-/// Barycentric weights of a point, also outside of the tet: so the tie acts at the same place on both, and
-/// has no torque.
+/// Barycentric weights of a point, also outside the tet. So the tie acts at one place on both, without a
+/// torque.
 std::array<double, 4> weights_of(const Vec3& p, const Tet& tet, std::span<const Vec3> positions,
                                  const std::string& where) {
   const std::array<Vec3, 4> c{at(positions, tet[0]), at(positions, tet[1]), at(positions, tet[2]),

@@ -82,7 +82,7 @@ class SurfaceForces {
   };
 
   /// The nearest face that faces along `direction`, or else the nearest. The second search begins at the tet
-  /// of the nearest face: the place may have left the tet that it was in.
+  /// of the nearest face, since the place may have left its tet.
   [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;

@@ -5,13 +5,12 @@
 
 namespace palpate::simd {
 
-/// Memory of so many bytes that begins with a cache line; what is large lies in pages as large as the system
-/// has them, where it can be asked for that: fewer to look up. To be given back by free_lines() with the same
-/// number. Throws std::bad_alloc.
+/// Allocates memory that begins with a cache line. Large blocks ask the system for large pages: fewer TLB
+/// misses. Free it with free_lines() and the same number of bytes. Throws std::bad_alloc.
 void* allocate_lines(std::size_t bytes);
 void free_lines(void* memory, std::size_t bytes);
 
-/// Memory that begins with a cache line, so that no vector of lanes lies across two.
+/// Allocates from a cache line on, so that no vector of lanes crosses two lines.
 template <class T>
 struct LineAllocator {
   using value_type = T;

@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-/// A few tets, or surface triangles, that lie together, as the queries read them: corners are bytes that
-/// count in the cluster's own list of points (docs/query.md).
+/// A few neighbouring tets or surface triangles, as the queries read them (docs/query.md). Corners are bytes:
+/// indices into the cluster's own list of points.
 struct Cluster {
   static constexpr std::size_t most_primitives = 16;
   static constexpr std::size_t most_points = 32;
 
-  /// (4 x 16): corner c of primitive i, as a place in the list of points; a triangle's last corner comes
-  /// twice. Beyond the size, corners of the first primitive.
+  /// (4 x 16): corner c of primitive i, as an index into the list of points. A triangle repeats its last
+  /// corner. Lanes beyond the size repeat the first primitive.
   std::array<std::array<std::uint8_t, most_primitives>, 4> corners;
   std::int32_t first;        ///< into Clusters::primitives
   std::int32_t first_point;  ///< into Clusters::points

@@ -1,4 +1,4 @@
-// One lane a primitive of a cluster: common to the kernels of both queries. Included once for each target.
+// One lane per primitive of a cluster: shared by the kernels of both queries. Included once for each target.
 #if defined(PALPATE_SIMD_CLUSTER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_CLUSTER_LANES_INL
 #undef PALPATE_SIMD_CLUSTER_LANES_INL
@@ -43,7 +43,7 @@ HWY_INLINE std::uint32_t bits_of([[maybe_unused]] D d, hn::Mask<D> mask) {
 #endif
 }
 
-/// Where the lanes that a mask keeps come from: those of lane i of the result in row `bits of the mask`.
+/// Compaction table: row `bits of the mask`, entry i is the source lane of lane i of the result.
 template <std::size_t n>
 constexpr auto make_places_kept() {
   std::array<std::array<std::uint8_t, n>, std::size_t{1} << n> places{};
@@ -57,7 +57,7 @@ constexpr auto make_places_kept() {
 constexpr std::size_t few_lanes = lanes() < 16 ? lanes() : 1;
 constexpr auto places_kept = make_places_kept<few_lanes>();
 
-/// Stores the lanes that a mask keeps, one after the other, and whatever behind them; returns how many.
+/// Stores the lanes that a mask keeps, contiguously, and undefined values behind them. Returns their number.
 /// Highway's Compress copies its table at each call (1.0.3, GCC), but needs none with AVX-512.
 HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t* to) {
   const std::uint32_t bits = bits_of(ints, keep);
@@ -93,7 +93,7 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
 HWY_INLINE Float dot(const Vector& a, const Vector& b) {
   return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
 }
-/// Corners of a cluster as arrays of numbers, from the corner of its box.
+/// Corners of a cluster as structure of arrays, relative to the lower corner of its box.
 struct Corners {
   alignas(64) std::array<float, Cluster::most_points> x;
   alignas(64) std::array<float, Cluster::most_points> y;

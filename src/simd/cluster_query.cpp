@@ -10,13 +10,13 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/cluster_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
-// A vector of one lane: the twins do as well.
+// A vector has one lane: use the kernels in plain C++.
 void load(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
           ClusterBlock& block) {
   scalar::cluster_kernels().load(points, point_lists, block);
@@ -70,8 +70,8 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-/// A box against as many points at a time as there are lanes: which are in it by their coarse words, and not
-/// left out by their names.
+/// Tests one point per lane against a box: whether it is in it by its coarse word and its name is not
+/// excluded.
 class BoxTest {
  public:
   BoxTest(const ClusterBox& box, int coarse_shift) {
@@ -87,20 +87,19 @@ class BoxTest {
     };
     lower_ = Coarse::word(lower(l.x), lower(l.y), lower(l.z));
     above_ = Coarse::word(above(l.x, u.x), above(l.y, u.y), above(l.z, u.z));
-    // Where the own points count, a name that none has.
+    // Where points of the own body count, a name that no point has.
     first_name_ = includes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
     names_ = includes_own(box) ? 0 : u.name - l.name;
     marks_ = box.skips_marked & std::numeric_limits<std::int32_t>::min();
   }
 
-  /// Whether a point of the cells under the box passes only if it is in it. Coarse numbers repeat: one that
-  /// is up to a cell out of a larger box may look as if it were in.
+  /// Whether only points in the box pass, of those in the cells under it. Coarse numbers repeat, so in a
+  /// larger box a point up to a cell outside could pass.
   [[nodiscard]] bool is_exact() const { return largest_ < Coarse::mask + 1 - 2 * (1 << Coarse::cell_bits); }
 
   [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words, Int name) const {
     constexpr std::int32_t all = Coarse::word(Coarse::mask, Coarse::mask, Coarse::mask);
-    // The number above the lower end, and what that is short of the upper end: no carry goes to the next
-    // axis.
+    // Distance above the lower end, and whether it exceeds the upper end. No carry reaches the next axis.
     const Int from_lower =
         hn::And(hn::Add(hn::LoadU(ints, words), hn::Set(ints, lower_)), hn::Set(ints, all));
     const Int out = hn::AndNot(hn::Set(ints, all), hn::Add(from_lower, hn::Set(ints, above_)));
@@ -120,7 +119,7 @@ class BoxTest {
   std::int32_t largest_ = 0;
 };
 
-/// Of the candidates from `first` on, keeps those in the box; returns the end of those left.
+/// Keeps the candidates from `first` on that are in the box. Returns their new end.
 std::size_t keep_in_box(const FixedPoint* points, const ClusterBox& box, std::size_t first, std::size_t end,
                         std::int32_t* candidates) {
   std::size_t left = first;
@@ -157,17 +156,16 @@ void filter(const PointRows& rows, ClusterBlock& block) {
   block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
 }
 
-/// Half spaces n x + c >= 0 of 16 tets, from the faces opposite their corners, and the bounds of their
-/// errors.
+/// Half spaces n x + c >= 0 of 16 tets, one for the face opposite each corner, and their error bounds.
 struct Planes {
   alignas(64) std::array<std::array<std::array<float, Cluster::most_primitives>, 4>, 4> face;  ///< n, then c
-  alignas(
-      64) std::array<float, Cluster::most_primitives> bound;  ///< infinite where the tet's turn is not sure
+  alignas(64) std::array<float, Cluster::most_primitives> bound;  ///< infinite where the sign of the tet's
+                                                                  ///< volume is not certain
 };
 
-/// How far planes go outwards, and the bound of the errors then.
+/// How far planes are moved outwards, and the error bound of the moved planes.
 struct Widening {
-  float reach;  ///< times the sum of the sizes of a normal's components
+  float reach;  ///< times the sum of a normal's components by absolute value
   float bound;
 };
 
@@ -186,7 +184,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
     const Vector dc = difference(cc, d);
     const Vector ab = difference(b, a);
     const Vector ac = difference(cc, a);
-    // The signs that the predicates have: of the tet with one corner replaced.
+    // Signs as in the predicates: the volume of the tet with one corner replaced.
     const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
     const Float volume = dot(normal[0], da);
     const auto sure = hn::Gt(hn::Abs(volume), bound);
@@ -199,7 +197,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
       if constexpr (is_wide) {
         const Float size = hn::Add(hn::Add(hn::Abs(n.x), hn::Abs(n.y)), hn::Abs(n.z));
         const Float further = hn::Mul(hn::Set(floats, widening.reach), size);
-        offset = hn::Add(offset, hn::Xor(further, flip));  // turned once more below
+        offset = hn::Add(offset, hn::Xor(further, flip));  // flipped again below
       }
       hn::Store(hn::Xor(n.x, flip), floats, planes.face[face][0].data() + lane);
       hn::Store(hn::Xor(n.y, flip), floats, planes.face[face][1].data() + lane);
@@ -224,7 +222,7 @@ struct Plane {
   }
 };
 
-/// Puts candidates of a cluster into the half spaces of the tets in the lanes from `lane` on.
+/// Evaluates candidates of a cluster in the half spaces of the tets in the lanes from `lane` on.
 class Test {
  public:
   Test(const FixedPoint* points, const FixedPoint& origin, const Planes& planes, std::size_t lane)
@@ -274,7 +272,7 @@ class Test {
   Float no_less_;
 };
 
-/// Candidates of a cluster, those that are its own points apart.
+/// Candidates of a cluster: the cluster's own points, and all others.
 struct Sorted {
   std::size_t others = 0;
   std::array<std::int32_t, ClusterBlock::most_points + 1> other;
@@ -293,7 +291,7 @@ HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners
     for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
       bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
     bits &= used;
-    // A point is in the list once, or not at all: then it goes to the last place.
+    // A point is in the list at most once. If it is not there, it goes to the last place, which is unused.
     const std::uint64_t place = bits | std::uint64_t{1} << Cluster::most_points;
     sorted.own[static_cast<std::size_t>(std::countr_zero(place))] = candidate;
     sorted.other[others] = candidate;
@@ -330,7 +328,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
     };
     const std::uint32_t used = ((std::uint32_t{1} << cluster.size) - 1) * 0x10001U;
     std::array<std::uint32_t, Cluster::most_points> of_corner{};
-    // All lanes but the last ones leave their bits to those.
+    // The last vector of lanes writes the bits of all.
     constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);

@@ -9,23 +9,23 @@
 #include "simd/cluster.hpp"
 #include "simd/fixed_points.hpp"
 
-/// The phases of the clustered query that work on many numbers at a time (docs/query.md).
+/// The vectorised phases of the clustered query (docs/query.md).
 namespace palpate::simd {
 
-/// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name], or is marked
-/// where `skips_marked` has all bits.
+/// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name]. With
+/// `skips_marked` those with a marked name do not count either.
 struct ClusterBox {
   FixedPoint lower;
   FixedPoint upper;
-  std::int32_t skips_marked;  ///< 0 or -1
+  std::int32_t skips_marked;  ///< 0: no, -1: yes
 };
 
-/// Whether points of the cluster's own body count: the corners of its tets are among them then.
+/// Whether points of the cluster's own body count. They include the corners of its tets.
 inline bool includes_own(const ClusterBox& box) {
   return box.upper.name < box.lower.name;
 }
 
-/// Its longest side.
+/// Longest side of a box.
 inline float extent_of(const ClusterBox& box) {
   return static_cast<float>(
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z}));
@@ -48,23 +48,23 @@ inline void round_out(ClusterBox& box, int coarse_shift) {
   u = {u.x | rest, u.y | rest, u.z | rest, u.name};
 }
 
-/// Points [begin, end) of those in order.
+/// Points [begin, end) in the order of cells.
 struct PointRange {
   std::uint32_t begin;
   std::uint32_t end;
 };
 
-/// What clusters of a block have to do, and what they find: work is cut so that nothing overflows.
+/// Work of a block of clusters, and its results. The caller cuts blocks so that no array overflows.
 struct ClusterBlock {
   static constexpr std::size_t most_clusters = 32;
   static constexpr std::size_t most_rows = 1024;
   static constexpr std::size_t most_points = 4096;
-  static constexpr std::size_t padding = 16;  ///< kernels may write that far beyond what they report
+  static constexpr std::size_t padding = 16;  ///< kernels may write that many entries beyond the reported end
 
-  /// A point, and the cluster's tets in bits: those that may contain it, and << 16 those that surely do. None
-  /// that the point is a corner of.
+  /// A point and the cluster's tets as bits: those that may contain it, and << 16 those that certainly do.
+  /// Tets with the point as a corner are left out.
   struct Hit {
-    std::int32_t entry;     ///< what was tested: index of a point, or entry of L of an edge
+    std::int32_t entry;     ///< index of the tested point, or of the edge in L
     std::uint32_t cluster;  ///< in the block
     std::uint32_t primitives;
   };
@@ -79,15 +79,15 @@ struct ClusterBlock {
 
   std::size_t clusters = 0;
   std::array<const Cluster*, most_clusters> cluster;
-  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, for clusters that take_own()
+  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, read where includes_own()
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
   std::uint32_t strays = 0;  ///< bit c: rows of cluster c may hold points beyond the cells of its box
   std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
-  const std::int32_t* candidates;                             ///< what may hit; at most most_points
-  std::array<std::int32_t, most_points + padding> candidate;  ///< room for them
+  const std::int32_t* candidates;                             ///< at most most_points
+  std::array<std::int32_t, most_points + padding> candidate;  ///< memory for them
   std::size_t hits = 0;
   std::array<Hit, most_points + 1> hit;
 };
@@ -96,28 +96,28 @@ struct ClusterBlock {
 struct ClusterKernels {
   /// Fetches the corners of each cluster of the block and their box (all but the names).
   /// \param points       all points, by index
-  /// \param point_lists  of which a cluster has a part, see Cluster
+  /// \param point_lists  Clusters::points; see Cluster::first_point
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
-  /// Lists the points of the rows that lie in the box of their cluster, which is rounded out.
+  /// Lists the points of the rows that lie in the box of their cluster. The box must be rounded out.
   void (*filter)(const PointRows& points, ClusterBlock& block);
-  /// Tests each candidate against all tets of its cluster, and lists those that may be in one. What it leaves
-  /// out is outside by exact arithmetic, and what it is sure of is inside.
+  /// Tests each candidate against all tets of its cluster, and lists those that may be in one. Pairs that it
+  /// drops are outside by exact arithmetic; pairs marked as certain are inside.
   void (*test)(const FixedPoint* points, ClusterBlock& block);
-  /// As test, of the tets that a candidate may be in once all points have moved by up to `margin` in each
-  /// coordinate: what it leaves out stays outside. The boxes hold all places that points move to.
+  /// As test, for motions: lists the tets that may contain a candidate after all points have moved by up to
+  /// `margin` in each coordinate. The boxes must hold all positions that points can reach.
   void (*near)(const FixedPoint* points, std::int32_t margin, ClusterBlock& block);
   /// Fetches the corners of each cluster of the block, without their box.
   void (*gather)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                  ClusterBlock& block);
-  /// Whether all tets of the block surely have a positive volume.
+  /// Whether all tets of the block certainly have a positive volume.
   bool (*upright)(const ClusterBlock& block);
 };
 
-/// With the best SIMD target of this processor.
+/// Kernels of the best SIMD target of this processor.
 ClusterKernels cluster_kernels();
 namespace scalar {
-/// Their twins in plain C++.
+/// The same kernels in plain C++.
 ClusterKernels cluster_kernels();
 }  // namespace scalar
 
@@ -133,8 +133,8 @@ inline float volume_bound(float extent) {
          (3.1F * normal * (extent + 1.1F) + (12.1F * coordinate + 54.0F * u * extent) * extent * extent);
 }
 
-/// How far `near` moves the planes of a tet outwards, by the sum of their normals' components, when points
-/// move by up to `margin`: two points, and the rounding of their numbers.
+/// How far `near` moves the planes of a tet outwards, per unit of the 1-norm of the normal, when points move
+/// by up to `margin`: the motion of two points, and the rounding of their coordinates.
 inline float reach_of(std::int32_t margin) {
   return 2.0F * static_cast<float>(margin + 2);
 }

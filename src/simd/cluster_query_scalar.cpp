@@ -69,14 +69,14 @@ float dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Half spaces n x + c >= 0 of a tet, and the bound of their errors.
+/// Half spaces n x + c >= 0 of a tet, and their error bound.
 struct Planes {
   std::array<Vector, 4> normal;
   std::array<float, 4> offset;
   float bound;
 };
 
-/// \param reach  how far planes go outwards, times the sum of the sizes of a normal's components
+/// \param reach  how far planes are moved outwards, per unit of the 1-norm of the normal
 Planes planes_of(const std::array<Vector, 4>& corner, float reach, float bound) {
   const auto& [a, b, c, d] = corner;
   const Vector da = difference(a, d);
@@ -132,7 +132,7 @@ std::size_t place_of(const ClusterBlock& block, std::size_t c, const FixedPoint&
   return i;
 }
 
-/// Lists the candidates of a cluster that may be in a tet: its own points come last, by their place in its
+/// Lists the candidates of a cluster that may be in a tet. Its own points come last, in the order of its
 /// list.
 void list_hits(const FixedPoint* points, std::size_t c, const std::uint32_t* tets, ClusterBlock& block) {
   const Cluster& cluster = *block.cluster[c];
@@ -153,7 +153,7 @@ void list_hits(const FixedPoint* points, std::size_t c, const std::uint32_t* tet
     if (hit.primitives != 0) block.hit[block.hits++] = hit;
 }
 
-/// \tparam BoundOf  gives the bound of the errors of a cluster, from its extent
+/// \tparam BoundOf  function from the extent of a cluster to its error bound
 template <class BoundOf>
 void test_block(const FixedPoint* points, float reach, BoundOf&& bound_of, ClusterBlock& block) {
   std::array<std::uint32_t, ClusterBlock::most_points> tets{};

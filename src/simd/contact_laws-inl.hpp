@@ -1,12 +1,12 @@
-// The loops of contact_laws.hpp, compiled once for each target: lanes are explicit, without branches, so that
-// each compiler finds the vectors and none changes the order of a sum. No include guard: one inclusion a
+// The loops of contact_laws.hpp, compiled once for each target. Lanes are explicit and without branches, so
+// that every compiler vectorises the loops and keeps the order of sums. No include guard: included once per
 // target.
 #include <array>
 #include <cmath>
 
 using Lanes = std::array<double, law_lanes>;
 
-/// A group at its velocities.
+/// A group of contacts at given velocities.
 struct LawGroup {
   const double* row(LawRow which) const { return values + law_lanes * static_cast<std::size_t>(which); }
 
@@ -43,10 +43,10 @@ struct LawGroup {
 
   const double* values;
   Lanes normal;
-  Lanes x;  ///< what spring and damper pull across the direction
+  Lanes x;  ///< tangential force of spring and damper
   Lanes y;
   Lanes z;
-  Lanes size;  ///< of it
+  Lanes size;  ///< norm of (x, y, z)
   Lanes bound;
 };
 

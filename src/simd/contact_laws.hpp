@@ -9,7 +9,7 @@
 /// are the derivative of a convex function of the velocities, which a line search can use.
 namespace palpate::simd {
 
-/// Contacts go in groups of so many; lists have room for whole groups, laws beyond the last are zero.
+/// Contacts per group. Lists have room for whole groups; laws beyond the last contact are zero.
 inline constexpr std::size_t law_lanes = 8;
 /// Numbers of a group: rows of law_lanes.
 enum class LawRow : std::size_t {
@@ -24,7 +24,7 @@ enum class LawRow : std::size_t {
 };
 inline constexpr std::size_t law_values = 8 * law_lanes;
 
-/// What the forces of contacts are made of.
+/// Parameters of the contact forces.
 struct ContactLawRows {
   /// Groups of law_values: stiffness times depth, N; resistance, N s/m; direction; stiffness times slip, N.
   const double* values;
@@ -36,8 +36,8 @@ struct ContactLawRows {
 void contact_forces(const ContactLawRows& laws, const Vec3* u, const Vec3* base, Vec3* f, std::size_t begin,
                     std::size_t end);
 /// h_k = -df/du at u_k, N s/m, nine numbers a contact, row by row. With s = R mu f_n / |p|, n the direction
-/// and t = p / |p|, a contact that slides has R n n^T + s (I - n n^T - t t^T) + mu R t n^T, which is
-/// unsymmetric; with given bounds the last term is not there: symmetric, positive semi-definite.
+/// and t = p / |p|, a sliding contact has the unsymmetric R n n^T + s (I - n n^T - t t^T) + mu R t n^T. With
+/// given bounds the last term is absent: h_k is symmetric positive semi-definite.
 void contact_derivatives(const ContactLawRows& laws, const Vec3* u, double* h, std::size_t begin,
                          std::size_t end);
 

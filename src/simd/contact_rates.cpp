@@ -40,7 +40,7 @@ struct Three {
       : x(hn::Set(D(), a)), y(hn::Set(D(), b)), z(hn::Set(D(), c)) {}
 };
 
-/// a x + b y + c z of lanes from l on. No fused products: other targets have none.
+/// a x + b y + c z of lanes from l on. No fused multiply-adds, since not every target has them.
 HWY_INLINE V combination(const Rows& j, std::size_t l, const Three& a) {
   return hn::Add(hn::Add(hn::Mul(a.x, load(j.x + l)), hn::Mul(a.y, load(j.y + l))),
                  hn::Mul(a.z, load(j.z + l)));
@@ -73,7 +73,7 @@ void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::siz
   }
 }
 
-/// So many vectors of sums from `first` on, over all contacts: they stay in registers.
+/// Computes `count` vectors of sums from `first` on, over all contacts, in registers.
 template <std::size_t count>
 HWY_INLINE void project_part(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                              std::size_t end, std::size_t first) {
@@ -121,7 +121,7 @@ struct StiffnessRows {
     count += 3;
   }
 
-  /// sum += left^T right, for some directions i and l from there on.
+  /// sum += left^T right, for the directions from i and from l on.
   template <std::size_t vectors>
   HWY_INLINE void add_tile(double* sum, std::size_t stride, std::size_t i, std::size_t l) const {
     const D d;

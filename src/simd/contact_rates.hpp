@@ -4,14 +4,14 @@
 
 #include <palpate/types.hpp>
 
-/// What a solver in the span of a few directions does with the changes of the contacts' velocities. Sums have
-/// a fixed order and fixed lanes: the same bits on every target.
+/// Kernels on contact velocities for a solver in the span of a few directions. Sums have a fixed order and
+/// fixed lanes: the same bits on every target.
 namespace palpate::simd {
 
-/// Directions go in groups of so many; rows are padded to them, with finite numbers.
+/// Directions per group. Rows are padded to whole groups with finite numbers.
 inline constexpr std::size_t direction_lanes = 8;
 
-/// J of contacts: three rows of `stride` numbers for each, of which the first n, padded, count. In float, as
+/// J of contacts: three rows of `stride` numbers each, of which the first n (padded) are used. In float, as
 /// the directions are; sums are in double.
 struct ContactRates {
   const float* values;
@@ -23,11 +23,11 @@ void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::siz
 /// sum += J_k^T f_k (n, padded).
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end);
-/// sum += J_k^T H_k J_k (n rows of `stride`); zero H are passed over.
+/// sum += J_k^T H_k J_k (n rows of `stride`). Skips zero H_k.
 /// \param h  nine numbers a contact, row by row
 void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
                    std::size_t end);
-/// Row and column of direction i of the same: row_l += (J^T H J)_il, column_l += (J^T H J)_li (n, padded).
+/// Row and column i of that matrix: row_l += (J^T H J)_il, column_l += (J^T H J)_li (n, padded).
 void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
                        std::size_t begin, std::size_t end);
 

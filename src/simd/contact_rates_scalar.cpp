@@ -1,5 +1,4 @@
-// Loops over the rates of contacts, in plain C++: the twin of those of contact_rates.cpp in lanes, with the
-// same bits.
+// The kernels of contact_rates.cpp in plain C++, with the same bits.
 #include <array>
 
 #include "simd/contact_rates.hpp"

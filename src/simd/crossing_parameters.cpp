@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,8 +18,8 @@ struct Filtered {
   Double error;
 };
 
-/// Sides u and v of a triangle and w, from the same corner to a point: what orient3d() computes, in its
-/// order.
+/// orient3d() from sides u and v of a triangle and w, from the same corner to a point, in the same order of
+/// operations.
 HWY_INLINE Filtered orientation(const Vector& u, const Vector& v, const Vector& w) {
   const Double vxwy = hn::Mul(v.x, w.y);
   const Double vywx = hn::Mul(v.y, w.x);

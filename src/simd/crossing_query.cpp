@@ -8,14 +8,14 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/cluster_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Negative where [a, b], whichever is lower, does not meet [lower, upper].
+/// Negative where the interval of a and b, in either order, does not meet [lower, upper].
 HWY_INLINE Int apart(const std::int32_t* a, const std::int32_t* b, std::uint32_t e, Int lower, Int upper) {
   const Int x = hn::LoadU(ints, a + e);
   const Int y = hn::LoadU(ints, b + e);
@@ -70,7 +70,7 @@ struct Stored {
   }
 };
 
-/// Triangles as the test needs them: the plane n x + offset, and the Pluecker coordinates of the sides.
+/// Triangles for the test: the plane n x + offset, and the Pluecker coordinates of the sides.
 struct Triangles {
   Stored normal;
   alignas(64) Lanes16 offset;
@@ -131,7 +131,7 @@ HWY_INLINE Float volume(const Vector& normal, Float offset, const Vector& p) {
   return hn::MulAdd(normal.x, p.x, hn::MulAdd(normal.y, p.y, hn::MulAdd(normal.z, p.z, offset)));
 }
 
-/// Bits of the triangles that the edge may meet, and << 16 of those that it surely meets.
+/// Bits of the triangles that the edge may meet, and << 16 of those that it certainly meets.
 HWY_INLINE std::uint32_t meets(const Triangles& triangles, std::size_t lane, const Edge& edge,
                                const CrossingBounds& bounds) {
   const Vector normal = triangles.normal.load(lane);
@@ -205,7 +205,7 @@ CrossingBounds crossing_bounds(float extent, float longest) {
   const float edge = 2.0F * coordinate + 1.01F * u * reach;
   const float normal = 4.0F * reach * edge + 2.0F * edge * edge + 4.1F * u * square;
   const float moment = 2.0F * reach * (edge + coordinate) + 2.0F * edge * coordinate + 4.1F * u * square;
-  const float moments = 2.0F * moment;  // that of the edge, and of the side, which is no larger
+  const float moments = 2.0F * moment;  // error of the edge's moment, and of the side's, which is no larger
   return {slack * (3.1F * normal * (2.0F * reach + 1.1F) + (12.1F * coordinate + 54.0F * u * reach) * square),
           slack * (3.1F * moments * (reach + edge) + (12.1F * edge + 54.0F * u * reach) * square)};
 }

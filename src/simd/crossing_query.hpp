@@ -4,12 +4,12 @@
 
 #include "simd/cluster_query.hpp"
 
-/// The phases of the edge-triangle query that work on many numbers at a time (docs/query.md). Blocks are
-/// those of the point query, with clusters of triangles, and edges in the place of points.
+/// The vectorised phases of the edge-triangle query (docs/query.md). Blocks are as in the point query, with
+/// clusters of triangles and with edges in place of points.
 namespace palpate::simd {
 
-/// Edges in the order of the cells of their middles, as arrays of numbers: ends a and b, and a name. Each has
-/// `row_padding` places beyond its end.
+/// Edges in the order of the cells of their midpoints, as structure of arrays: ends a and b, and a name. Each
+/// array has `row_padding` places beyond its end.
 struct EdgeRows {
   struct End {
     const std::int32_t* x;
@@ -18,24 +18,25 @@ struct EdgeRows {
   };
   End a;
   End b;
-  const std::int32_t* body;  ///< whose triangles the edge is for
+  const std::int32_t* body;  ///< the body whose triangles the edge is tested against
 };
 
-/// Lists the edges of the rows that are for the body of the cluster and whose box meets that of the cluster.
+/// Lists the edges of the rows that are tested against the cluster's body and whose box meets the cluster's.
 void filter_edges(const EdgeRows& edges, ClusterBlock& block);
 
-/// Tests each candidate against all triangles of its cluster. Hits are edges that may meet triangles (bits),
-/// and << 16 those that surely do. What it leaves out does not meet by exact arithmetic.
-/// \param longest  no edge is longer along an axis
+/// Tests each candidate against all triangles of its cluster. Hits are edges with bits of the triangles that
+/// they may meet, and << 16 those that they certainly meet. Pairs that it drops do not meet by exact
+/// arithmetic.
+/// \param longest  bound of the edges' lengths along an axis
 void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block);
 
-/// Bounds of the errors of what test_edges() compares with zero (docs/query.md).
+/// Error bounds of the volumes that test_edges() compares with zero (docs/query.md).
 struct CrossingBounds {
   float side;    ///< of the volumes of a triangle and an end
   float volume;  ///< of the volumes of the edge and a side of a triangle
 };
 /// \param extent   longest side of the cluster's box
-/// \param longest  of the edges, along an axis
+/// \param longest  bound of the edges' lengths along an axis
 CrossingBounds crossing_bounds(float extent, float longest);
 
 }  // namespace palpate::simd

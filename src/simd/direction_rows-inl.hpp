@@ -1,8 +1,8 @@
-// The loops of direction_rows.hpp, compiled once for each target: lanes are explicit, so that each compiler
-// finds the vectors and none changes the order of a sum. No include guard: one inclusion a target.
+// The loops of direction_rows.hpp, compiled once for each target. Lanes are explicit, so that every compiler
+// vectorises the loops and keeps the order of sums. No include guard: included once per target.
 #include <array>
 
-/// Sums of products by lanes: a slice at a time in float, which many lanes take at once.
+/// Sums of products by lane. Sums over one slice are in float, since float has more lanes.
 struct LaneSums {
   alignas(64) std::array<double, slice_rows> lanes{};
 

@@ -4,11 +4,11 @@
 
 #include "simd/sliced_rows.hpp"
 
-/// What a solver in the span of a few directions does with long vectors. Sums have fixed lanes: the same bits
+/// Kernels on long vectors for a solver in the span of a few directions. Sums have fixed lanes: the same bits
 /// on every target.
 namespace palpate::simd {
 
-/// Sums of a b; n is a multiple of slice_values. Slice by slice in float, by slice_rows lanes in double.
+/// Sum of a b; n is a multiple of slice_values. Sums within a slice are in float, sums of slices in double.
 double dot_floats(const float* a, const float* b, std::size_t n);
 /// `first`: a b, `second`: a c.
 struct TwoSums {
@@ -17,7 +17,7 @@ struct TwoSums {
 };
 TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n);
 
-/// Vectors of a list: one every `stride` numbers.
+/// A list of vectors, `stride` numbers apart.
 struct FloatVectors {
   const float* values;
   std::size_t stride;

@@ -22,7 +22,7 @@ HWY_INLINE V set(double x) {
   return hn::Set(D(), x);
 }
 
-/// A symmetric matrix on its way to a diagonal one, and its eigenvectors to be: columns.
+/// A symmetric matrix during diagonalisation, and its eigenvectors so far, as columns.
 struct EigenV {
   std::array<V, 3> diagonal;
   std::array<V, 3> off;  ///< opposite to axis 0, 1, 2: yz, xz, xy
@@ -54,7 +54,8 @@ HWY_INLINE void rotate(EigenV& m) {
   m.vectors[q] = times_plus(s, vp, times(c, vq));
 }
 
-/// By cyclic Jacobi rotations. \param sweeps  of them
+/// Diagonalises by cyclic Jacobi rotations.
+/// \tparam sweeps  number of sweeps
 template <int sweeps>
 HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
   const V zero = hn::Zero(D());

@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
-/// What a vector of elements has between the phases of the pass.
+/// Values of a vector of elements between the phases of the pass.
 struct Lot {
   Matrix3V f;
   Root root;
@@ -62,10 +62,11 @@ HWY_INLINE void store_elements(const ElementPass& pass, std::size_t e, const Lot
   store_quads(negative(gradient_sum), ratio, pass.gradients + 4 * e);
   store_rows(negative(force_sum), forces);
   store_flags(hn::Not(lot.good), pass.left + e);
-  store_flags(hn::Not(lot.good), pass.inverted + e);  // what is good has a positive determinant
+  store_flags(hn::Not(lot.good), pass.inverted + e);  // good elements have a positive determinant
 }
 
-/// In phases over several vectors of elements: a root waits for divisions, so that others go on meanwhile.
+/// Runs each phase over several vectors of elements: find_root() has dependent divisions, and independent
+/// vectors hide their latency.
 void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end) {
   constexpr std::size_t most = 8;
   static_assert(element_group % lanes == 0);

@@ -8,48 +8,49 @@
 
 namespace palpate::simd {
 
-/// Elements go in groups of so many: arrays per element have a multiple of that, the rest filled with zeros.
+/// Elements per group. Arrays by element are padded with zeros to whole groups.
 inline constexpr std::size_t element_group = 16;
 
-/// What an element pass reads and writes; arrays of (n_elements), rounded up to whole groups, unless said.
+/// Input and output of an element pass. Arrays have n_elements entries, rounded up to whole groups, unless
+/// noted.
 struct ElementPass {
   const Padded3* displacements;  ///< (n_points), m, from rest
   const std::int32_t* corners;   ///< 4 an element
   std::array<const double*, 9> inverse_rest;
   const double* stiffness;        ///< mu V
   const double* ratios;           ///< lambda / mu
-  const double* factors;          ///< of the stiffness
+  const double* factors;          ///< scale of the stiffness
   std::array<double*, 9> turned;  ///< a_i = sqrt(factor mu V) R g_i of corners 1 to 3
   Quad* gradients;                ///< 4 an element: a_i of all corners, and the ratio
   double* forces;                 ///< from element `begin` on, 4 x 4 an element: force on corner i, and 0
   double* energies;               ///< J
-  std::uint8_t* inverted;         ///< 1: no positive volume
-  std::uint8_t* left;             ///< 1: not done, the caller must
+  std::uint8_t* inverted;         ///< 1: volume is not positive
+  std::uint8_t* left;             ///< 1: left to the caller
 };
 
-/// Rotation, forces and turned gradients of elastic tets (fem/elements.hpp has the formulas), as many at a
-/// time as a vector of double has lanes. An element that is flat, inverted or not finite is left: what the
-/// pass writes of it is undefined then. Where the processor has fewer than four lanes all are left.
+/// Computes rotation, forces and rotated gradients of elastic tets (formulas: fem/elements.hpp), one per
+/// lane. An element that is flat, inverted or not finite is left to the caller: its output is undefined.
+/// Processors with fewer than four lanes leave all.
 ///
 /// Rotations have a closed form. tr(R^T F) = l is the largest root of
 ///   g(l) = l^4 - 2 I l^2 - 8 J l + I^2 - 4 II,  I = |F|^2, II = |cof F|^2, J = det F
 /// (Horn 1987, section 4: the largest eigenvalue of a 4x4 matrix, whose characteristic polynomial this is),
-/// and R = dl / dF, since dR adds nothing to l. So with g(l) = 0 differentiated by F
+/// and R = dl / dF, since a change of R does not change l to first order. Differentiating g(l) = 0 by F gives
 ///   R = ((l^2 + I) F + 2 l cof F - 2 F F^T F) / (l^3 - I l - 2 J),
-/// where the denominator is (s1 + s2)(s2 + s3)(s3 + s1), of the singular values.
+/// where the denominator is (s1 + s2)(s2 + s3)(s3 + s1) for singular values s.
 /// \param begin,end  elements; multiples of element_group
 void element_pass(const ElementPass& pass, std::size_t begin, std::size_t end);
 
-/// What a stiffness pass reads and writes.
+/// Input and output of a stiffness pass.
 struct StiffnessPass {
   const Padded3* vectors;  ///< (n_points)
   const std::int32_t* corners;
-  std::array<const double*, 9> turned;  ///< as the element pass leaves them
+  std::array<const double*, 9> turned;  ///< as written by the element pass
   const double* ratios;
-  double* products;  ///< from element `begin` on, 4 x 4 an element: of corner i, and 0
+  double* products;  ///< from element `begin` on, 4 x 4 an element: product at corner i, and 0
 };
 
-/// K'_e x of each element, in double: with G = sum_j x_j a_j^T that is (r tr(G) I + G + G^T) a_i at corner i.
+/// K'_e x of each element, in double: (r tr(G) I + G + G^T) a_i at corner i, with G = sum_j x_j a_j^T.
 /// \param begin,end  elements; multiples of element_group
 void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t end);
 namespace scalar {

@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,7 +28,7 @@ void find_faces_within_reach(ReachingPoints& points, std::size_t size) {
                                    hn::Ne(normal.z, zero));
       return hn::And(is_far, has_area);
     };
-    // As outward_face has them.
+    // Corners in the order of outward_face.
     const auto beyond = hn::And(hn::And(is_beyond(x[1], x[2], x[3]), is_beyond(x[0], x[3], x[2])),
                                 hn::And(is_beyond(x[0], x[1], x[3]), is_beyond(x[0], x[2], x[1])));
     store(hn::IfThenElse(beyond, zero, hn::Set(doubles, 1.0)), points.meets, lane);

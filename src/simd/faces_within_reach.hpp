@@ -7,18 +7,18 @@
 
 namespace palpate::simd {
 
-/// Points in tets, one a lane, and the search distance of each.
+/// Points in tets, one per lane, and the search distance of each.
 struct ReachingPoints {
   static constexpr std::size_t most = VectorRows::most;
   VectorRows point;
   std::array<VectorRows, 4> corner;
   LaneRow reach;
-  LaneRow meets;  ///< what find_faces_within_reach() finds: 1 or 0
+  LaneRow meets;  ///< output of find_faces_within_reach(): 1 or 0
 };
 
-/// Whether the plane of a face of the tet is nearer than the reach, or the face has no area, or a number is
-/// none: where not, ExitSearch::walk() ends at the tet without having found anything. Computed as there, to
-/// the bit. Of the first `size` lanes; those beyond may change.
+/// Sets `meets` where the plane of a face of the tet is nearer than the reach, a face has no area, or a value
+/// is NaN. Elsewhere ExitSearch::walk() ends at this tet and finds nothing. Same bits as there. Computes the
+/// first `size` lanes; those beyond may change.
 void find_faces_within_reach(ReachingPoints& points, std::size_t size);
 
 }  // namespace palpate::simd

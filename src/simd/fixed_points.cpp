@@ -18,7 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 std::int32_t placed(double x, double lower, double scale) {
   const double number = (x - lower) * scale;
   constexpr double most = 2147483647.0;
-  // A comparison with NaN gives false: it becomes the least.
+  // A comparison with NaN is false, so NaN becomes 0.
   return number > -most ? static_cast<std::int32_t>(std::min(number, most)) : 0;
 }
 
@@ -47,8 +47,8 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
     const auto coordinates = hn::FirstN(ints, 3);
     auto least = hn::Set(d, infinity);
     auto most = hn::Set(d, -infinity);
-    auto zero = hn::Zero(d);  // NaN once a coordinate is not finite
-    // The fourth lane holds the next point's x, which the last one has not.
+    auto zero = hn::Zero(d);  // becomes NaN if a coordinate is not finite
+    // The fourth lane reads the next point's x, so the last point is done separately.
     for (; i + 1 < positions.size(); ++i) {
       const auto x = hn::LoadU(d, &positions[i].x);
       least = hn::Min(least, x);
@@ -104,7 +104,7 @@ std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const 
   const hn::CappedTag<std::int32_t, 16> d;
   const std::size_t at_a_time = hn::Lanes(d) / 4;
   auto most = hn::Zero(d);
-  // Names are equal, so their lanes add nothing.
+  // Names are equal, so their lanes are zero.
   for (; at_a_time > 0 && i + at_a_time <= points.size(); i += at_a_time) {
     const auto motion = hn::Sub(hn::LoadU(d, &points[i].x), hn::LoadU(d, &references[i].x));
     most = hn::Max(most, hn::Abs(motion));

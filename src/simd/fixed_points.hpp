@@ -9,8 +9,8 @@
 
 namespace palpate::simd {
 
-/// A point in fixed-point coordinates below 2^31, which count parts of a cell from the corner of the domain
-/// (docs/query.md), and its name: its index, with `marked` in the name of those that clusters can leave out.
+/// A point in fixed-point coordinates below 2^31, in fractions of a cell from the corner of the domain
+/// (docs/query.md). The name is its index, plus the bit `marked` if clusters can leave the point out.
 struct alignas(16) FixedPoint {
   std::int32_t x;
   std::int32_t y;
@@ -22,13 +22,13 @@ constexpr std::int32_t index_of_name(std::int32_t name) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
 }
 
-/// Coarse coordinates: the lowest bits of a number of 64ths of a cell. Those of a point and a set bit above
-/// each make a coarse word (docs/query.md, "Coarse words").
+/// Coarse coordinates: the lowest bits of the coordinate in 64ths of a cell. The three of a point make a
+/// coarse word, each with a guard bit above (docs/query.md, "Coarse words").
 struct Coarse {
-  static constexpr int cell_bits = 6;   ///< 2^-6 of a cell each
-  static constexpr int field_bits = 9;  ///< of an axis, so that they repeat after 8 cells
+  static constexpr int cell_bits = 6;   ///< the unit is 2^-6 of a cell
+  static constexpr int field_bits = 9;  ///< bits per axis: coordinates repeat after 8 cells
   static constexpr std::int32_t mask = (1 << field_bits) - 1;
-  /// Distance of the axes in a word.
+  /// Bits from one axis to the next in a word.
   static constexpr int step = field_bits + 1;
   /// One number for each axis, below 2^step.
   static constexpr std::int32_t word(std::int32_t x, std::int32_t y, std::int32_t z) {
@@ -38,9 +38,9 @@ struct Coarse {
 
 /// Points in the order of their cells, with row_padding places beyond their end.
 struct PointRows {
-  const FixedPoint* points;   ///< by index, in no such order
+  const FixedPoint* points;   ///< by index, not in the order of cells
   const std::int32_t* words;  ///< coarse coordinates of each, in order
-  const std::int32_t* names;  ///< those of the points, in order
+  const std::int32_t* names;  ///< names of the points, in order
   int coarse_shift;           ///< fixed-point numbers >> this are coarse
 };
 inline constexpr std::size_t row_padding = 16;
@@ -49,11 +49,11 @@ inline constexpr std::size_t row_padding = 16;
 struct Bounds {
   Vec3 lower;
   Vec3 upper;
-  bool finite;  ///< whether all coordinates are; the box means nothing otherwise
+  bool finite;  ///< whether all coordinates are finite; if not, the box is undefined
 };
 
-/// Sets points[i] to floor((positions[i] - lower) x scale), keeping its name; numbers that do not fit are
-/// something else that fits. Returns the box of the positions, at least one.
+/// Sets points[i] to floor((positions[i] - lower) x scale) and keeps its name. Numbers out of range become
+/// some number in range. Returns the box of the positions; there must be at least one.
 Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double scale, FixedPoint* points);
 
 /// Sets words and names of points; may read and write up to row_padding places beyond.
@@ -63,7 +63,7 @@ void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int
 /// The largest distance along an axis between points and references with the same names.
 std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const FixedPoint> references);
 
-/// How fixed-point coordinates become a key: cell = min(number >> fraction_bits, size - 1), and
+/// Rule from fixed-point coordinates to a key: cell = min(number >> fraction_bits, size - 1) on each axis,
 /// key = i + j size_x + k size_x size_y, below 2^31.
 struct KeyRule {
   int fraction_bits;

@@ -18,7 +18,7 @@ using Four = hn::FixedTag<float, 4>;
 using Three = std::array<FloatV, 3>;
 using Matrix = std::array<FloatV, 9>;
 
-/// r less what rows of a slice take of couplings.
+/// Subtracts the coupling terms of a slice's rows.
 HWY_INLINE void set_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
   const std::int32_t* begin = couplings.begin + slice_rows * slice;
   if (begin[0] == begin[slice_rows]) return;
@@ -37,7 +37,7 @@ HWY_INLINE void set_couplings(const CouplingRows& couplings, std::size_t slice, 
   }
 }
 
-/// r - A z of a slice, as the differences of simd/sliced_rows.hpp.
+/// r - A z of a slice, with A as differences (SlicedRows).
 HWY_INLINE void residual_of_slice(const SmootherRows& all, const float* r, const Quad* z, std::size_t slice,
                                   float* y) {
   const Floats d;

@@ -8,7 +8,7 @@
 
 namespace palpate::simd {
 
-/// A matrix and what relaxes it.
+/// A matrix and its block Gauss-Seidel smoother.
 struct SmootherRows {
   SlicedRows rows;
   CouplingRows couplings;
@@ -16,8 +16,8 @@ struct SmootherRows {
   const float* rotations;  ///< of rows, slot_values a slice
 };
 
-/// z += D^-1 (r - A z) in the rows of these slices, at once: block Gauss-Seidel where no row of them reads
-/// another.
+/// z += D^-1 (r - A z) in all rows of these slices at once. This is block Gauss-Seidel where no two of these
+/// rows are coupled.
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
 /// t = R^T (r - A z) in slices [begin, end).
@@ -25,25 +25,25 @@ void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Q
                       std::size_t end);
 /// z += R u in slices [begin, end).
 void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
-/// z to values by slices; returns the sum of r z over slices [begin, end).
+/// Stores z as values by slice. Returns the sum of r z over slices [begin, end).
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);
 /// coupling_products() of these couplings.
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count);
 
-/// Rows, and what the rotation of each is fitted to.
+/// Rows, and the edges that the rotation of each is fitted to.
 struct RotationRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
   const std::uint32_t* columns;     ///< 16 a slot
   const float* edges;               ///< slice_values a slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
 };
-/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows): those of eight
-/// Higham iterations, which are not exact where a row is strained by more than a tenth or so; none where F is
-/// flat or inverted. \param rotations  slot_values a slice
+/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows), by eight Higham
+/// iterations. Strains above about a tenth leave an error. The identity where det F is not in (0.1, 10).
+/// \param rotations  slot_values a slice
 void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 
-/// The twins in plain C++.
+/// The same kernels in plain C++.
 namespace scalar {
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);

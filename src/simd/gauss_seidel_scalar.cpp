@@ -1,4 +1,4 @@
-// The twins of the kernels of gauss_seidel.cpp in plain C++, also what runs where there are no vectors.
+// The kernels of gauss_seidel.cpp in plain C++. Targets without vectors run these.
 #include "simd/gauss_seidel.hpp"
 
 namespace palpate::simd::scalar {

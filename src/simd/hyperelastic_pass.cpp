@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
-/// What a vector of elements has between the phases of the pass.
+/// Values of a vector of elements between the phases of the pass.
 struct HyperelasticLot {
   Matrix3V h;  ///< F - I
   Matrix3V f;
@@ -73,7 +73,7 @@ HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, con
   for (std::size_t k = 0; k < 3; ++k)
     turned[k] = {dot(t.right[0], g[k]), dot(t.right[1], g[k]), dot(t.right[2], g[k])};
   std::array<V, block_stride> values;
-  values.fill(hn::Zero(d));  // the first 27 gather sums
+  values.fill(hn::Zero(d));  // the first 27 are sums
   const auto add_to_first = [&](std::size_t corner, const std::array<V, 9>& block, bool back) {
     for (std::size_t k = 0; k < 9; ++k) {
       V& sum = values[9 * corner + k];
@@ -114,7 +114,7 @@ void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::siz
       const V change = store_response(pass, e, lots[i], law, fibre, pass.forces + 16 * (e - begin));
       store_stiffness(pass, e, lots[i], law, fibre, change);
       store_flags(hn::Not(lots[i].good), pass.left + e);
-      store_flags(hn::Not(lots[i].good), pass.inverted + e);  // what is good has a positive determinant
+      store_flags(hn::Not(lots[i].good), pass.inverted + e);  // good elements have a positive determinant
     }
   }
 }

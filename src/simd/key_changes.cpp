@@ -22,8 +22,8 @@ std::uint64_t bits_of(D d, hn::Mask<D> mask) {
   return bytes[0] | static_cast<std::uint64_t>(bytes[1]) << 8;
 }
 
-/// Appends the places of the bits that are set. The first four are written without asking whether they exist:
-/// most words have few bits, and nothing predicts how many.
+/// Appends the places of the set bits. Writes four without a test: most words have few bits, and a branch on
+/// their number would be mispredicted.
 std::size_t append_places(std::uint64_t bits, std::uint32_t first, std::uint32_t* places) {
   const auto count = static_cast<std::size_t>(std::popcount(bits));
   for (std::size_t k = 0; k < 4 || k < count; ++k) {
@@ -39,7 +39,7 @@ std::size_t list_changes(std::span<const std::uint32_t> before, std::span<const 
   const std::size_t lanes = hn::Lanes(d);
   std::size_t count = 0;
   std::size_t i = 0;
-  // Not CompressStore, which AMD's processors do in microcode, nor a branch on each vector.
+  // No CompressStore, which is microcode on AMD, and no branch per vector.
   for (; i + 64 <= before.size(); i += 64) {
     std::uint64_t bits = 0;
     for (std::size_t j = 0; j < 64; j += lanes) {

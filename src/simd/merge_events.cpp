@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A part of the merge that stands on its own.
+/// An independent part of the merge.
 struct Stream {
   const std::uint64_t* in;
   const std::uint64_t* in_end;
@@ -24,8 +24,8 @@ struct Stream {
   const std::uint64_t* event_end;
 };
 
-/// Copies words up to the next event and applies it. Copies in steps of `vectors` vectors; what a step copies
-/// beyond the event is overwritten by what follows.
+/// Copies words up to the next event and applies it. Copies `vectors` vectors per step; the words beyond the
+/// event are overwritten later.
 template <std::ptrdiff_t vectors>
 HWY_INLINE void merge_one(Stream& s) {
   const hn::ScalableTag<std::uint64_t> d;
@@ -41,7 +41,7 @@ HWY_INLINE void merge_one(Stream& s) {
       hn::StoreU(copied, d, s.out + v * lanes);
       smaller += hn::CountTrue(d, hn::Lt(copied, bound));
     }
-    // The branch lets the processor go on to the next step before it has counted.
+    // The branch lets the processor start the next step before the count is known.
     found = s.in[step - 1] >= word;
     const auto taken = found ? static_cast<std::ptrdiff_t>(smaller) : step;
     s.in += taken;
@@ -57,7 +57,7 @@ HWY_INLINE void merge_one(Stream& s) {
   ++s.event;
 }
 
-/// Where each event lies depends on the one before: four streams in turn hide the time that takes.
+/// The place of each event depends on the one before. Four interleaved streams hide that latency.
 constexpr std::size_t streams = 4;
 
 template <std::ptrdiff_t vectors>
@@ -90,7 +90,7 @@ void merge_events(std::span<const std::uint64_t> words, std::span<const std::uin
     in = in_end;
     out = out_end;
   }
-  // Few long steps where events are rare, short ones where they are dense.
+  // Long steps where events are rare, short ones where they are dense.
   if (words.size() > hn::Lanes(hn::ScalableTag<std::uint64_t>()) * events.size()) {
     merge_streams<6>(all);
   } else {

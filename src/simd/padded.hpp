@@ -10,7 +10,7 @@ struct alignas(32) Padded3 {
   double w = 0.0;
 };
 
-/// The same in float; the fourth lane may have a meaning of its own.
+/// Three floats and a fourth lane, which may hold another value.
 struct alignas(16) Quad {
   float x = 0.0F;
   float y = 0.0F;

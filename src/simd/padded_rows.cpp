@@ -17,7 +17,7 @@ using Eight = hn::CappedTag<float, 8>;
 using EightV = hn::Vec<Eight>;
 constexpr std::size_t lanes = hn::MaxLanes(Eight());
 constexpr std::size_t parts = 8 / lanes;
-/// A vector of six: each value in a lane of its own, however many vectors that takes.
+/// A vector of six, one value per lane, in as many vectors as needed.
 using SixV = std::array<EightV, parts>;
 
 HWY_INLINE SixV load(const float* values) {
@@ -34,14 +34,14 @@ HWY_INLINE SixV zero() {
   return v;
 }
 
-/// A sum of products: three parts, so that none waits for itself.
+/// A sum of products in three parts, so that additions do not wait for each other.
 struct Sums {
   std::array<SixV, 3> part;
   HWY_INLINE Sums() {
     for (SixV& sum : part) sum = zero();
   }
 
-  /// Adds block x, of so many columns.
+  /// Adds the product of a block of `columns` columns and x.
   template <std::size_t columns>
   HWY_INLINE void add(const float* block, const float* x) {
     const Eight d;

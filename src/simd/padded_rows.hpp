@@ -8,13 +8,13 @@
 
 namespace palpate::simd {
 
-/// A vector of six with two more, which are zero.
+/// A vector of six, padded with two zeros.
 struct alignas(32) Six {
   std::array<float, 8> values{};
 };
 
-/// Rows of blocks of six by six, three by six or six by three. Blocks are stored column by column, each
-/// filled up to eight values, where it has three to four. Columns of a row ascend.
+/// Rows of blocks of six by six, three by six or six by three. Blocks are stored column by column: columns of
+/// six values padded to eight, those of three to four. Column indices of a row ascend.
 struct PaddedRows {
   const std::uint32_t* begin;    ///< (n_rows + 1)
   const std::uint32_t* columns;  ///< of each block
@@ -32,24 +32,24 @@ void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t be
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 
-/// A symmetric matrix of six by six blocks: those beside the diagonal, as the sum of two, and the inverses of
-/// those on it.
+/// A symmetric matrix of six by six blocks: the off-diagonal part as the sum of two, and the inverses of the
+/// diagonal blocks.
 struct SixMatrix {
   PaddedRows first;
   PaddedRows second;
   const float* inverses;  ///< six_by_six a row
 };
-/// Block Gauss-Seidel for A x = b, row by row: forward from x = 0, backward from x. Columns that are not in
-/// [begin, end) do not count.
+/// Block Gauss-Seidel for A x = b, row by row: forward from x = 0, backward from x. Ignores columns outside
+/// [begin, end).
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 /// Forward from x.
 void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
-/// r = b - A x in rows [begin, end), after relax_forward() of all; after relax_onward() of all
-/// with the change of x in its place.
+/// r = b - A x in rows [begin, end), after relax_forward() of all rows. After relax_onward() of all rows,
+/// pass the change of x as x.
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
 
-/// The twins in plain C++.
+/// The same kernels in plain C++.
 namespace scalar {
 void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
 void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);

@@ -1,10 +1,10 @@
-// The twins of the kernels of padded_rows.cpp in plain C++, also what runs where there are no vectors.
+// The kernels of padded_rows.cpp in plain C++. Targets without vectors run these.
 #include "simd/padded_rows.hpp"
 
 namespace palpate::simd::scalar {
 namespace {
 
-/// s += sign block x of so many columns, each of `stride` values.
+/// s += sign block x. The block has `columns` columns of `stride` values.
 void add_block(float* s, const float* block, const float* x, std::size_t columns, std::size_t stride,
                float sign) {
   for (std::size_t k = 0; k < columns; ++k) {

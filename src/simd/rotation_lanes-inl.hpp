@@ -19,7 +19,7 @@ namespace {
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
-/// What the rotation of a matrix follows from: invariants and the root as it is so far.
+/// Invariants of F and the current root; they determine the rotation.
 struct Root {
   V first, second, det;  // I, II, J
   V root;
@@ -31,7 +31,7 @@ HWY_INLINE V slope(const Root& r) {
   return hn::MulSub(inside, r.root, hn::Add(r.det, r.det));
 }
 
-/// A step of Halley's iteration, of third order, in the lanes that have not converged; returns it.
+/// One step of Halley's iteration (third order) in the lanes that have not converged. Returns its size.
 HWY_INLINE V improve(Root& r, M converged) {
   const D d;
   const V square = hn::Mul(r.root, r.root);
@@ -48,18 +48,18 @@ HWY_INLINE V improve(Root& r, M converged) {
   return hn::Abs(step);
 }
 
-/// The root, from sqrt(3 I), which is no less and off by the square of the strain; and where it is good:
-/// where the determinant is positive and not so small that what a rotation is made of cancels. A
-/// lane that has converged does not change any more, so that its bits do not depend on the other lanes.
+/// Iterates from sqrt(3 I), which is an upper bound with an error of second order in the strain. Returns the
+/// lanes with a usable root: those whose determinant is positive and large enough that rotation_from() does
+/// not cancel. Converged lanes no longer change, so that their bits do not depend on other lanes.
 HWY_INLINE M find_root(Root& root) {
   const D d;
   constexpr int cap = 8;
   const V cube = hn::Mul(root.first, hn::Mul(root.first, root.first));
   const V least = hn::Mul(hn::Set(d, 1e-5), cube);
-  // No power of what is in between overflows or vanishes.
+  // Within these limits no power overflows or underflows.
   const M healthy = hn::And(hn::Gt(hn::Mul(root.det, root.det), least), hn::Gt(root.det, hn::Set(d, 1e-60)));
   const M usable = hn::And(healthy, hn::Lt(root.first, hn::Set(d, 1e60)));
-  const V small = hn::Set(d, 2e-6);  // the cube of it, over l, is rounding
+  const V small = hn::Set(d, 2e-6);  // relative; the next error is its cube, below rounding
   root.root = hn::Sqrt(hn::Mul(hn::Set(d, 3.0), root.first));
   M converged = hn::Not(usable);
   for (int i = 0; i < cap; ++i) {
@@ -70,7 +70,7 @@ HWY_INLINE M find_root(Root& root) {
   return hn::And(usable, converged);
 }
 
-/// R from F and its invariants with the root.
+/// R from F, its invariants and the root.
 HWY_INLINE Matrix3V rotation_from(const Root& root, const Matrix3V& f) {
   const D d;
   const Matrix3V c = cofactors(f);
@@ -78,7 +78,7 @@ HWY_INLINE Matrix3V rotation_from(const Root& root, const Matrix3V& f) {
   const V whole = hn::Mul(scale, hn::MulAdd(root.root, root.root, root.first));
   const V twice = hn::Add(scale, scale);
   const V turned = hn::Mul(twice, root.root);
-  // The entries of whole I - twice F F^T, to multiply F by.
+  // Entries of the matrix (whole I - twice F F^T) that multiplies F.
   const auto entry = [&](const Vec3V& a, const Vec3V& b) { return hn::Neg(hn::Mul(twice, dot(a, b))); };
   const V xx = hn::Add(whole, entry(f.a, f.a));
   const V yy = hn::Add(whole, entry(f.b, f.b));
@@ -130,7 +130,7 @@ HWY_INLINE Matrix3V plus_identity(Matrix3V m) {
   return m;
 }
 
-/// Invariants of F; the root is not found yet.
+/// Invariants of F, without the root.
 HWY_INLINE Root root_of(const Matrix3V& f) {
   const Matrix3V c = cofactors(f);
   return {inner(f, f), inner(c, c), dot(f.a, c.a), hn::Zero(D())};

@@ -7,14 +7,14 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A segment and a triangle as seen from the triangle's first corner.
+/// A segment (a, b) and a triangle with sides u and v, relative to the triangle's first corner.
 struct SegmentAndTriangle {
   Vector a;
   Vector b;
@@ -22,8 +22,7 @@ struct SegmentAndTriangle {
   Vector v;
 };
 
-/// Squared gap between the two along a direction; zero where there is none, or numbers are too small or large
-/// to say.
+/// Squared gap between the two along a direction. Zero where they overlap, underflow or overflow.
 HWY_INLINE Double squared_gap(const SegmentAndTriangle& pair, const Vector& direction) {
   const Double zero = hn::Zero(doubles);
   const Double da = dot(direction, pair.a);
@@ -34,7 +33,7 @@ HWY_INLINE Double squared_gap(const SegmentAndTriangle& pair, const Vector& dire
   const Double below = hn::Sub(hn::Min(zero, hn::Min(du, dv)), hn::Max(da, db));
   const Double gap = hn::Max(zero, hn::Max(above, below));
   const Double squared_length = dot(direction, direction);
-  constexpr double smallest = 1e-280;  // that has all digits
+  constexpr double smallest = 1e-280;  // squared length with full precision
   const Double squared = hn::Div(hn::Mul(gap, gap), squared_length);
   const auto is_said = hn::And(hn::Gt(squared_length, hn::Set(doubles, smallest)),
                                hn::Le(squared, hn::Set(doubles, std::numeric_limits<double>::max())));
@@ -46,7 +45,7 @@ HWY_INLINE Double size_of(const Vector& v) {
 }
 
 void find_separations(SegmentsAndTriangles& pairs, std::size_t size) {
-  // Of the size of the two: what rounding may have added.
+  // Bound of the rounding errors, relative to the size of the pair.
   const Double rounding = hn::Set(doubles, 1e-14);
   for (std::size_t lane = 0; lane < size; lane += hn::Lanes(doubles)) {
     const Vector corner = load(pairs.corner[0], lane);

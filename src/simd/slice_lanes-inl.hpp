@@ -30,7 +30,7 @@ struct QuadLanes {
   FloatV x, y, z, w;
 };
 
-/// Fours of lanes: vector k has quads k, k + 4, k + 8 and k + 12.
+/// Transposes quads: vector k is loaded from quads k, k + 4, k + 8 and k + 12.
 template <class Pick>
 HWY_INLINE FloatV fours(Pick&& pick, std::size_t k) {
   const hn::FixedTag<float, 4> d;
@@ -74,7 +74,7 @@ HWY_INLINE QuadLanes load_rows_of(const Quad* quads) {
   return transposed([&](std::size_t i) -> const Quad& { return quads[i]; });
 }
 
-/// The inverse conversion, with zero in the fourth lanes.
+/// The inverse conversion; writes zero to the fourth value of each quad.
 HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   const Floats d;
   const hn::Repartition<double, Floats> pairs;
@@ -96,13 +96,13 @@ HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   store(hn::InterleaveUpper(pairs, xy23, z23), 3);
 }
 
-/// A reduction of floats in double, as rounding of many terms would make steps of solvers inexact. Row i goes
-/// to partial sum i % 8 and these are added in a fixed order, whatever the number of lanes: the same bits on
-/// every target.
+/// A reduction of floats in double: in float the rounding of many terms would make solver steps inexact. Row
+/// i goes to partial sum i % 8, and these are added in a fixed order, for any number of lanes: the same bits
+/// on every target.
 class Sum {
  public:
   HWY_INLINE Sum() { sums_.fill(hn::Zero(doubles)); }
-  /// Adds the next rows; calls come in row order, for whole slices.
+  /// Adds the next rows. Call it in row order, for whole slices.
   HWY_INLINE void add(FloatV value) {
     const hn::Half<Floats> half;
     const auto low = hn::PromoteTo(doubles, hn::LowerHalf(half, value));
@@ -112,7 +112,7 @@ class Sum {
     } else {
       sums_[0] = hn::Add(sums_[0], low);
       sums_[1] = hn::Add(sums_[1], high);
-      // The next call has the rows of the other parts.
+      // The next call adds to the other partial sums.
       if constexpr (parts > 2) std::rotate(sums_.begin(), sums_.begin() + 2, sums_.end());
     }
   }

@@ -31,7 +31,7 @@ void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* produ
   }
 }
 
-/// What the rows of a slice take of couplings.
+/// Adds the coupling terms of a slice's rows.
 HWY_INLINE void add_couplings(const CouplingRows& couplings, std::size_t slice, float* y) {
   const std::int32_t* begin = couplings.begin + slice_rows * slice;
   if (begin[0] == begin[slice_rows]) return;
@@ -50,11 +50,11 @@ HWY_INLINE void add_couplings(const CouplingRows& couplings, std::size_t slice, 
   }
 }
 
-/// Slots between one's use and the wish for it: of those tried (4, 8, 16) the best where the values come from
-/// memory and where they come from the last cache.
+/// Prefetch distance in slots. Of 4, 8 and 16 the best, both for values in memory and in the last-level
+/// cache.
 constexpr std::size_t ahead = 4;
 
-/// Asks for the slot's part of a lane; beyond the last slot for memory that nobody reads.
+/// Prefetches the slot's values of some lanes. Beyond the last slot the address is never read.
 HWY_INLINE void prefetch_slot(const SlicedRows& rows, std::size_t slot, std::size_t lane) {
   for (std::size_t k = 0; k < 9; ++k) hwy::Prefetch(rows.values + slot_values * slot + slice_rows * k + lane);
   hwy::Prefetch(rows.columns + slice_rows * slot + lane);

@@ -8,19 +8,19 @@
 
 namespace palpate::simd {
 
-/// Rows go in slices of so many, a lane each; arrays by row have whole slices.
+/// Rows per slice, one lane each. Arrays by row have whole slices.
 inline constexpr std::size_t slice_rows = 16;
 /// A vector of three for each row of a slice: all x, all y, all z.
 inline constexpr std::size_t slice_values = 3 * slice_rows;
-/// A symmetric matrix for each: xx, yy, zz, xy, xz, yz.
+/// A symmetric matrix for each row: xx, yy, zz, xy, xz, yz.
 inline constexpr std::size_t slice_symmetric = 6 * slice_rows;
-/// A 3x3 block for each: the nine entries row by row.
+/// A 3x3 block for each row of a slice: the nine entries row by row.
 inline constexpr std::size_t slot_values = 9 * slice_rows;
 
-/// A matrix diag(m) + K of 3x3 blocks where K takes no force from a motion of all points alike: K x in row i
-/// is the sum of K_ij (x_j - x_i), which that is exactly, however the K_ij were rounded. SELL (Kreutzer et
-/// al., SIAM J. Sci. Comput. 36 (2014)) of 16 rows: slot s of a slice holds one block of each row, zeros
-/// where a row has no more.
+/// A matrix diag(m) + K of 3x3 blocks, where K x in row i is the sum of K_ij (x_j - x_i). So a translation
+/// gives exactly no force, however the K_ij were rounded. Stored as SELL (Kreutzer et al., SIAM J. Sci.
+/// Comput. 36 (2014)) with 16 rows: slot s of a slice holds one block of each row, zeros where a row has
+/// fewer blocks.
 struct SlicedRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
   const std::uint32_t* columns;     ///< 16 a slot
@@ -32,27 +32,26 @@ struct SlicedRows {
 /// r X + X^T + tr(X) I with X = a_i a_j^T.
 struct SlicedAssembly {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
-  const std::uint32_t* term_begin;  ///< (n_slots + 1): of each slot, where its terms begin, 16 a term
-  const std::uint32_t*
-      terms;  ///< 16 element + 4 corner i + corner j; where a row has none, of an element of zeros
-  const Quad* gradients;  ///< 4 an element: a_i, and r
-  const float* masses;    ///< 16 a slice
-  bool mixed;             ///< the elements of a row may differ in r
+  const std::uint32_t* term_begin;  ///< (n_slots + 1): first term of each slot, 16 a term
+  const std::uint32_t* terms;  ///< 16 element + 4 corner i + corner j; padding refers to an element of zeros
+  const Quad* gradients;       ///< 4 an element: a_i, and r
+  const float* masses;         ///< 16 a slice
+  bool mixed;                  ///< the elements of a row may differ in r
 };
 
-/// Writes the blocks of slices [begin, end), and those on the diagonal: the masses less all others of the
-/// row, as K takes no force from a motion of all points alike. Blocks (i, j) and (j, i) whose terms have the
-/// same order get exactly transposed bits.
+/// Writes the blocks of slices [begin, end), and those on the diagonal: the masses minus all other blocks of
+/// the row, since K gives no force for a translation. Blocks (i, j) and (j, i) whose terms have the same
+/// order get exactly transposed bits.
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
 
 /// A coupling's term of a product: weights times sum_k coefficients[k] x[rows[k]].
 struct alignas(16) CouplingTerm {
-  std::array<float, 12> weights;  ///< a symmetric matrix, column by column, each with a zero
+  std::array<float, 12> weights;  ///< a symmetric matrix, column by column, each padded with a zero
   std::array<float, 5> coefficients;
-  std::array<std::int32_t, 5> rows;  ///< unused: any, with coefficient 0
+  std::array<std::int32_t, 5> rows;  ///< unused ones: any row, with coefficient 0
 };
-/// What a point takes of a coupling.
+/// A point's term of a coupling.
 struct CouplingEntry {
   std::int32_t coupling;
   float coefficient;
@@ -60,7 +59,7 @@ struct CouplingEntry {
 struct CouplingRows {
   const std::int32_t* begin;  ///< (n_rows + 1)
   const CouplingEntry* entries;
-  const Quad* products;  ///< a coupling each
+  const Quad* products;  ///< one per coupling
 };
 
 /// products[c] of couplings [begin, end).
@@ -71,35 +70,35 @@ void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* produ
 double multiply_slices(const SlicedRows& rows, const CouplingRows& couplings, const Quad* x, float* y,
                        std::size_t begin, std::size_t end);
 
-/// Inverses of symmetric positive definite blocks of slices [begin, end), as G^T G with A^-1 = G^T G and
-/// G = L^-1, which stays positive definite under rounding however stiff a contact is in one direction; where
-/// rounding leaves no L, the inverse of the diagonal. Rows of zeros stay zero.
+/// Inverses of symmetric positive definite blocks A of slices [begin, end), as A^-1 = G^T G with G = L^-1.
+/// Rounding keeps this form positive definite, however stiff a contact is in one direction. Where rounding
+/// leaves no L, the inverse of the diagonal. Rows of zeros stay zero.
 void invert_slices(const float* blocks, float* inverses, std::size_t begin, std::size_t end);
 
-/// The vectors of conjugate gradients, slice_values a slice but for the direction.
+/// The vectors of conjugate gradients, slice_values a slice except the direction.
 struct GradientVectors {
   float* solution;
   float* residual;
   float* preconditioned;
   float* product;
   Quad* direction;                ///< (n_rows)
-  const float* guess;             ///< what the solution adds to
+  const float* guess;             ///< start vector, to which the solution is added
   const float* inverse_diagonal;  ///< slice_symmetric a slice
   const float* masses;            ///< 16 a slice: m
-  const float* inverse_masses;    ///< 16 a slice; 0 where a row is none
+  const float* inverse_masses;    ///< 16 a slice; 0 in padding rows
 };
 struct VectorSums {
-  double residual = 0.0;        ///< of r r
-  double by_mass = 0.0;         ///< of r r / m
-  double preconditioned = 0.0;  ///< of r z
-  double solution = 0.0;        ///< of m (guess + x)^2
+  double residual = 0.0;        ///< sum of r r
+  double by_mass = 0.0;         ///< sum of r r / m
+  double preconditioned = 0.0;  ///< sum of r z
+  double solution = 0.0;        ///< sum of m (guess + x)^2
 };
-/// x += step p, r -= step q, z = D r in slices [begin, end), with their sums.
+/// x += step p, r -= step q, z = D r in slices [begin, end). Returns their sums.
 VectorSums advance_slices(const GradientVectors& vectors, float step, std::size_t begin, std::size_t end);
-/// p = z + turn p in slices [begin, end).
+/// p = z + beta p in slices [begin, end).
 void update_directions(const GradientVectors& vectors, float beta, std::size_t begin, std::size_t end);
 
-/// The twins in plain C++.
+/// The same kernels in plain C++.
 namespace scalar {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);

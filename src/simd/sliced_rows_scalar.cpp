@@ -1,4 +1,4 @@
-// The twins of the kernels of sliced_rows.cpp in plain C++, also what runs where there are no vectors.
+// The kernels of sliced_rows.cpp in plain C++. Targets without vectors run these.
 #include <algorithm>
 #include <cmath>
 

@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
-/// Tensors are taken in groups of so many on every processor.
+/// Tensors per group, on every processor.
 constexpr std::size_t tensor_group = 8;
 static_assert(tensor_group % lanes == 0);
 
@@ -38,7 +38,7 @@ HWY_INLINE void store(const Matrix3V& m, std::array<GroupStress::Column, 9>& col
   }
 }
 
-/// (F^T F - I) / 2 from H = F - I, without the cancellation near rest.
+/// (F^T F - I) / 2 from H = F - I, without cancellation near rest.
 HWY_INLINE SixV green_strain(const Matrix3V& h) {
   const V half = set(0.5);
   const Vec3V x{h.a.x, h.b.x, h.c.x};
@@ -52,7 +52,7 @@ HWY_INLINE SixV green_strain(const Matrix3V& h) {
           mixed(h.b.z, h.c.y, y, z),          mixed(h.a.z, h.c.x, x, z)};
 }
 
-/// P F^T / J, its symmetric part.
+/// Symmetric part of P F^T / J.
 HWY_INLINE SixV cauchy_stress(const Matrix3V& p, const Matrix3V& f, V det) {
   const V scale = hn::Div(set(1.0), det);
   const V half = hn::Mul(set(0.5), scale);
@@ -88,7 +88,7 @@ void stress_pass(const StressPass& pass, std::size_t begin, GroupStress& found) 
   }
 }
 
-/// Puts the larger eigenvalue of two first.
+/// Puts the larger of two eigenvalues first.
 HWY_INLINE void sort_two(EigenV& m, std::size_t i, std::size_t j) {
   const M other = hn::Lt(m.diagonal[i], m.diagonal[j]);
   const auto swap = [&](V& a, V& b) {
@@ -110,9 +110,9 @@ HWY_INLINE Vec3V with_positive_largest(const Vec3V& a) {
   return times(sign, a);
 }
 
-/// Of a vector of tensors whose entries lie in columns of tensor_group.
+/// Loads a vector of tensors from columns of tensor_group entries.
 HWY_INLINE EigenV eigen_of_columns(const double* columns) {
-  constexpr int sweeps = 5;  // four leave rounding, but for eigenvalues that are nearly equal
+  constexpr int sweeps = 5;  // four reach rounding error, except for nearly equal eigenvalues
   const D d;
   SixV a;
   V size = hn::Zero(d);
@@ -122,7 +122,7 @@ HWY_INLINE EigenV eigen_of_columns(const double* columns) {
     size = hn::Max(size, hn::Abs(a[k]));
     sum = hn::Add(sum, a[k]);
   }
-  // Scaled, so that no square leaves the range of numbers.
+  // Scale, so that squares neither overflow nor underflow.
   const M some = hn::Gt(size, hn::Zero(d));
   const V scale = hn::Div(set(1.0), hn::IfThenElse(some, size, set(1.0)));
   for (V& entry : a) entry = hn::Mul(scale, entry);

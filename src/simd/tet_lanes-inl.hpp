@@ -1,5 +1,5 @@
-// Tets in lanes: vectors and matrices of as many tets as a vector of double has lanes, and the conversion
-// from rows of four in memory to them and back. Included once for each target.
+// Vectors and matrices of tets, one tet per lane, and the conversion from and to rows of four in memory.
+// Included once for each target.
 #if defined(PALPATE_SIMD_TET_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_TET_LANES_INL
 #undef PALPATE_SIMD_TET_LANES_INL
@@ -67,8 +67,8 @@ HWY_INLINE Matrix3V cofactors(const Matrix3V& m) {
   return {cross(m.b, m.c), cross(m.c, m.a), cross(m.a, m.b)};
 }
 
-/// Lane i of the result: element i of the corner's displacements. With eight lanes the vectors hold rows k
-/// and k + 4, as those of the other half of the lanes.
+/// Displacements of a corner: lane i of the result is element i. With eight lanes each vector holds rows k
+/// and k + 4, one in each half.
 HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
   const D d;
   const auto load = [&](std::size_t k) {
@@ -98,7 +98,7 @@ struct FourV {
   V x, y, z, w;
 };
 
-/// The inverse conversion: row k, `stride` doubles after the one before, gets (x, y, z, w) of lane k.
+/// The inverse conversion: row k gets (x, y, z, w) of lane k. Rows are `stride` doubles apart.
 HWY_INLINE void store_fours(const FourV& v, double* rows, std::size_t stride) {
   const D d;
   const V xy02 = hn::InterleaveLower(d, v.x, v.y);

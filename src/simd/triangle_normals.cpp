@@ -7,14 +7,14 @@
 #include <hwy/foreach_target.h>
 // Highway wants its own header after foreach_target.h.
 #include <hwy/highway.h>
-// And ours, which is compiled with each target, after that.
+// Our header is compiled for each target, so it comes after that.
 #include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The normals at `point`, which may not be in memory; to where they are found, too.
+/// Returns the normals at `point` and stores them in `points`. The point may differ from the stored ones.
 HWY_INLINE Vector interpolate(const Vector& point, TrianglePoints& points, std::size_t lane) {
   const Double zero = hn::Zero(doubles);
   const Vector corner[3] = {load(points.corner[0], lane), load(points.corner[1], lane),

@@ -1,5 +1,5 @@
-// Vectors of double, one a lane, with sums in the order of geometry/vector.hpp: all bits are those of the
-// same work one by one. Included once for each target.
+// Vectors of double, one per lane. Sums have the order of geometry/vector.hpp, so all bits equal those of
+// scalar code. Included once for each target.
 #if defined(PALPATE_SIMD_VECTOR_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_VECTOR_LANES_INL
 #undef PALPATE_SIMD_VECTOR_LANES_INL

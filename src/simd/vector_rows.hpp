@@ -5,7 +5,7 @@
 
 namespace palpate::simd {
 
-/// Numbers of a few items, one a lane.
+/// Numbers of a few items, one per lane.
 struct LaneRow {
   static constexpr std::size_t most = 64;
   alignas(64) std::array<double, most> value;
@@ -15,7 +15,7 @@ struct LaneRow {
   [[nodiscard]] const double* data() const { return value.data(); }
 };
 
-/// Vectors of a few items, in rows.
+/// Vectors of a few items, as structure of arrays.
 struct VectorRows {
   static constexpr std::size_t most = LaneRow::most;
   LaneRow x;

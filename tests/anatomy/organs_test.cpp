@@ -1,5 +1,5 @@
-// The meshes of the medical scenes: the paper's Table 1, quality, and that the generator gives what is
-// committed.
+// The meshes of the medical scenes: the paper's Table 1, quality, and that the generator reproduces the
+// committed files.
 #include "anatomy/organs.hpp"
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The medical scenes as a user runs them: to rest, with the promises that docs/anatomy.md makes.
+// The medical scenes as a user runs them, until rest. Oracle: the statements of docs/anatomy.md.
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ double mean_edge(const Simulation& simulation) {
   return mesh_statistics(simulation.bodies(), simulation.bodies().points_rest()).edge_length.mean;
 }
 
-/// To rest, before the scene's duration; then what holds for both scenes.
+/// Runs to rest, before the scene's duration. Then checks that hold for both scenes.
 Prepared run_to_rest(const Scene& scene) {
   Prepared prepared = prepare(scene, 2);
   Simulation& simulation = prepared.simulation;
@@ -107,7 +107,7 @@ TEST(EyeScene, ThePlateLiftsTheBulbAndAllTissuesTouch) {
   }
 }
 
-/// The angle by which the bulb's front has turned about its centre towards x, the left, in degrees.
+/// Rotation of the bulb's front about its centre towards x, the left, in degrees.
 double turned_left(const Simulation& simulation) {
   const Index bulb = body_named(simulation, "bulb");
   const auto rest = simulation.bodies().points_rest();
@@ -122,7 +122,7 @@ double turned_left(const Simulation& simulation) {
   return (angle(simulation.positions()) - angle(rest)) * 180.0 / 3.14159265358979323846;
 }
 
-/// The first 0.3 s of the contraction, at the end of which 30 % of the tension pull.
+/// The first 0.3 s of the contraction; at their end the tension is at 30 %.
 TEST(EyeScene, TheActiveLateralRectusTurnsTheBulbToItsSide) {
   Prepared prepared = prepare(medical_scene("eye-recti"), 2);
   Simulation& simulation = prepared.simulation;
@@ -141,7 +141,8 @@ TEST(SkullScene, SoftTissueFollowsTheJaws) {
   const Simulation& simulation = prepared.simulation;
   EXPECT_NEAR(length(mean_displacement(simulation, "lower jaw") - Vec3{0, -5, 0}), 0.0, 1e-9);
   EXPECT_NEAR(length(mean_displacement(simulation, "upper jaw") - Vec3{0, -3, 0}), 0.0, 1e-9);
-  // The chin's skin goes with the lower jaw, the forehead's stays, and nothing goes much further than a jaw.
+  // The skin of the chin moves with the lower jaw, the forehead's stays, and no point moves much further than
+  // a jaw.
   const Range points = at(simulation.bodies().bodies(), body_named(simulation, "soft tissue")).points;
   double largest = 0.0;
   for (Index p = points.begin; p < points.end; ++p) {

@@ -102,7 +102,7 @@ TEST(Stuffing, RefusesWhatItCannotMesh) {
 }
 
 TEST(Fit, BringsTheSurfaceToTheShapeAndKeepsTheAngle) {
-  // A plate of 0.6 cells: stuffing alone tears it; stuffed wider and fitted it stays whole.
+  // A plate of 0.6 cells: stuffing alone tears it; stuffing a wider shape and fitting it does not.
   const Distance plate = box({-2.0, -2.0, -0.15}, {2.0, 2.0, 0.15});
   const Bodies bodies = test::bodies_of(stuff_fitted(plate, grown(plate, 0.25), around(3.0, 0.5)));
   EXPECT_GE(statistics_of(bodies).dihedral_angle.min, 10.0 - 1e-9);
@@ -143,7 +143,7 @@ TEST(Shapes, AreDistancesNearTheirSurface) {
   test::Random random(3);
   for (const auto& [shape, tolerance] : exact) {
     for (int i = 0; i < 50; ++i) {
-      // From outside walk along the gradient to the surface: the way is as long as the value said.
+      // From outside, walk along the gradient to the surface: the path is as long as the value.
       Vec3 p{random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3)};
       const double value = shape(p);
       if (std::abs(value) > 0.3 || value < 0.0) continue;

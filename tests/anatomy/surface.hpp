@@ -10,10 +10,10 @@
 
 #include "geometry/vector.hpp"
 
-/// What tests ask of a mesh, from its tets alone.
+/// Checks of a mesh, from its tets alone.
 namespace palpate::test {
 
-/// How many surface triangles meet at the edges of a body's surface.
+/// Numbers of surface triangles at the edges of a body's surface.
 struct SurfaceCheck {
   bool closed = true;  ///< an even number at each edge
   int odd_edges = 0;   ///< edges with more than two

@@ -1,5 +1,6 @@
-// `palpate bench speed` in two frames of the smallest scenes: every part runs, finds the same as the other
-// side (else it ends with 1), and writes what it prints. No time is judged.
+// `palpate bench speed` in two frames of the smallest scenes: every part runs, has the same results as the
+// library it is compared with (else it exits with 1), and writes the rows that it prints. Times are not
+// tested.
 #include <gtest/gtest.h>
 
 #include "apps/workplace.hpp"
@@ -15,7 +16,7 @@ class BenchSpeed : public CommandTest {
     return {"bench",   "speed", "--only", part,       "--frames", "2",     "--most-tets",
             most_tets, "--out", "out",    "--scenes", ".",        "--json"};
   }
-  /// What a part prints; checks head and file.
+  /// Runs a part, checks head and file, and returns its rows.
   [[nodiscard]] Json measured(const std::string& part) const {
     const Json report = json_of(call(part));
     EXPECT_EQ(report["kind"], "speed");

@@ -1,5 +1,5 @@
-// `palpate bench step` in a few steps of small scenes: rows have what the steps of the scene have, what fails
-// is a row, what is not there is said. No time is judged.
+// `palpate bench step` in a few steps of small scenes: rows agree with the steps of the scene, a failure is a
+// row, missing scenes are reported. Times are not tested.
 #include <gtest/gtest.h>
 
 #include "apps/workplace.hpp"
@@ -13,7 +13,7 @@ class BenchStep : public CommandTest {
     std::filesystem::create_directory(folder_ / "rough");
     write("rough/box.json", falling_box());
   }
-  /// With the scenes of ./rough.
+  /// A call with the scenes of ./rough.
   [[nodiscard]] static std::vector<std::string> call(const std::vector<std::string>& more) {
     std::vector<std::string> words{"bench", "step", "--rough", "rough", "--out", "out"};
     words.insert(words.end(), more.begin(), more.end());
@@ -62,7 +62,7 @@ TEST_F(BenchStep, ReferencesTellHowFarOffPositionsAre) {
   EXPECT_GT(coarse, 3.0 * fine);
 }
 
-TEST_F(BenchStep, WhatFailsIsARowAndNotTheEnd) {
+TEST_F(BenchStep, AFailureIsARowAndOthersGoOn) {
   write("rough/a-fast-box.json", falling_box(R"(, "limits": {"max_speed": 0.05})"));
   const Finished done = palpate(call({"--only", "*box", "--steps", "12"}));
   EXPECT_EQ(done.exit_code, 1);

@@ -94,7 +94,7 @@ TEST(Growth, HasNoExponentWhereQuartilesOverlap) {
 TEST(Growth, CountsMemoryThatIsUsedAgain) {
   const std::size_t before = measure::allocated_bytes();
   if (before == 0) GTEST_SKIP() << "another allocator than glibc's";
-  for (int time = 0; time < 2; ++time) {  // the second time, in pages that the first one has left
+  for (int time = 0; time < 2; ++time) {  // the second time reuses the pages of the first
     const std::vector<double> values(1 << 20, 1.0);
     EXPECT_GE(measure::allocated_bytes(), before + values.size() * sizeof(double));
   }

@@ -26,7 +26,7 @@ class CheckpointedRun : public CommandTest {
   }
   void expect_done(const Finished& done) const { EXPECT_EQ(done.exit_code, 0) << done.err; }
 
-  /// What must be as if nothing had happened: all but times, and where and when it was.
+  /// Results that an interruption must not change: all except times, folder and date.
   [[nodiscard]] Json outcome(const std::string& out) const {
     Json report = Json::parse(read(out + "/run.json"));
     Json rows = Json::array();
@@ -37,7 +37,7 @@ class CheckpointedRun : public CommandTest {
     }
     for (const char* own : {"wall_seconds", "phases", "resumed_from", "results", "threads"})
       report.erase(own);
-    report["resolved"].erase("structure_bytes");  // room that was asked for
+    report["resolved"].erase("structure_bytes");  // reserved memory
     return {{"report", report},
             {"rows", rows},
             {"frames", read(out + "/frames.pvd")},
@@ -61,7 +61,7 @@ TEST_F(CheckpointedRun, KeepsTheLastTwoAndGoesOnAsIfNothingHadHappened) {
   expect_done(palpate(run_into("whole", "50")));
   expect_done(palpate(run_into("part", "30", {"--checkpoint-every", "8"})));
   EXPECT_EQ(checkpoints("part"), (std::vector{name_of(24), name_of(30)}));
-  // Step 30 is no multiple of the frames' 4: the frame of the first end must go.
+  // Step 30 is no multiple of the frame interval 4: the last frame of the first run must be removed.
   expect_done(palpate({"run", "--resume", "part", "--steps", "50", "--quiet", "--threads", "1"}));
   EXPECT_EQ(Json::parse(read("part/run.json"))["resumed_from"], 30);
   Json whole = outcome("whole");
@@ -91,7 +91,7 @@ TEST_F(CheckpointedRun, AnInterruptedRunHasOneWithoutBeingAsked) {
   }
 }
 
-TEST_F(CheckpointedRun, ADamagedOneIsToldAndTheOneBeforeTaken) {
+TEST_F(CheckpointedRun, ADamagedOneIsReportedAndTheOneBeforeUsed) {
   expect_done(palpate(run_into("whole", "24")));
   const std::vector<std::function<void(std::string&)>> damages{
       [](std::string& bytes) { bytes.resize(bytes.size() / 2); },
@@ -158,7 +158,7 @@ TEST_F(CheckpointedRun, AChangedMeshIsRefused) {
 
 TEST_F(CheckpointedRun, OfAKilledRunAreNotLostUnasked) {
   expect_done(palpate(run_into("out", "20", {"--checkpoint-every", "5"})));
-  fs::remove(folder_ / "out/run.json");  // a run that is killed has none
+  fs::remove(folder_ / "out/run.json");  // a killed run does not write it
   const std::string rows = read("out/metrics.csv");
   expect_error(2, run_into("out", "30"), {"out: found checkpoints", "--resume out", "--replace"});
   EXPECT_EQ(checkpoints("out").size(), 2U);
@@ -221,7 +221,7 @@ TEST_F(CheckpointedRun, ANewRunRemovesThemAll) {
   EXPECT_TRUE(checkpoints("out").empty());
 }
 
-/// A limit on the size of files stands for a full disk: the system refuses the write in the same place.
+/// A limit on the size of files simulates a full disk: the system refuses the write in the same place.
 class SizeLimit {
  public:
   explicit SizeLimit(rlim_t bytes) {
@@ -238,7 +238,7 @@ class SizeLimit {
 };
 
 TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
-  // Rows are what grows: those of forces.csv most.
+  // Rows grow, those of forces.csv most.
   expect_done(palpate(run_into("whole", "400")));
   const auto full = static_cast<rlim_t>(read("whole/metrics.csv").size() / 2);
   ASSERT_GT(full, 40000U);
@@ -268,7 +268,7 @@ TEST_F(CheckpointedRun, AVanishedFolderEndsTheRun) {
   fs::rename(folder_ / "out", folder_ / "elsewhere");
   const Finished done = run.wait();
   EXPECT_EQ(done.exit_code, 1);
-  // What meets it first: the rows, a frame or a checkpoint.
+  // The rows, a frame or a checkpoint reach the limit first.
   EXPECT_TRUE(done.err.starts_with("palpate: error: out/")) << done.err;
   EXPECT_NE(done.err.find("found "), std::string::npos) << done.err;
   EXPECT_EQ(done.err.find("--resume"), std::string::npos) << "there is nothing left: " << done.err;

@@ -17,7 +17,7 @@ class Detect : public CommandTest {
   }
 };
 
-TEST_F(Detect, PlacesBodiesOnRailsAsARunStarts) {
+TEST_F(Detect, PlacesPrescribedBodiesAsAtTheStartOfARun) {
   const auto contacts = [&](const std::string& translate) {
     write("pose.json", R"({"bodies": [
       {"name": "plate", "box": {"cells": [4, 4, 1], "size": [0.4, 0.4, 0.04]},

@@ -1,4 +1,4 @@
-// The first minutes with the command: from a mesh to a scene, and what is said on the way.
+// The first minutes with the command: from a mesh to a scene, and the messages.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -15,13 +15,12 @@ namespace {
 
 class Door : public CommandTest {
  protected:
-  /// A block of 210 x 100 x 60 in units that its file does not name: 1.26 kg if they are mm and it is of
-  /// water.
+  /// A block of 210 x 100 x 60 without a unit in its file: 1.26 kg in mm with the density of water.
   void make_liver() const {
     output_of(
         {"generate", "box", "--cells", "7", "4", "3", "--size", "210", "100", "60", "--out", "liver.vtu"});
   }
-  /// What a shell gets that runs `line` in the folder of the test; "palpate" is the command.
+  /// Output of a shell that runs `line` in the folder of the test; "palpate" is the command.
   [[nodiscard]] std::string shell(const std::string& line) const {
     const std::string call =
         "cd '" + folder_.path().string() + "'; palpate() { '" PALPATE_COMMAND "' \"$@\"; }; " + line;
@@ -257,7 +256,7 @@ TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
   };
   refuse("contact.frction=1",
          {"--set contact.frction=1: contact.frction: found unknown key, expected 'friction'"});
-  // A key on the way that the file does not have is the change's fault, and not the file's.
+  // An unknown key in the path of a change is an error of the change, not of the file.
   refuse("bodies.box.materil.density=1",
          {"--set bodies.box.materil.density=1: bodies[1].materil: found unknown key, expected 'material'"});
   refuse("contct.budget.kind=1",

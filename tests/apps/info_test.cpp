@@ -49,8 +49,8 @@ TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {
         "9 0\n"
         "Triangles\n1\n1 2 3 0\nTetrahedra\n2\n1 2 3 4 0\n2 3 4 5 0\nEnd\n");
   const Json info = json_of({"info", "odd.mesh", "--json"});
-  // det of (e2 - e1, e3 - e1, (1,1,1) - e1) is +2 for the second tet as written, so that the first two are
-  // right; swapped corners make it wrong.
+  // det of (e2 - e1, e3 - e1, (1,1,1) - e1) is +2 for the second tet as written, so the first two are
+  // oriented right; swapped corners are not.
   EXPECT_TRUE(info["reoriented_tets"].empty());
   EXPECT_EQ(info["dropped"], Json::parse(R"({"triangle": 1})"));
   EXPECT_EQ(info["unreferenced_points"], 1);

@@ -22,8 +22,8 @@ class Interrupt : public CommandTest {
   void wait_for_rows(std::size_t rows) const {
     wait_until([&] { return exists("out/metrics.csv") && lines_of(read("out/metrics.csv")).size() > rows; });
   }
-  /// Every row is whole and of the step after the last; returns the last step. The system may cut the very
-  /// write that a SIGKILL meets, so then what follows the last line end does not count.
+  /// Expects that rows are whole and of consecutive steps; returns the last step. A SIGKILL may cut the
+  /// current write, so then the text behind the last line end is ignored.
   std::size_t check_rows(bool killed = false) const {
     std::string text = read("out/metrics.csv");
     if (killed) text.resize(text.rfind('\n') + 1);
@@ -61,7 +61,7 @@ TEST_F(Interrupt, ABenchmarkKeepsTheItemsThatAreDone) {
 }
 
 TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
-  ::signal(SIGHUP, SIG_DFL);  // else it is handed down where the tests run under nohup
+  ::signal(SIGHUP, SIG_DFL);  // else it is inherited if the tests run under nohup
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Process run(endless_, folder_.path());
     wait_for_rows(2);
@@ -95,19 +95,19 @@ TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
 }
 
 TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
-  // Steps of seconds, so that the first signal cannot be answered before the second comes.
+  // Steps of seconds, so that the first signal is not handled before the second comes.
   write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
     {"ball": {"radius": 1, "resolution": 11}, "material": {}},
     {"ball": {"radius": 1, "resolution": 11}, "translate": [1, 0, 0], "material": {}}]})");
   Process run(endless_, folder_.path());
   wait_until([&] { return exists("out/metrics.csv"); });
   run.send(SIGINT);
-  // The system may hand over two signals together, before the first is handled: then the next one counts.
+  // The system may deliver two signals together, before the first is handled: then send another.
   while (run.running()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     run.send(SIGTERM);
   }
-  // And where they were handed over together, the first may be the one that kills.
+  // If they were delivered together, the first may be the one that kills.
   const int signal = run.wait().signal;
   EXPECT_TRUE(signal == SIGTERM || signal == SIGINT) << signal;
 }

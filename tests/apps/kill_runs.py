@@ -1,4 +1,4 @@
-"""Kills runs with SIGKILL at random moments and goes on with them: each must end as if nothing had happened.
+"""Kills runs with SIGKILL at random moments and resumes them: results must be those without the kill.
 
     python3 tests/apps/kill_runs.py PALPATE --runs 50 [--scene SCENE] [--steps N] [--interval N] [--seed N]
 
@@ -32,7 +32,7 @@ def outcome(folder):
 
 
 def last_frame(folder):
-    """The number of the last frame; frames are of each step, so it is a step that was done."""
+    """The number of the last frame, which is the last completed step: each step has a frame."""
     found = [int(m.group(1)) for p in folder.glob("frames/frame_*.vtu") if (m := re.match(r"frame_(\d+)\.vtu", p.name))]
     return max(found, default=-1)
 
@@ -65,7 +65,7 @@ def main():
             process = subprocess.Popen([*first, "--out", str(folder), "--checkpoint-every", str(args.interval), "--threads", "1"])
             try:
                 process.wait(timeout=moments.uniform(0.0, duration))
-                continue  # it was faster than the moment that was drawn: that is no kill
+                continue  # it ended before the random moment: not killed
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
@@ -80,7 +80,7 @@ def main():
                 lost = step - checkpoint
                 command = [args.palpate, "run", "--resume", str(folder), "--threads", "2", "--quiet"]
                 again = subprocess.Popen(command)
-                try:  # a part of them is killed once more
+                try:  # some of them are killed once more
                     again.wait(timeout=moments.uniform(0.0, 3.0 * duration))
                 except subprocess.TimeoutExpired:
                     again.kill()

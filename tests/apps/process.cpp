@@ -21,7 +21,7 @@ constexpr auto pause = std::chrono::milliseconds(2);
 
 /// In the child: becomes the command.
 [[noreturn]] void become(std::vector<std::string>& arguments, const std::filesystem::path& folder) {
-  // A test that runs in the background of a shell has SIGINT ignored, and would hand that down.
+  // A test in the background of a shell ignores SIGINT, and the child would inherit that.
   ::signal(SIGINT, SIG_DFL);
   ::signal(SIGTERM, SIG_DFL);
   if (::chdir(folder.c_str()) != 0) ::_exit(126);

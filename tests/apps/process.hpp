@@ -19,12 +19,11 @@ struct Finished {
 /// Closes all standard streams of a Process, as a shell's "<&- >&- 2>&-".
 inline constexpr const char* closed_streams = "closed";
 
-/// The palpate command, started in a folder, its output going to files beside that folder's name.
+/// The palpate command, started in a folder. Its output goes to files beside that folder.
 class Process {
  public:
-  /// \param folder  becomes its current folder
-  /// \param device  takes stdout in place of a file ("/dev/full"); its text is then not kept; or
-  /// closed_streams
+  /// \param folder  its current folder
+  /// \param device  receives stdout in place of a file ("/dev/full"; the text is lost); or closed_streams
   Process(std::vector<std::string> arguments, const std::filesystem::path& folder,
           const std::filesystem::path& device = {});
   /// Kills it if it still runs.
@@ -48,8 +47,8 @@ class Process {
 /// Runs the command to its end.
 Finished palpate(std::vector<std::string> arguments, const std::filesystem::path& folder);
 
-/// Runs the command on a terminal of so many columns, where somebody types `typed`; returns what the terminal
-/// got, what was typed too.
+/// Runs the command on a terminal of this width with `typed` as input; returns the terminal's text, with the
+/// echo.
 std::string palpate_on_terminal(std::vector<std::string> arguments, const std::filesystem::path& folder,
                                 int columns, const std::string& typed = "");
 

@@ -20,7 +20,7 @@ class RealData : public CommandTest {
   static void expect_counts(const Json& info, int points, int tets) {
     EXPECT_EQ(info["points"], points);
     EXPECT_EQ(info["tets"], tets);
-    // Of a surface without border: each edge lies in two triangles.
+    // Each edge of a closed surface lies in two triangles, so their number is even.
     EXPECT_EQ(info["triangles"].get<int>() % 2, 0);
     EXPECT_GT(info["volume"], 0.0);
   }

@@ -170,8 +170,7 @@ TEST_F(RunErrors, TheSummarySaysWhatABudgetLeftOut) {
 }
 
 TEST_F(RunErrors, APictureThatCannotBeTakenLosesNothingElse) {
-  // A camera at the centre of the bodies, which is what it looks at unless told: known only once they are
-  // there.
+  // A camera at the centre of the bodies, which is its default target: an error found only after loading.
   write("scene.json", R"({"time_step": 0.01, "duration": 0.1, "gravity": [0, 0, 0],
     "bodies": [{"box": {"cells": [1, 1, 1], "size": [1, 1, 1]}, "material": {}}],
     "output": {"picture": {"size": [160, 120], "camera": {"position": [0, 0, 0]}}}})");

@@ -122,10 +122,10 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
 
 TEST_F(Run, MetricsShowTheSwitchFromRepairToRadixAndBackInTheSceneOfTheFallingBall) {
   // The shipped scene: the ball hangs, falls so fast that many points change their cell in a step, and rests.
-  // Without coherence, which skips the sort where it can, and then begins without a last order.
+  // Without coherence, since coherence skips sorts and discards the last order.
   output_of({"run", PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json", "--set", "contact.coherence=false",
              "--steps", "60", "--no-picture", "--out", "out"});
-  std::vector<std::string> sorts;  // one after the other, none twice in a row
+  std::vector<std::string> sorts;  // in order, without repetitions
   double points = 0.0;
   for (const auto& row : rows_of(read("out/metrics.csv"))) {
     const std::string& sort = row.at("sort");

@@ -1,5 +1,4 @@
-// What `palpate run` says of results that are not to be trusted: steps that did not converge, tets inside
-// out.
+// Warnings of `palpate run` about unreliable results: steps that did not converge, inverted tets.
 #include <algorithm>
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@ class StagedRun : public CommandTest {
     write("scene.json", staged("0.06"));
     output_of({"run", "scene.json", "--no-picture", "--out", "a"});
   }
-  /// A falling box that is moved, released and left to rest; `most` is how long it may take to.
+  /// A falling box that is moved, released and comes to rest; `most` is the time limit for that.
   static std::string staged(const std::string& until, const std::string& most = "2") {
     return R"({"name": "staged", "time_step": 0.01, "output": {"every": 5}, "bodies": [
       {"name": "table", "box": {"cells": [2, 2, 1], "size": [0.3, 0.3, 0.04]}, "translate": [0, 0, -0.02], "obstacle": true},

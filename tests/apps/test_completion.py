@@ -1,4 +1,4 @@
-"""Completion and manual pages say what --help says: asked of the shells themselves and of man's own formatter.
+"""Completion and manual pages agree with --help. Oracles: the shells themselves and the formatter of man.
 
 Usage: test_completion.py PALPATE
 """
@@ -20,7 +20,7 @@ def palpate(*words):
 
 
 def flags_in_help(*words):
-    """The flags that --help shows: our oracle, which CLI11 writes."""
+    """The flags in --help: the oracle, written by CLI11."""
     return set(re.findall(r"(?m)^  (?:-\w,)?(--[\w-]+)", palpate(*words, "--help")))
 
 
@@ -36,7 +36,7 @@ SUBCOMMANDS = [[name] for name in sorted(subcommands_in_help() - {"help"})] + [[
 
 class Bash(unittest.TestCase):
     def offers(self, *words, folder=None):
-        """What bash offers at the last of these words; '=' is a word of its own, as bash splits lines."""
+        """The completions that bash offers for the last of these words; '=' is a separate word, as in bash."""
         script = 'source "$1"; shift; COMP_WORDS=(palpate "$@"); COMP_CWORD=$#; _palpate; printf "%s\\n" "${COMPREPLY[@]}"'
         with tempfile.NamedTemporaryFile("w", suffix=".bash") as file:
             file.write(palpate("completion", "bash"))
@@ -99,7 +99,7 @@ class Fish(unittest.TestCase):
 
 
 class Zsh(unittest.TestCase):
-    # A shell of its own on a pseudo-terminal, asked to list what it would insert.
+    # A shell on a pseudo-terminal that lists its completions.
     DRIVER = r"""
 zmodload zsh/zpty
 comp() {

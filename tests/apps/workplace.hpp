@@ -13,9 +13,8 @@ namespace palpate::test {
 
 using Json = nlohmann::json;
 
-/// A soft box of 3 x 3 x 1 cells that starts 1 mm above a fixed plate; runs in no time. `extra` goes into the
-/// scene as it is
-/// (", \"duration\": 1").
+/// A soft box of 3 x 3 x 1 cells that starts 1 mm above a fixed plate; runs fast. `extra` is inserted into
+/// the scene verbatim (", \"duration\": 1").
 std::string falling_box(const std::string& extra = "");
 
 /// A Medit mesh of one tet with these corners, as text: "x y z" each.
@@ -24,7 +23,7 @@ std::string one_tet(const std::vector<std::string>& corners);
 std::vector<std::string> lines_of(const std::string& text);
 std::vector<std::string> fields_of(const std::string& line);
 
-/// A test in a temporary folder of its own, which is the current folder of the command.
+/// A test in a temporary folder, which is the current folder of the command.
 class CommandTest : public ::testing::Test {
  protected:
   [[nodiscard]] Finished palpate(std::vector<std::string> arguments) const {

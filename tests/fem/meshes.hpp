@@ -58,7 +58,7 @@ Vec3 total(std::span<const Vec3> values);
 /// Elastic forces per point as of elements.update().
 std::vector<Vec3> point_forces(const Elements& elements);
 
-/// A dynamics of one body, nothing fixed, one thread unless said.
+/// A Dynamics of one body; by default nothing is fixed and there is one thread.
 struct Scene {
   Material material;
   std::vector<std::uint8_t> fixed;  ///< empty: nothing

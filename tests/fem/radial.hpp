@@ -6,10 +6,10 @@
 #include "fem/laws.hpp"
 
 /// Deformations that depend on one radius: the minimum of the energy over r(R), by finite elements in one
-/// dimension that share nothing with ours but the law as its paper writes it.
+/// dimension. They share no code with ours; the law is as its paper writes it.
 namespace palpate::fem::test {
 
-/// Integral over R of this, of R, r and dr/dR.
+/// Integrand over R, as a function of R, r and dr/dR.
 using RadialEnergy = std::function<Real(Real, Real, Real)>;
 
 struct RadialSolution {
@@ -32,7 +32,7 @@ class RadialProblem {
       : energy_(std::move(energy)), inner_(inner), outer_(outer), count_(elements) {}
 
   /// \param start  r of the first guess
-  /// \param hold   r stays at the inner end as it starts
+  /// \param hold   r at the inner end is fixed
   [[nodiscard]] RadialSolution solve(const std::function<double(double)>& start, bool hold) const {
     Eigen::VectorXd r(count_ + 1);
     for (int i = 0; i <= count_; ++i) r[i] = start(node(i));
@@ -54,7 +54,7 @@ class RadialProblem {
 
  private:
   [[nodiscard]] double node(int i) const { return inner_ + (outer_ - inner_) * i / count_; }
-  /// By the middle of each element, which does not lock where the volume stays.
+  /// Integrates by the midpoint of each element, which does not lock at constant volume.
   void assemble(const Eigen::VectorXd& r) const {
     gradient_.setZero(count_ + 1);
     hessian_.setZero(count_ + 1, count_ + 1);

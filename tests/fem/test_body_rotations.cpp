@@ -1,4 +1,4 @@
-// Bodies that turn freely. Oracles: conservation of momentum and energy, a rotation by omega t, and Euler's
+// Freely rotating bodies. Oracles: conservation of momentum and energy, a rotation by omega t, and Euler's
 // equations of the rigid body integrated by small steps of another method (Runge-Kutta) with Eigen.
 #include <Eigen/Dense>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double density = 1000.0;
 
-/// A stiff box that turns freely about its centre of mass.
+/// A stiff box that rotates freely about its centre of mass.
 struct SpinningBox {
   SpinningBox(const Vec3& size, const Vec3& angular_velocity, double young_modulus, int threads = 1)
       : bodies(single_body(box_mesh({3, 3, 3}, size))),
@@ -54,10 +54,10 @@ struct SpinningBox {
     }
     return sum;
   }
-  /// Of the best rigid fit to the rest shape (Kabsch).
+  /// Rotation of the best rigid fit to the rest shape (Kabsch).
   [[nodiscard]] Eigen::Matrix3d rotation() const {
     const Eigen::Vector3d c = center();
-    const Eigen::Vector3d c_rest = c;  // it turns about a centre at rest
+    const Eigen::Vector3d c_rest = c;  // it rotates about a centre at rest
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < dynamics.positions().size(); ++i) {
       sum +=
@@ -135,10 +135,10 @@ TEST(BodyRotations, ABoxTumblesAsARigidBodyWithoutTorque) {
   EXPECT_GT(turned, 2.0);
 }
 
-/// A couple turns a cube from rest in one step, by 4 degrees or 17: as forces that would accelerate its
-/// points like a rigid body. Straight paths would swell it by half the square of the angle. The first is
-/// bent, the second takes a frame; the momentum is the couple times the step where the frame stays.
-TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCouple) {
+/// A couple rotates a cube from rest in one step, by 4 or 17 degrees, by forces that accelerate its points
+/// like a rigid body. Straight paths would swell it by half the square of the angle. The first is bent, the
+/// second gets a frame. Without a frame the momentum is the couple times the step.
+TEST(BodyRotations, ABodyRotatedByACoupleKeepsItsSizeAndHasTheMomentumOfTheCouple) {
   constexpr double h = 0.01;
   for (const double angle : {0.07, 0.3}) {
     SpinningBox box({0.04, 0.04, 0.04}, {}, 2e7);
@@ -162,7 +162,7 @@ TEST(BodyRotations, ABodyThatIsSetTurningKeepsItsSizeAndHasTheMomentumOfTheCoupl
   }
 }
 
-/// What is soft swells by the centrifugal force, which frames would leave out: it is not followed.
+/// The centrifugal force stretches a soft body, which a frame would suppress: it gets no frame.
 TEST(BodyRotations, ASoftBodyIsNotFollowed) {
   SpinningBox box({0.04, 0.04, 0.04}, {0.0, 0.0, 5.0}, 1e3);
   box.step(0.005);

@@ -1,4 +1,4 @@
-// A step that must not be taken: what it says, and that nothing changed.
+// A step that must fail: its message, and that the state has not changed.
 #include <algorithm>
 #include <functional>
 #include <gtest/gtest.h>

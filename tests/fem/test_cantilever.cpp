@@ -119,7 +119,7 @@ TEST(CantileverStress, ConvergesToThatOfBeamTheoryAlongTheBeam) {
   const double coarse = bending_stress_error({15, 2, 3});
   const double middle = bending_stress_error({30, 3, 6});
   const double fine = bending_stress_error({60, 6, 12});
-  // The mean of the tets below the surface lies below it by a part of a cell: first order.
+  // The mean over the tets at a surface point is the stress a fraction of a cell below it: first order.
   EXPECT_LT(middle, 0.7 * coarse);
   EXPECT_LT(fine, 0.7 * middle);
   EXPECT_LT(fine, 0.06);

@@ -1,6 +1,6 @@
-// Contacts in a step. Oracles: differences of the force for its derivative; conjugate gradients where all
-// contacts hold, so that the step is linear; the balance of momentum of each body, and Coulomb's law, where
-// they slide and let go; for the reduced problem, sums written out.
+// Contacts in a step. Oracles: differences of the force for its derivative; conjugate gradients if all
+// contacts stick, so that the step is linear; the balance of momentum of each body and Coulomb's law if they
+// slide and separate; for the reduced problem, sums written out.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ Vec3 force_with_bound(const ContactLaw& law, const Vec3& u, double bound) {
   return force.normal * law.direction + (pull > bound ? (bound / pull) * force.pull : force.pull);
 }
 
-/// Laws, states and what kernels make of them.
+/// Laws, states and the results of the kernels.
 struct LawList {
   void add(const ContactLaw& law, const Vec3& velocity, double bound) {
     laws.push_back(law);
@@ -54,7 +54,7 @@ struct LawList {
   simd::AlignedVector<double> values;
 };
 
-/// Eight at a time: whole groups of laws that are open, stick and slide, and some that are not pulled at all.
+/// Whole groups of laws that are open, stick and slide, and some without tangential force.
 LawList random_laws(std::size_t count) {
   palpate::test::Random random(7);
   LawList list;
@@ -78,7 +78,7 @@ TEST(ContactLaw, DerivativesAreThoseOfTheForces) {
   simd::contact_derivatives(list.rows(true), list.u.data(), convex.front().values.data(), 0, list.u.size());
   std::array<int, 3> seen{};  // open, stick, slide
   for (std::size_t k = 0; k < list.u.size(); ++k) {
-    if (k % 16 == 5) continue;  // where a pull begins, there is no derivative
+    if (k % 16 == 5) continue;  // no derivative where the tangential force is zero
     const ContactLaw& law = list.laws[k];
     const ContactForce force = contact_force(law, friction, list.u[k]);
     const bool slides = length(force.pull) > friction.coefficient * force.normal;
@@ -130,7 +130,7 @@ TEST(ContactLaw, KernelsHaveTheSameBitsOnEveryTarget) {
   }
 }
 
-/// As the rates of contacts are kept.
+/// Rounds like the stored rates of contacts.
 Vec3 rounded_to_float(const Vec3& a) {
   const auto rounded = [](double x) { return static_cast<double>(static_cast<float>(x)); };
   return {rounded(a.x), rounded(a.y), rounded(a.z)};
@@ -189,7 +189,7 @@ TEST(ReducedStep, BringsTheResidualOfTheWholeToZero) {
     const std::vector<double> found(step.solution().begin(), step.solution().end());
     if (threads == 1) expected = found;
     EXPECT_EQ(found, expected) << "the same bits";
-    // A direction that is there already is refused, and changes nothing.
+    // A direction that exists already is refused, and changes nothing.
     std::vector<double> again = gram[directions - 1];
     again.push_back(gram[directions - 1][directions - 1]);
     double work = 0.0;
@@ -244,7 +244,7 @@ TEST(DirectionRows, HaveTheSameBitsOnEveryTarget) {
     add_row(rates, weights.data(), 3, sum.data() + stride * stride, sum.data() + stride * stride + stride, 0,
             contacts);
     results.insert(results.end(), sum.begin(), sum.end());
-    // J^T H J by its definition, for one entry, and what row and column have of it.
+    // One entry of J^T H J by its definition, and the same entry in row and column.
     double entry = 0.0;
     for (std::size_t k = 0; k < contacts; ++k) {
       for (std::size_t i = 0; i < 3; ++i) {

@@ -8,8 +8,7 @@ namespace {
 
 constexpr Vec3 gravity{0.0, 0.0, -9.81};
 
-/// Two tets side by side, the first point of the second inside the first one's face direction: a contact-like
-/// pair.
+/// Two tets, the first point of the second opposite a face of the first, as in a contact.
 Bodies two_tets() {
   Bodies bodies;
   bodies.add("lower", unit_tet_mesh());
@@ -48,7 +47,7 @@ TEST(Coupling, ForcesOnAllPointsSumToZero) {
 }
 
 TEST(Coupling, EndForceIsWhatTheStepUsed) {
-  // The upper tet alone feels the coupling: its change of momentum is h times the force on u.
+  // The coupling acts on the upper tet only: its change of momentum is h times the force on u.
   const Bodies bodies = two_tets();
   Dynamics dynamics = Scene{{1e5, 0.3, 1000.0, 0.0, 0.0}, {}, 1}.dynamics(bodies);
   dynamics.set_velocities(random_vectors(8, 0.5, 31));

@@ -44,7 +44,7 @@ TEST(Elements, HaveExactlyNoForceAtRest) {
   }
 }
 
-/// Several chunks of elements, of which points have one or many; the bits are the same for all thread counts.
+/// Several chunks of elements; points are in one chunk or many. The bits are the same for all thread counts.
 TEST(Elements, ForcesOnPointsAreTheSumsOfThoseOnCorners) {
   const Bodies bodies = single_body(irregular_box_mesh({6, 5, 5}, {1.0, 2.0, 0.5}, 0.2));
   const auto positions = noisy(bodies, 0.02, 4);
@@ -67,7 +67,7 @@ TEST(Elements, ForcesOnPointsAreTheSumsOfThoseOnCorners) {
   }
 }
 
-/// Each body's own tets, once each, those that share points near each other.
+/// Each body's tets, once each; tets that share points have close numbers.
 TEST(Elements, AreNumberedBodyByBodyWhatIsNearInSpaceNearEachOther) {
   Bodies bodies;
   bodies.add("first", irregular_box_mesh({6, 6, 6}, {1.0, 1.0, 1.0}, 0.2));
@@ -176,9 +176,9 @@ TEST(Elements, ForceIsMinusTheDerivativeOfTheEnergyWithALowerBulkModulus) {
   }
 }
 
-/// Without a bulk modulus the force on a tet that is no rotation of itself leads straight to one: along
-/// R - F, in which R stays the nearest rotation.
-TEST(Elements, WithoutABulkModulusATetIsLedToRestFromAnyState) {
+/// Without a bulk modulus the force on a deformed tet is along R - F. On that straight line R stays the
+/// nearest rotation, so the tet reaches rest.
+TEST(Elements, WithoutABulkModulusATetReturnsToRestFromAnyState) {
   const Bodies bodies = single_body(unit_tet_mesh());
   Elements elements = elements_of(bodies, {2e4, 0.49, 1000.0, 0.0, 0.0});
   elements.set_bulk_fraction(0, 0.0);
@@ -231,7 +231,7 @@ TEST(Elements, StiffnessIsExactlySymmetricAndPositiveWithTranslationsAsNullSpace
   EXPECT_GT(values[6], 1e-4 * scale) << "more than six rigid modes";
 }
 
-/// At a turned rest configuration the neglected derivative of R has no part: K' is the whole derivative.
+/// At a rotated rest configuration the neglected derivative of R is zero: K' is the whole derivative.
 TEST(Elements, StiffnessIsMinusTheDerivativeOfTheForceAtRest) {
   std::mt19937_64 random(9);
   const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {1.0, 1.0, 1.0}, 0.2));

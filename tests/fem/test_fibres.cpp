@@ -1,4 +1,4 @@
-// Fibres between two ends of a body against shapes whose harmonic function is known.
+// Fibres between two ends of a body, in shapes with a known harmonic function.
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(Fibres, OfAStraightBarRunAlongItsAxis) {
   EXPECT_LT(worst, 1e-12);
 }
 
-/// Tets with all corners at one end have no gradient, and take what is beside them.
+/// Tets with all corners at one end have no gradient, and use that of their neighbours.
 TEST(Fibres, RunOnThroughEndsThatAreThick) {
   const TetMesh bar = box_mesh({10, 2, 2}, {1.0, 0.2, 0.2});
   const auto from = points_where(bar, [](const Vec3& p) { return p.x < 0.35; });

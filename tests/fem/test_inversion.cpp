@@ -1,4 +1,4 @@
-// Tissue that starts inside out, flat or anywhere comes back (docs/inversion.md).
+// Tissue that starts inverted, flat or at random positions recovers (docs/inversion.md).
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Start {
   std::vector<Vec3> positions;
 };
 
-/// Of a body of about `size` around the origin.
+/// Start positions of a body of about `size` around the origin.
 std::vector<Start> starts(const Bodies& bodies, double size, unsigned seed) {
   std::mt19937_64 random(seed);
   const std::size_t count = bodies.points_rest().size();
@@ -117,7 +117,7 @@ TEST(Inversion, KeepsMomentum) {
   EXPECT_LT(length(momentum(dynamics) - before), 1e-10 * length(before));
 }
 
-/// A state in the midst of it goes on with the same bits.
+/// A state saved during recovery continues with the same bits.
 TEST(Inversion, ClocksArePartOfTheState) {
   const Bodies ball = single_body(palpate::test::ball_mesh(3, {0.0, 0.0, 0.0}, 0.15));
   Dynamics first = Scene{tissue(0.49), {}, 1}.dynamics(ball);

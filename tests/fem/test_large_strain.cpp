@@ -1,6 +1,5 @@
-// Large strains against answers that are not ours: a thick sphere that is blown up and a cylinder that is
-// twisted, with the energy minimised in one dimension (radial.hpp), and the closed forms of its limit nu =
-// 1/2.
+// Large strains of an inflated thick sphere and a twisted cylinder. Oracles: the energy minimised in one
+// dimension (radial.hpp), and closed forms in the limit nu = 1/2.
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -66,8 +65,8 @@ TEST(LargeStrain, TheReferenceOfTheSphereHasTheClosedFormAsItsLimit) {
 }
 
 struct Errors {
-  double displacement = 0.0;  ///< of the outer radius, by how far it goes
-  double force = 0.0;         ///< of what holds the inner one
+  double displacement = 0.0;  ///< of the outer radius, relative to its motion
+  double force = 0.0;         ///< that holds the inner radius
 };
 
 /// Positions and holding forces at static equilibrium, with the held points where `place` has them.
@@ -111,7 +110,7 @@ Errors sphere_errors(const Material& m, int n, int layers) {
   return {displacement / count / (expected.at(outer) - outer) - 1.0, force / expected.inner_force - 1.0};
 }
 
-/// Linear tets lock towards nu = 1/2: errors are those of the element, and fall with its size.
+/// Linear tets lock towards nu = 1/2: errors are due to the element, and fall with its size.
 TEST(LargeStrain, AThickSphereBlownUpBy30Percent) {
   for (const Material& m :
        {tissue(MaterialModel::stable_neo_hookean, 0.45), tissue(MaterialModel::stable_neo_hookean, 0.49),
@@ -182,13 +181,13 @@ TEST(LargeStrain, TheReferenceOfTorsionHasTheClosedFormAsItsLimit) {
   }
 }
 
-/// Fibres on helices round the z axis, at an angle to it: what `direction` is for the law in radial axes.
+/// Fibres on helices about the z axis, at this angle to it, as `direction` in radial axes.
 constexpr double helix_angle = pi / 6.0;
 Fibres helices(double angle, double exponent) {
   return {.direction = {0.0, std::sin(angle), std::cos(angle)}, .stiffness = 1e4, .exponent = exponent};
 }
 
-/// The same fibres, in each tet by its centre; none where the material has none.
+/// The same fibres, for each tet at its centre; none if the material has none.
 Materials with_helices(const Bodies& bodies, const Material& m) {
   Materials materials{m};
   if (!m.fibres.any()) return materials;
@@ -221,9 +220,8 @@ double torque_error(const Material& m, int across) {
   return sum / torque(m, twist) - 1.0;
 }
 
-/// What fibres on helices add to the torque where the volume stays, with E = 2 t R s c + t^2 R^2 c^2 for the
-/// twist t: 2 pi times the integral of R k1 E exp(k2 E^2) dE/dt. Fibres along the axis with k2 = 0 have
-/// 2/3 pi k1 t^3.
+/// Torque by fibres on helices at constant volume, with E = 2 t R s c + t^2 R^2 c^2 for the twist t: 2 pi
+/// times the integral of R k1 E exp(k2 E^2) dE/dt. For fibres along the axis and k2 = 0 it is 2/3 pi k1 t^3.
 double fibre_torque(const Material& m, double twist) {
   const double s = m.fibres.direction.y;
   const double c = m.fibres.direction.z;
@@ -253,7 +251,7 @@ TEST(LargeStrain, TheReferenceOfTorsionWithFibresHasTheClosedFormAsItsLimit) {
   }
 }
 
-/// Errors of second order: what they extrapolate to is the torque.
+/// Errors are of second order: the extrapolated value is the torque.
 TEST(LargeStrain, ACylinderTwistedBy34Degrees) {
   for (const Material& m :
        {tissue(MaterialModel::stable_neo_hookean, 0.3), tissue(MaterialModel::stable_neo_hookean, 0.45),
@@ -268,7 +266,7 @@ TEST(LargeStrain, ACylinderTwistedBy34Degrees) {
   }
 }
 
-/// With fibres along the axis and on helices, which the cylinder that keeps its length stretches.
+/// With fibres along the axis and on helices, which the twist stretches at constant length.
 TEST(LargeStrain, ACylinderWithFibresTwistedBy34Degrees) {
   for (const double angle : {0.0, helix_angle}) {
     Material m = tissue(MaterialModel::stable_neo_hookean, 0.3);

@@ -38,7 +38,7 @@ TEST(BlockMatrix, HasASymmetricPatternAndExactlySymmetricBlocks) {
   expect_exactly_symmetric(s.matrix, s.free);
 }
 
-/// Where lambda / mu differs from tet to tet, terms are added up another way.
+/// If lambda / mu differs between tets, terms are added up by another loop.
 TEST(BlockMatrix, TakesTetsOfDifferentPoissonRatios) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 2}, {0.3, 0.3, 0.2}, 0.2));
   const std::vector<Material> all{
@@ -148,7 +148,7 @@ TEST(ConjugateGradients, SolveWhatEigenSolvesDirectly) {
   }
 }
 
-TEST(ConjugateGradients, ReportTheResidualThatIsThere) {
+TEST(ConjugateGradients, ReportTheTrueResidual) {
   System s(1);
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);
@@ -166,8 +166,8 @@ TEST(ConjugateGradients, ReportTheResidualThatIsThere) {
   }
 }
 
-/// The estimate is none if it is far below the error that is there, or asks for far more than is needed.
-TEST(ConjugateGradients, EndAtTheErrorThatIsAskedFor) {
+/// The estimate must not be far below the true error, nor far above it.
+TEST(ConjugateGradients, EndAtTheRequestedError) {
   System s(1);
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);

@@ -1,5 +1,5 @@
-// Manufactured solutions: a displacement is chosen, the body force that keeps it is differentiated out of the
-// law in long double, and the error of what comes out falls with the square of the size of cells.
+// Manufactured solutions: choose a displacement, and differentiate the law in long double for its body force.
+// The error of the solution falls with the square of the cell size.
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 using Vector = Eigen::Matrix<Real, 3, 1>;
 
-/// Where a point of the unit cube goes: strains of some 20 %, and turned as a whole.
+/// Deformed position of a point of the unit cube: strains of some 20 %, and a rotation of the whole.
 Vector place(const Vector& p) {
   constexpr Real a = 0.1L;
   const Vector moved(p.x() + a * (std::sin(2 * p.y()) + p.x() * p.z()),

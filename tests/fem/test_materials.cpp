@@ -51,8 +51,8 @@ std::vector<Material> isotropic() {
   return all;
 }
 
-/// Where the energy of fibres has a second derivative: they neither begin to be stretched there, nor are they
-/// so far that it goes on as a polynomial.
+/// Whether the energy of fibres has a second derivative: not where stretch begins, nor where the polynomial
+/// does.
 bool is_smooth(const Material& m, const Matrix& f) {
   if (!m.fibres.any()) return true;
   const Vec3& a = m.fibres.direction;
@@ -77,7 +77,7 @@ Matrix3 minus_identity(const Matrix& f) {
   return from_eigen((f - Matrix::Identity()).cast<double>());
 }
 
-/// Deformations with the singular values, anyhow turned.
+/// Deformations with given singular values and random rotations.
 std::vector<Matrix> deformations(unsigned seed) {
   std::mt19937_64 random(seed);
   std::vector<Matrix> all;
@@ -155,7 +155,7 @@ TEST(FibreMaterial, HasStressAndTangentOfItsEnergy) {
   }
 }
 
-/// Beyond the range of the exponential: finite, and smooth where it goes on as a polynomial.
+/// Beyond the range of the exponential: finite, and smooth at the border to the polynomial.
 TEST(FibreMaterial, IsSmoothAndFiniteAtAnyStretch) {
   Material m = with(MaterialModel::stable_neo_hookean, 0.4);
   m.fibres = Fibres{.direction = {1.0, 0.0, 0.0}, .stiffness = 1e4, .exponent = 4.0};

@@ -101,7 +101,7 @@ TEST(Transfer, GalerkinProductEqualsTheDenseOne) {
   }
 }
 
-/// Every point is in an aggregate, and none has points of two bodies.
+/// Every point is in an aggregate, and no aggregate has points of two bodies.
 TEST(Transfer, AggregatesAreNeighbours) {
   std::vector<Node> nodes;
   const BlockRows<3, 3> a = random_matrix(nodes);
@@ -116,7 +116,7 @@ TEST(Transfer, AggregatesAreNeighbours) {
   EXPECT_GE(std::ranges::min(members), 4);
 }
 
-/// Two points, or points on a line, have no motion about it.
+/// An aggregate of two points, or of points on a line, has no rotation.
 TEST(Transfer, WhatLiesOnALineDoesNotTurn) {
   const std::vector<Node> nodes{{.middle = {0, 0, 0}}, {.middle = {1, 1, 0}}, {.middle = {3, 3, 0}}};
   const std::vector<Index> together{0, 0, 0};
@@ -161,7 +161,7 @@ Eigen::VectorXd spectrum(System& s) {
       .eigenvalues();
 }
 
-/// With couplings that join points of all colours, and of the same.
+/// With couplings between points of different colours and of the same colour.
 TEST(Multigrid, IsSymmetricAndPositiveAndNearTheInverse) {
   System s(1);
   const Eigen::VectorXd values = spectrum(s);
@@ -169,8 +169,7 @@ TEST(Multigrid, IsSymmetricAndPositiveAndNearTheInverse) {
   EXPECT_LT(values.maxCoeff(), 1.5);
 }
 
-/// A light body that only couplings hold moves as a rigid one as they let it: coarse matrices have all of
-/// them.
+/// A light body held only by couplings moves rigidly against them, so coarse matrices must contain them all.
 TEST(Multigrid, CoarseMatricesHaveTheCouplings) {
   System s(1, false);
   for (double& mass : s.diagonal) mass *= 1e-4;
@@ -181,9 +180,9 @@ TEST(Multigrid, CoarseMatricesHaveTheCouplings) {
   EXPECT_LT(values.maxCoeff(), 1.5);
 }
 
-/// Solves that take many iterations have it made anew at the positions of the next; from its reference it is
-/// made again with the same bits.
-TEST(Multigrid, IsMadeAnewWhereItIsWornAndAgainFromItsReference) {
+/// After slow solves the hierarchy is rebuilt at the next positions. Rebuilding it from its reference gives
+/// the same bits.
+TEST(Multigrid, IsRebuiltAfterSlowSolvesAndFromItsReference) {
   System s(1);
   const auto positions = noisy(s.bodies, 0.02, 20);
   const auto r = floats_by_row(s, s.random_free_vector(8));
@@ -207,7 +206,7 @@ TEST(Multigrid, IsMadeAnewWhereItIsWornAndAgainFromItsReference) {
   EXPECT_EQ(result(resumed), anew);
 }
 
-/// What it makes of a body that is only turned is turned with it.
+/// For a body that has only rotated, the result is rotated.
 TEST(Multigrid, TurnsWithTheBody) {
   std::mt19937_64 random(5);
   const Matrix3 some_rotation = random_rotation(random);

@@ -1,5 +1,5 @@
-// Oracles: the update of Mueller & Gross 2004 worked by hand for one uniform strain, differences of the
-// energy, and what turning a body must not change.
+// Oracles: the update of Mueller & Gross 2004 by hand for one uniform strain, differences of the energy, and
+// invariance under rotation.
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -50,15 +50,15 @@ TEST(PlasticFlow, IsTheFormulaOfMuellerAndGross) {
   const SymmetricMatrix3 none;
   const SymmetricMatrix3 pull{0.1, 0.0, 0.0, 0.0, 0.0, 0.0};
   const Plasticity law{0.05, 20.0, {}};
-  // h c = 0.2: a fifth of what is elastic.
+  // h c = 0.2: a fifth of the elastic strain flows.
   SymmetricMatrix3 p = plastic_flow(none, pull, law, 0.01, 1.0, 0.0);
   EXPECT_NEAR(p.xx, 0.02, 1e-16);
   p = plastic_flow(p, pull, law, 0.01, 1.0, 0.0);
   EXPECT_NEAR(p.xx, 0.02 + 0.2 * 0.08, 1e-16);
-  // Elastic strain at the yield or below: nothing.
+  // Elastic strain at the yield or below: no flow.
   p = {0.05, 0.0, 0.0, 0.0, 0.0, 0.0};
   EXPECT_EQ(plastic_flow(p, pull, law, 0.01, 1.0, 0.0).xx, 0.05);
-  // No more than all of it, however large the step.
+  // At most all of the elastic strain flows, however large the step.
   EXPECT_NEAR(plastic_flow(none, pull, law, 1.0, 1.0, 0.0).xx, 0.1, 1e-16);
   // Bounded by the maximum, in its direction.
   p = plastic_flow(none, pull, {0.05, 20.0, 0.015}, 0.01, 1.0, 0.0);
@@ -67,7 +67,7 @@ TEST(PlasticFlow, IsTheFormulaOfMuellerAndGross) {
   const SymmetricMatrix3 shear{0.0, 0.0, 0.0, 0.03, 0.0, 0.0};
   EXPECT_EQ(plastic_flow(none, shear, {0.0425, 1.0, {}}, 0.1, 1.0, 0.0).xy, 0.0);
   EXPECT_NEAR(plastic_flow(none, shear, {0.0424, 1.0, {}}, 0.1, 1.0, 0.0).xy, 0.003, 1e-16);
-  // Without a yield there is none.
+  // Without a yield there is no flow.
   EXPECT_EQ(plastic_flow(none, pull, {{}, 20.0, {}}, 0.01, 1.0, 0.0).xx, 0.0);
 }
 
@@ -76,7 +76,8 @@ TEST(PlasticFlow, NeverGivesEnergy) {
   const auto plastics = random_strains(4000, 0.15, 2);
   int flowed = 0;
   for (std::size_t i = 0; i < totals.size(); ++i) {
-    const double lambda = i % 2 == 0 ? 0.3 : 100.0;  // nearly incompressible: only there the bound can
+    const double lambda =
+        i % 2 == 0 ? 0.3 : 100.0;  // nearly incompressible: only then the bound can raise the energy
     const auto energy = [&](const SymmetricMatrix3& p) {
       const SymmetricMatrix3 e = totals[i] + (-1.0) * p;
       const double trace = e.xx + e.yy + e.zz;
@@ -88,14 +89,14 @@ TEST(PlasticFlow, NeverGivesEnergy) {
     flowed += difference(next, plastics[i]) > 0.0 ? 1 : 0;
   }
   EXPECT_GT(flowed, 2000);
-  // The bound would shrink a swelling that nearly incompressible tissue holds on to: from 0.02 to 0.08.
+  // In nearly incompressible tissue the bound would raise the energy of a swelling: from 0.02 to 0.08.
   const SymmetricMatrix3 swollen{0.2, 0.2, 0.2, 0.0, 0.0, 0.0};
   const SymmetricMatrix3 sheared{0.2, 0.2, 0.2, 0.1, 0.0, 0.0};
   EXPECT_EQ(plastic_flow(swollen, sheared, {0.05, 100.0, 0.35}, 0.01, 1.0, 100.0).xy, 0.0);
   EXPECT_GT(plastic_flow(swollen, sheared, {0.05, 100.0, 0.35}, 0.01, 1.0, 0.0).xy, 0.09);
 }
 
-/// A body all of whose points are held, so that its strain is what the test says.
+/// A body with all points held, so that the test sets its strain.
 struct HeldBody {
   explicit HeldBody(const Material& material)
       : bodies(single_body(box_mesh({3, 2, 2}, {0.3, 0.2, 0.2}))),
@@ -159,7 +160,7 @@ TEST(Plasticity, TheMaximumBoundsIt) {
 }
 
 TEST(Plasticity, TheFrameOfTheStrainTurnsWithTheBody) {
-  // Pulled along its own x axis while turned: the plastic strain is the same as without the turn.
+  // Pulled along its rotated x axis: the plastic strain is the same as without the rotation.
   std::mt19937_64 random(3);
   HeldBody body(plastic_material(0.05, 20.0));
   for (int n = 0; n < 20; ++n) {
@@ -197,7 +198,7 @@ TEST(Plasticity, ForceIsMinusTheDerivativeOfTheEnergyAtFixedPlasticStrain) {
   std::mt19937_64 random(4);
   const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, {1.0, 1.0, 1.0}, 0.2));
   Elements elements(bodies, {plastic_material(0.05, 20.0)}, std::vector<std::uint8_t>{0});
-  // Axes of their own in each tet: none that the strain of the positions has.
+  // Random axes in each tet, different from those of the strain.
   elements.set_plastic_strains(random_strains(bodies.tets().size(), 0.2, 5));
   for (int trial = 0; trial < 5; ++trial) {
     const Matrix3 r = random_rotation(random);
@@ -242,7 +243,7 @@ TEST(Plasticity, ATurnedPlasticBodyHasTheTurnedForces) {
     EXPECT_LT(largest_distance(turned_forces, expected), 1e-11 * largest(forces));
     EXPECT_NEAR(total_energy(elements, turned), energy, 1e-11 * energy);
   }
-  // In its shape without stress, however it is turned, there is no force at all.
+  // In its stress-free shape, under any rotation, all forces are zero.
   Elements bar(bodies, {plastic_material(0.05, 20.0)}, std::vector<std::uint8_t>{0});
   const SymmetricMatrix3 strain{0.15, -0.05, 0.02, 0.03, -0.04, 0.01};
   bar.set_plastic_strains(std::vector<SymmetricMatrix3>(bodies.tets().size(), strain));

@@ -1,4 +1,4 @@
-// What the preconditioners do for solutions, and the factor of the coarsest level.
+// Effect of the preconditioners on solutions, and the factor of the coarsest level.
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ TEST(EnvelopeCholesky, SolvesWhatEigenSolves) {
   const std::vector<Index> first{0, 0, 1, 0, 4, 2, 5};
   const auto n = 6 * static_cast<Eigen::Index>(first.size());
   EnvelopeCholesky factor;
-  for (const unsigned seed : {1U, 2U}) {  // the second time in memory that is used already
+  for (const unsigned seed : {1U, 2U}) {  // the second time in reused memory
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     Eigen::MatrixXd a = 20.0 * Eigen::MatrixXd::Identity(n, n);
@@ -53,7 +53,7 @@ TEST(EnvelopeCholesky, LeavesOutWhatHasNoStiffness) {
   EXPECT_EQ(b[0], (Vector6{1.0, 2.0, 0.0, 4.0, 5.0, 6.0}));
 }
 
-/// Stiff blocks on springs above each other: what block Jacobi is bad at.
+/// Stiff blocks on springs above each other: a bad case for block Jacobi.
 struct Stack {
   explicit Stack(int thread_count) : threads(thread_count) {
     for (int i = 0; i < 8; ++i) {
@@ -115,7 +115,7 @@ TEST(Preconditioner, ThoseThatThereAreLeadToTheSameSolutionMultigridFaster) {
   EXPECT_LT((solution(third) - expected).norm(), 1e-8 * expected.norm());
 }
 
-/// The couplings are not on the diagonal alone: the residual stagnates while bodies have not met yet.
+/// Couplings are also off the diagonal, so at first the residual stagnates.
 TEST(Preconditioner, TheErrorIsWhatTheGoalSays) {
   Stack exact(1);
   exact.solve({.tolerance = 1e-13, .max_iterations = 9000, .preconditioner = Preconditioner::multigrid});
@@ -128,7 +128,7 @@ TEST(Preconditioner, TheErrorIsWhatTheGoalSays) {
                                               .of_solution = true,
                                               .preconditioner = preconditioner});
       EXPECT_TRUE(report.converged);
-      // Equal masses but for corners, so that the plain norm is near enough.
+      // Masses are equal except at the surface, so the plain norm is accurate enough.
       const double scale = std::max(expected.norm(), 0.01 * 9.81 * std::sqrt(8.0 * 27.0));
       EXPECT_LT((solution(stack) - expected).norm(), 1.5 * tolerance * scale)
           << static_cast<int>(preconditioner) << ", " << report.iterations << " iterations";

@@ -49,7 +49,8 @@ TEST(Regions, ABarOfTwoHalvesStretchesAsTwoSpringsInSeries) {
   }
   ASSERT_NEAR(total(forces).x, force, 1e-15);
   settle(dynamics, forces, 10);
-  // k = E A / l of each half: strain of force / (E A), exact for corotational tets too, as nothing turns.
+  // k = E A / l of each half: strain of force / (E A), exact for corotational tets too, since nothing
+  // rotates.
   const double strain_soft = force / (1e4 * size.y * size.z);
   const double strain_hard = force / (4e4 * size.y * size.z);
   const auto expected = mapped(bodies, [&](const Vec3& p) {
@@ -79,8 +80,8 @@ TEST(Regions, MassesAndTheirDampingAreThoseOfTheTets) {
   }
   EXPECT_NEAR(all, 0.002 * 1000.0 + 0.002 * 3000.0, 1e-12);
   EXPECT_NEAR(right / left, 3.0, 1e-9);
-  // All fall with one speed for a moment; damping takes m a h v of momentum, by hand:
-  // only the right half's mass is damped, with 4 per second.
+  // All points have one speed in a short step. Damping removes the momentum m a h v: only the right half's
+  // mass is damped, with 4 per second.
   std::vector<Vec3> start(bodies.points_rest().size(), {0.0, 0.0, 1.0});
   dynamics.set_velocities(start);
   constexpr double h = 1e-7;  // so short that no stress comes about

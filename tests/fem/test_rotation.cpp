@@ -10,7 +10,8 @@
 namespace palpate::fem::test {
 namespace {
 
-/// Oracle: U diag(1, 1, det(U V^T)) V^T by Eigen's two-sided Jacobi SVD, which squares nothing.
+/// Oracle: U diag(1, 1, det(U V^T)) V^T by Eigen's two-sided Jacobi SVD, which does not square the condition
+/// number.
 Eigen::Matrix3d svd_rotation(const Eigen::Matrix3d& f) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1.0, 1.0, 1.0);
@@ -18,7 +19,7 @@ Eigen::Matrix3d svd_rotation(const Eigen::Matrix3d& f) {
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
-/// R diag(stretches) with turns on both sides.
+/// diag(stretches) with random rotations on both sides.
 Matrix3 stretched(std::mt19937_64& random, double a, double b, double c) {
   const Eigen::Matrix3d u = to_eigen(random_rotation(random));
   const Eigen::Matrix3d v = to_eigen(random_rotation(random));
@@ -67,7 +68,7 @@ TEST(NearestRotation, DoesNotDependOnUnits) {
   }
 }
 
-/// No rotation does better than the one returned, also where there are many equally good.
+/// No rotation is nearer than the returned one, also if several are equally near.
 TEST(NearestRotation, IsANearestRotationForDegenerateInput) {
   std::mt19937_64 random(3);
   const double stretches[][3] = {{1, 1, -1},          {1, 1, 0},        {1, 0, 0},       {0, 0, 0},
@@ -107,8 +108,8 @@ TEST(NearestRotation, GivesARotationForValuesThatAreNotFinite) {
   expect_rotation(nearest_rotation(tiny));
 }
 
-/// Along a path on which an element flattens and inverts, the rotation changes no faster than its
-/// conditioning allows: no jump between the two algorithms, none at det F = 0.
+/// While an element flattens and inverts, the rotation changes no faster than its conditioning allows: it
+/// does not jump between the two algorithms or at det F = 0.
 TEST(NearestRotation, IsContinuousThroughInversion) {
   std::mt19937_64 random(4);
   const Matrix3 u = random_rotation(random);

@@ -35,7 +35,7 @@ class Bytes {
   std::string text_;
 };
 
-/// Fails where `work` leaves other bytes on one target than on another.
+/// Fails if the results of `work` differ between targets.
 template <class Work>
 void expect_same_bits(Work&& work) {
   std::string expected;
@@ -141,7 +141,7 @@ TEST(SameBits, Assembly) {
   }
 }
 
-/// Scales so unlike that a sum of squares in double depends on its order.
+/// Scales so different that a sum of squares in double depends on its order.
 float size_of_row(std::size_t row) {
   return std::ldexp(1.0F, static_cast<int>(row * 7 % 61) - 30);
 }

@@ -164,10 +164,10 @@ double derivative_error(Box& box, const std::vector<Vec3>& middle) {
   return (to_eigen(product) - slope).norm() / slope.norm();
 }
 
-/// At rest, turned: there no eigenvalue is negative.
+/// At rotated rest positions, where no eigenvalue is negative.
 TEST(Smoothing, ProductsAreTheDerivativeOfTheForces) {
   for (Material m : materials()) {
-    m.fibres.stiffness = 0.0;  // its force has a bend at rest
+    m.fibres.stiffness = 0.0;  // its force has a kink at rest
     Box box(m);
     box.elements.set_activations(std::vector<double>(1, 0.7));
     std::mt19937_64 random(7);
@@ -177,8 +177,8 @@ TEST(Smoothing, ProductsAreTheDerivativeOfTheForces) {
   }
 }
 
-/// Corotational tissue, turned and stretched unlike along three lines: the twists have stiffness, and none is
-/// negative. At fixed R the error is 0.1 and more.
+/// Corotational tissue, rotated and with three different stretches: twists have positive stiffness. At fixed
+/// R the error would be 0.1 or more.
 TEST(Smoothing, ProductsAreTheDerivativeOfTheForcesOfWhatIsStretched) {
   for (const double nu : {0.0, 0.3, 0.49}) {
     Box box(smoothed(nu));
@@ -240,7 +240,7 @@ TEST(Smoothing, UniformStrainHasUniformStressAndNoForcesInside) {
   }
 }
 
-/// A body that hangs at rest: what holds it is its weight, also in the step before rest.
+/// A body that hangs at rest: the holding force is its weight, also in the step before rest.
 TEST(Smoothing, WhatHoldsAHangingBodyIsItsWeight) {
   for (const Material& m : {smoothed(0.45), smoothed(0.45, MaterialModel::stable_neo_hookean)}) {
     const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, size, 0.2));
@@ -302,7 +302,7 @@ TEST(Smoothing, HasTheSameBitsForAllThreads) {
   }
 }
 
-/// Noise of half a cell, mirrored, and a plane: at nu 0.4 all of them come back.
+/// Noise of half a cell, a mirrored and a flat body: at nu = 0.4 all recover.
 TEST(Smoothing, InvertedTissueComesBack) {
   const Bodies bodies = single_body(box_mesh({4, 3, 3}, size));
   Material m = smoothed(0.4);
@@ -324,8 +324,7 @@ TEST(Smoothing, InvertedTissueComesBack) {
   }
 }
 
-/// Force per unit of E of a cube of side 1 that is squeezed by 1 % between rough plates, over that of a bar
-/// that is free at its sides.
+/// Stiffness of a cube compressed by 1 % between rough plates, over that of a bar with free sides.
 double squeezed_stiffness(int cells, double nu, ElementKind kind) {
   const Bodies bodies = single_body(palpate::test::box_mesh({cells, cells, cells}, {}, {1.0, 1.0, 1.0}));
   Material m = smoothed(nu);
@@ -343,8 +342,7 @@ double squeezed_stiffness(int cells, double nu, ElementKind kind) {
   return stiffness;
 }
 
-/// Against values of a code in NumPy that shares nothing with ours, of the same meshes, and what those of 4,
-/// 6 and 8 cells tend to.
+/// Oracle: an independent code in NumPy on the same meshes, and the limit of its values for 4, 6 and 8 cells.
 TEST(Smoothing, ASqueezedBlockDoesNotLock) {
   EXPECT_NEAR(squeezed_stiffness(4, 0.49, ElementKind::smoothed), 1.3785, 1e-3);
   EXPECT_NEAR(squeezed_stiffness(4, 0.499, ElementKind::smoothed), 1.4655, 1e-3);

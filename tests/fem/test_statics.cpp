@@ -45,7 +45,7 @@ TEST(Statics, UniaxialPullFollowsHooke) {
   constexpr double strain = 1e-4;
   Dynamics dynamics =
       Scene{material, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 1}.dynamics(bodies);
-  // Held points carry the lateral contraction too, so that the stress is uniform.
+  // Held points follow the lateral contraction too, so that the stress is uniform.
   const auto expected = mapped(bodies, [&](const Vec3& p) {
     return Vec3{p.x * (1.0 + strain), p.y * (1.0 - 0.3 * strain), p.z * (1.0 - 0.3 * strain)};
   });

@@ -71,7 +71,7 @@ TEST(StressEigen, AgreesWithEigen) {
   EXPECT_TRUE(std::isnan(symmetric_eigen({NAN, 0, 0, 0, 0, 0}).values.x));
 }
 
-/// An affine map of the surface of an irregular mesh; the inside finds its place by itself.
+/// An affine map of the surface of an irregular mesh; the inside is free.
 TEST(StressPatchTest, IsUniformInAnyMesh) {
   constexpr Vec3 size{0.3, 0.2, 0.25};
   const Bodies bodies = single_body(irregular_box_mesh({4, 4, 4}, size, 0.25));

@@ -1,4 +1,4 @@
-// The kernels of the dynamics on every SIMD target that this processor has, against their twins in plain C++.
+// The kernels of the dynamics on every SIMD target of this processor, against the same in plain C++.
 #include <Eigen/Dense>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@ namespace {
 
 const parallel::Threads one_thread(1);
 
-/// Healthy, strongly strained, flat, inverted and collapsed elements side by side, and a number of them that
-/// is no multiple of any number of lanes.
+/// Healthy, strongly strained, flat, inverted and collapsed elements side by side. Their number is no
+/// multiple of the lanes of any target.
 struct ElementCase {
   ElementCase() : bodies(single_body(irregular_box_mesh({5, 3, 3}, {0.5, 0.3, 0.3}, 0.2))) {
     positions = noisy(bodies, 0.02, 80);
@@ -31,7 +31,7 @@ struct ElementCase {
       const Tet& corners = bodies.tets()[t];
       const Vec3 middle =
           1.0 / 3.0 * (at(positions, corners[1]) + at(positions, corners[2]) + at(positions, corners[3]));
-      const double beyond = t % 3 == 0 ? 0.0 : 1.5;  // flat, or inside out
+      const double beyond = t % 3 == 0 ? 0.0 : 1.5;  // flat or inverted
       at(positions, corners[0]) += (1.0 + beyond) * (middle - at(positions, corners[0]));
     }
     const Tet& last = bodies.tets().back();
@@ -90,7 +90,7 @@ TEST(SimdTargets, ElementPassEqualsOneByOne) {
   EXPECT_GT(targets, 1);
 }
 
-/// Strain, stress and what follows from it; one tet is of those that the pass leaves.
+/// Strain, stress and derived values; the pass leaves one of the tets to the caller.
 TEST(SimdTargets, FieldsOfTetsEqualThoseOfOneByOne) {
   const ElementCase c;
   Elements elements = c.elements();
@@ -121,7 +121,7 @@ TEST(SimdTargets, FieldsOfTetsEqualThoseOfOneByOne) {
   });
 }
 
-/// Equal eigenvalues, nearly equal ones, none, large and small numbers, numbers that are not finite.
+/// Equal and nearly equal eigenvalues, zero, large and small numbers, numbers that are not finite.
 TEST(SimdTargets, EigenvectorsEqualThoseOfTheTwin) {
   std::mt19937_64 random(33);
   std::vector<SymmetricTensor> tensors(3);

@@ -1,4 +1,4 @@
-// The kernels of multigrid on every SIMD target that this processor has, against their twins in plain C++.
+// The kernels of multigrid on every SIMD target of this processor, against the same in plain C++.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -117,7 +117,7 @@ TEST(SimdTargets, RotationsEqualTheirTwins) {
   });
 }
 
-/// Five rows of six with some blocks each, as couplings add more.
+/// Five rows of six by six blocks with different numbers of blocks.
 struct PaddedCase {
   std::vector<std::uint32_t> begin{0, 2, 4, 7, 8, 10};
   std::vector<std::uint32_t> columns{1, 4, 0, 2, 1, 3, 4, 2, 0, 2};

@@ -58,7 +58,7 @@ std::vector<Vec3> pull_on_end(const Bodies& bodies, double stress) {
   return forces;
 }
 
-/// A box whose near end is held where it belongs in a stretch of all of it: so that is uniform.
+/// A box whose near end is held at its positions in a uniform stretch, so that the stretch is uniform.
 struct UniformBox {
   UniformBox(const Material& m, double along, double side) {
     const auto stretched = [&](const Vec3& p) { return Vec3{along * p.x, side * p.y, side * p.z}; };
@@ -116,7 +116,8 @@ TEST(FibreStatics, AMuscleShortensAsTheClosedFormSays) {
   }
 }
 
-/// A long step that deforms far: m (v - v_0) = h f(x + h v) at its end, which one linearisation misses.
+/// A long step with a large deformation: m (v - v_0) = h f(x + h v) at its end, which one linearisation
+/// misses.
 TEST(MaterialSteps, EndAtTheSolutionOfTheNonlinearProblem) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
   Material m = tissue(0.45);
@@ -177,7 +178,7 @@ struct MixedBodies {
   Materials materials{std::vector<Material>{}};
 };
 
-/// Some tets are inside out, and far ones have no exponential any more.
+/// Some tets are inverted, and some are beyond the range of the exponential.
 TEST(MaterialTargets, TheKernelEqualsItsTwin) {
   const MixedBodies c;
   const auto positions = noisy(c.bodies, 0.15, 3);
@@ -229,7 +230,7 @@ int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions) {
   }));
 }
 
-/// Not so where all points are permuted and nu is large (docs/materials.md).
+/// Random permutations of all points with a large nu do not recover (docs/materials.md).
 TEST(MaterialInversion, NoisyFlatAndInsideOutBodiesComeBack) {
   const Bodies ball = single_body(palpate::test::ball_mesh(4, {0.0, 0.0, 0.0}, 0.15));
   std::mt19937_64 random(3);
@@ -257,7 +258,7 @@ TEST(MaterialInversion, NoisyFlatAndInsideOutBodiesComeBack) {
   }
 }
 
-/// Of the whole, about the origin.
+/// Angular momentum of all bodies about the origin.
 Vec3 angular_momentum(const Dynamics& d) {
   Vec3 sum;
   for (std::size_t i = 0; i < d.positions().size(); ++i)
@@ -287,7 +288,7 @@ TEST(MaterialSteps, KeepMomentumAndTheBitsOfEveryThreadCount) {
   EXPECT_EQ(ends[0], ends[1]);
 }
 
-/// Nothing moves, so that an error has nothing to be relative to.
+/// Nothing moves, so relative errors have no reference.
 TEST(MaterialSteps, AtRestWithoutLoadsTheyConverge) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, box, 0.2));
   for (const ElementKind elements : {ElementKind::linear, ElementKind::smoothed}) {
@@ -299,7 +300,7 @@ TEST(MaterialSteps, AtRestWithoutLoadsTheyConverge) {
   }
 }
 
-/// A state that is taken up goes on as it would have.
+/// A restored state continues with the same bits.
 TEST(MaterialSteps, GoOnFromASavedState) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
   const auto held = select(bodies, [](const Vec3& p) { return p.x == 0.0; });

@@ -41,7 +41,8 @@ Material without_viscosity(Material m) {
   return m;
 }
 
-/// What a stress that grows evenly from 0 to 1 in `rise` and then stays is at a later time, relative.
+/// Viscous stress at a later time for an elastic stress that grows linearly from 0 to 1 in `rise` and then
+/// stays.
 double relaxed(const Viscosity& v, double rise, double time) {
   const double rest = 1.0 - std::accumulate(v.fractions.begin(), v.fractions.end(), 0.0);
   double sum = 1.0;
@@ -63,10 +64,10 @@ double end_force(const Dynamics& dynamics, const Bodies& bodies) {
   return sum;
 }
 
-/// Gravity, m/s^2, to which tolerances of what else has no force but rounding are relative.
+/// Negligible gravity, m/s^2: a reference for tolerances if all other forces are rounding errors.
 constexpr Vec3 hardly_any{0.0, 1e-6, 0.0};
 
-/// A bar of uniform stretch whose sides are free: all stress relaxes alike, so that nothing moves.
+/// A bar of uniform stretch with free sides: all stress relaxes equally, so nothing moves.
 class HeldBar {
  public:
   explicit HeldBar(const Material& m)
@@ -87,7 +88,7 @@ class HeldBar {
     dynamics_.set_positions(elastic.positions());
     dynamics_.find_held_elements();
   }
-  /// Force at the end of the next step, by that of elastic tissue.
+  /// Force at the end of the next step, over that of elastic tissue.
   double step(double h) {
     dynamics_.begin_step(h, hardly_any, {});
     int solves = 0;
@@ -141,7 +142,7 @@ TEST(Prony, TheStressFieldRelaxesWithTheForce) {
     for (int n = 0; n < 10; ++n) bar.step(0.05);
     const Dynamics& d = bar.dynamics();
     const TissueState state = tissue_of_tets(parallel::Threads(1), bar.bodies(), d.elements(), d.positions());
-    // Virtual work of a stretch along x, of which the finite elements are capable: exact.
+    // Virtual work of a stretch along x, exact since the elements can represent it.
     double work = 0.0;
     for (Index e = 0; e < d.elements().size(); ++e) {
       const auto tet = static_cast<std::size_t>(d.elements().tet_of_element()[static_cast<std::size_t>(e)]);
@@ -191,10 +192,10 @@ TEST(Prony, CreepUnderALoadIsThatOfTheStandardLinearSolid) {
   const double fine = creep_error(0.01);
   std::printf("creep: errors %.4f, %.4f\n", coarse, fine);
   EXPECT_LT(fine, 0.01);
-  EXPECT_NEAR(coarse / fine, 2.0, 0.2);  // the first step is a rise, of the first order
+  EXPECT_NEAR(coarse / fine, 2.0, 0.2);  // the load rises within the first step: first order
 }
 
-/// Elements with a history that has nothing to do with how they are deformed now.
+/// Elements with a history that is independent of their deformation.
 Elements remembering(const Bodies& bodies, const Material& m, unsigned seed) {
   Elements elements(bodies, std::vector<Material>(1, m), std::vector<std::uint8_t>(1, 0));
   const parallel::Threads one(1);
@@ -225,7 +226,7 @@ TEST(ViscousElement, ForcesTurnWithTheBodyAndHaveNoTorque) {
     }
     EXPECT_LT(length(torque), 1e-11 * largest(forces));
     EXPECT_LT(length(total(forces)), 1e-11 * largest(forces));
-    // With no history, they are others: what is tested is there.
+    // Without the history forces differ, so the test is not void.
     Elements fresh(bodies, std::vector<Material>(1, tissue(kind)), std::vector<std::uint8_t>(1, 0));
     fresh.set_time_step(0.05);
     fresh.update(parallel::Threads(1), positions);
@@ -284,7 +285,7 @@ double largest_growth(const std::vector<double>& energies) {
   return most;
 }
 
-/// The linear step of corotational tissue lets a spinning bar have some 1e-6 of its first energy back.
+/// In corotational tissue a linear step of a spinning bar may add about 1e-6 of the first energy.
 TEST(Prony, TheEnergyOfAFreeVibrationNeverGrows) {
   const Viscosity viscosity{.fractions = {0.2, 0.2}, .times = {0.005, 0.1}};
   for (const Kind& kind : kinds) {
@@ -297,8 +298,7 @@ TEST(Prony, TheEnergyOfAFreeVibrationNeverGrows) {
   }
 }
 
-/// The history has no share in the tangent: Newton's method converges linearly, the slower the larger the
-/// strain.
+/// The tangent ignores the history: Newton's method converges linearly, and slower for larger strain.
 TEST(Prony, StepsThatStretchFarConverge) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
   for (const Kind& kind : std::span(kinds).subspan(1)) {
@@ -341,7 +341,7 @@ void expect_prompt_tension(const Bodies& bodies, Material m) {
   }
 }
 
-/// The tension of muscles at a fixed length is there at once and does not relax.
+/// The tension of muscles at a fixed length acts at once and does not relax.
 TEST(Prony, ActivationOfFibresIsNotDelayed) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, box, 0.2));
   for (const ElementKind elements : {ElementKind::linear, ElementKind::smoothed})

@@ -1,4 +1,4 @@
-// Checkpoint files of the command: as they are, and as content under a right checksum.
+// Checkpoint files of the command: as files, and as content with a valid checksum.
 #include <vector>
 
 #include "apps/palpate/checkpoint.hpp"

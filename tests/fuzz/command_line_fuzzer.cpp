@@ -1,5 +1,5 @@
-// The command line: an argument a line. Runs are short and meshes small, by flags that come last; arguments
-// that name places outside the folder are left out.
+// The command line, one argument per line. The last flags make runs short and meshes small. Arguments with
+// paths outside the folder are dropped.
 #include <algorithm>
 #include <string>
 #include <vector>

@@ -11,11 +11,11 @@
 
 #include <palpate/error.hpp>
 
-/// What the fuzzers share. A fault is what ends the process: a signal, a sanitizer, an exception that is no
+/// Common parts of the fuzzers. A fault ends the process: a signal, a sanitizer, an exception that is no
 /// palpate::Error, or fail().
 namespace palpate::fuzz {
 
-/// For what must hold whatever the input is.
+/// For conditions that hold for every input.
 inline void require(bool holds) {
   if (!holds) std::abort();
 }
@@ -49,7 +49,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// Calls `read`; an Error is what a refused input gives, and has to be one line.
+/// Calls `read`. Refused input must give an Error of one line.
 template <class Read>
 void refusing(Read&& read) {
   try {

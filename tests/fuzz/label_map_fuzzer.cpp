@@ -1,5 +1,5 @@
-// A label map of one format, given by PALPATE_FUZZ_EXTENSION. ITK reads it; it is not instrumented here, so
-// what guides the search is our own part, and what its readers do to memory still shows.
+// A label map of one format, given by PALPATE_FUZZ_EXTENSION. ITK reads it and is not instrumented: our code
+// alone guides the search, but memory errors of its readers still show.
 #include "apps/palpate_mesh/label_map.hpp"
 #include "fuzz/fuzzing.hpp"
 

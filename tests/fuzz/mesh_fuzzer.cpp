@@ -1,5 +1,5 @@
-// A mesh file of one format, given by PALPATE_FUZZ_EXTENSION. For TetGen's two files, what follows a line of
-// "----" is the .ele file.
+// A mesh file of one format, given by PALPATE_FUZZ_EXTENSION. For TetGen's two files, the text after a line
+// of "----" is the .ele file.
 #include <string>
 #include <string_view>
 

@@ -2,8 +2,8 @@
 //
 //   fuzz_NAME FOLDER [CHANGED]
 //
-// With a number, also so many damaged copies of each, always the same ones: a short run for every test, and
-// the only one for readers that clang, and so libFuzzer, cannot build.
+// CHANGED: number of damaged copies of each file, always the same ones. A short run for every test, and the
+// only one for readers that cannot be built with clang and libFuzzer.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

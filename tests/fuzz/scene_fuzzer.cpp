@@ -1,5 +1,4 @@
-// A scene file. What is taken has to come out of write_scene() the same, and small scenes are simulated for a
-// step.
+// A scene file. write_scene() must reproduce an accepted scene, and small scenes are simulated for a step.
 #include <algorithm>
 #include <variant>
 

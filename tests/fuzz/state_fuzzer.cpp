@@ -1,5 +1,5 @@
-// Saved states: as they are; as content of a state that is sealed and of the right simulation, so that the
-// checksum does not keep the fuzzer out; and as changes of single bytes of a state that was saved in contact.
+// Saved states: as files; as content with a valid checksum and fingerprint, so that these do not stop the
+// fuzzer; and as changes of single bytes of a state saved in contact.
 #include <algorithm>
 #include <vector>
 
@@ -32,7 +32,7 @@ std::vector<std::byte> content_of(std::span<const std::byte> state) {
   return {content.begin(), content.end()};
 }
 
-/// Each three bytes of the input put their third at the place that the first two name.
+/// Each three bytes of the input: the third is stored at the index given by the first two.
 std::vector<std::byte> changed(std::vector<std::byte> content, std::span<const std::byte> input) {
   for (std::size_t i = 0; i + 2 < input.size(); i += 3) {
     const std::size_t place =

@@ -25,8 +25,8 @@ int rational_sign(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
       .sign();
 }
 
-/// Corners in the ways that break predicates: general, on a grid, nearly in a plane, far from the origin,
-/// tiny, mixed.
+/// Corners that are hard for predicates: general, on a grid, nearly in a plane, far from the origin, tiny,
+/// mixed.
 Vec3 nasty_point(Random& random, int kind) {
   switch (kind) {
     case 0:

@@ -19,7 +19,7 @@ namespace {
 
 using Exact = boost::multiprecision::cpp_dec_float_50;
 
-/// In units of the last place of the exact value.
+/// Error in units in the last place of the exact value.
 double error_of(double found, const Exact& exact) {
   const auto value = std::abs(static_cast<double>(exact));
   const double unit = std::nextafter(value, INFINITY) - value;

@@ -25,8 +25,8 @@ Converted converted(const MeshFile& file) {
   return list;
 }
 
-/// What only a conforming mesh gives: the volume and the closed surface of the whole. Throws where a face has
-/// three tets.
+/// Volume and surface of the whole, which are right only for a conforming mesh. Throws if a face has three
+/// tets.
 MeshStatistics statistics_of(const MeshFile& file) {
   Bodies bodies;
   bodies.add("mesh", file.mesh);
@@ -50,7 +50,7 @@ struct Cubes {
           if (this->number(i, j, k) == number) return {double(i), double(j), double(k)};
     return {};
   }
-  /// In VTK's order.
+  /// Corners in VTK's order.
   [[nodiscard]] std::array<int, 8> corners(int i, int j, int k) const {
     return {
         number(i, j, k),     number(i + 1, j, k),     number(i + 1, j + 1, k),     number(i, j + 1, k),
@@ -116,7 +116,7 @@ TEST(CellKinds, HexahedraAndPyramidsAreCutSoThatFacesMatch) {
 }
 
 TEST(CellKinds, WedgesAndHexahedraThatShareQuadsAreCutAlike) {
-  // A cube beside a wedge on its square side, for each turn of the point numbers.
+  // A cube beside a wedge on its square side, for each rotation of the point numbers.
   const std::vector<std::array<double, 3>> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},   {0, 0, 1},
                                                   {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {2, 0.5, 0}, {2, 0.5, 1}};
   const Folder folder;

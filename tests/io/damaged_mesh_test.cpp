@@ -11,14 +11,13 @@
 #include "io/mesh_files.hpp"
 #include "io/mesh_samples.hpp"
 
-// No damage may make a reader crash, hang, throw anything but Error, or pass off a part of a mesh as the
-// whole.
+// No damage may make a reader crash, hang, throw anything but Error, or return a part of a mesh as the whole.
 namespace palpate::io::testing {
 namespace {
 
 enum class Outcome { refused, whole, other_mesh };
 
-/// Reads a damaged file. What is neither an Error nor a mesh fails the test.
+/// Reads a damaged file. Fails the test unless it gives an Error or a mesh.
 Outcome read_damaged(const std::filesystem::path& path) {
   try {
     return same_mesh(read_mesh(path).mesh, sample_mesh()) ? Outcome::whole : Outcome::other_mesh;
@@ -99,7 +98,7 @@ TEST(DamagedMesh, AChangedByteInCompressedDataIsRefusedInSilence) {
     const auto raw = sample.bytes.find("encoding=\"raw\"");
     const auto zlib = sample.bytes.find("vtkZLib");
     if (raw == std::string::npos || zlib == std::string::npos) continue;
-    // zlib sums up its data: of the points' first block, behind '_' and the header, any change shows.
+    // zlib has a checksum: any change of the points' first block, behind '_' and the header, is found.
     const std::size_t word = sample.bytes.find("header_type=\"UInt64\"") != std::string::npos ? 8 : 4;
     const std::string_view mark = "<DataArray type=\"Float64\" Name=\"Points\"";
     const auto offset_at = sample.bytes.find("offset=\"", sample.bytes.find(mark)) + 8;
@@ -123,7 +122,7 @@ TEST(DamagedMesh, RandomDamageNeverCrashesAReader) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   RecordProperty("seed", std::to_string(seed));
   std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  std::fflush(stdout);  // a crash must not take the seed with it
+  std::fflush(stdout);  // print the seed before a crash
   std::mt19937_64 random(seed);
   const Folder folder;
   std::size_t refused = 0;

@@ -21,8 +21,8 @@ Folder::~Folder() {
 }
 
 std::filesystem::path Folder::write(std::string_view name, std::string_view bytes) const {
-  std::filesystem::remove(path_ /
-                          name);  // much faster than to truncate: some file systems wait for the disk then
+  std::filesystem::remove(
+      path_ / name);  // much faster than truncation, which waits for the disk on some file systems
   std::ofstream file(path_ / name, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   EXPECT_TRUE(file.good());

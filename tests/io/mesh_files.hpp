@@ -8,7 +8,7 @@
 
 namespace palpate::io::testing {
 
-/// An empty folder of its own that goes with the object.
+/// An empty folder that is removed with the object.
 class Folder {
  public:
   Folder();
@@ -29,7 +29,8 @@ TetMesh sample_mesh();
 bool same_mesh(const TetMesh& a, const TetMesh& b);
 void expect_sample(const MeshFile& file, std::string_view format);
 
-/// what() of the Error that read_mesh() throws, less the folder of `path`; "no error" if it throws none.
+/// what() of the Error that read_mesh() throws, without the folder of `path`; "no error" if it does not
+/// throw.
 std::string error_of(const std::filesystem::path& path);
 
 /// A text with one part replaced; the part must be there.

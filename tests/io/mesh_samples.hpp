@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-/// The sample mesh in every format, written by hand or, where VTK is the authority, by VTK.
+/// The sample mesh in every format, written by hand or, for VTK's formats, by VTK.
 namespace palpate::io::testing {
 
 inline constexpr const char* gmsh_1 =

@@ -221,7 +221,7 @@ TEST_F(BoxAndBall, NeighborsShareTheFace) {
 }
 
 /// Two tets that share an edge alone: four triangles meet there.
-TEST_F(BoxAndBall, TrianglesHangTogetherAtTheirEdges) {
+TEST_F(BoxAndBall, TrianglesAreConnectedAtTheirEdges) {
   bodies.add("hinge", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, -1}},
                        {{0, 1, 2, 3}, {1, 0, 4, 5}}});
   std::map<Edge, std::vector<Index>> triangles_at;

@@ -1,5 +1,4 @@
-// Clusters against what they promise: each tet in one of them, and limits, for boxes, balls, soups and
-// slivers.
+// Guarantees of clusters (each tet in one cluster, and limits) for boxes, balls, random tets and slivers.
 #include "mesh/clusters.hpp"
 
 #include <algorithm>
@@ -99,8 +98,7 @@ TEST(Clusters, FillUpWhereTetsLieTogether) {
 }
 
 TEST(Clusters, SpanNoGapBetweenPartsButPutSmallPartsTogether) {
-  // Layers that lie so near each other that halving by position alone puts them into one cluster, and single
-  // tets.
+  // Layers so close that splitting by position alone puts them into one cluster, and single tets.
   TetMesh mesh;
   std::vector<int> layer_of_tet;
   const auto append = [&](const TetMesh& part, int layer) {

@@ -13,10 +13,10 @@
 
 namespace palpate::test {
 
-/// A triangle by its corners, turned so that the least is first: the same bits for the same triangle.
+/// A triangle by its corners, rotated so that the least is first: the same bits for the same triangle.
 using PlacedTriangle = std::array<std::array<double, 3>, 3>;
 
-/// The surface of a mesh: triangles that one tet alone has, counter-clockwise from outside.
+/// The surface of a mesh: triangles with one tet, counter-clockwise from outside.
 std::set<PlacedTriangle> surface_of(const TetMesh& mesh);
 /// The triangle seen from the other side.
 PlacedTriangle turned(const PlacedTriangle& triangle);

@@ -94,7 +94,7 @@ TEST_F(Conforming, BodiesThatSlideHaveTheSameTrianglesAndNoGap) {
   EXPECT_EQ(euler(inside), 2);
   EXPECT_EQ(euler(around), 4) << "two spheres";
   for (const PlacedTriangle& triangle : inside) EXPECT_TRUE(around.contains(turned(triangle)));
-  // What is left of the outer surface is one sphere: nothing is between the bodies.
+  // The rest of the outer surface is one sphere: there is no gap between the bodies.
   std::set<PlacedTriangle> rest = around;
   for (const PlacedTriangle& triangle : inside) rest.erase(turned(triangle));
   EXPECT_EQ(euler(rest), 2);

@@ -7,7 +7,7 @@
 
 namespace palpate::test {
 
-/// A test of `palpate mesh` in a folder of its own.
+/// A test of `palpate mesh` in a temporary folder.
 class MeshProgram : public CommandTest {
  protected:
   /// Meshes `input` into the folder "out" and returns the report.
@@ -19,17 +19,17 @@ class MeshProgram : public CommandTest {
   }
   /// Writes a folder with a DICOM series.
   void write_series(const std::string& name, const TestMap& map, const std::string& object_class) const;
-  /// What `palpate info` says of a mesh in "out".
+  /// The report of `palpate info` about a mesh in "out".
   [[nodiscard]] Json info(const std::string& organ) const {
     return json_of({"info", "out/" + organ + ".vtu", "--json"});
   }
-  /// Of the surface of a mesh in "out": 2 for each ball, 0 for a torus.
+  /// Euler characteristic of the surface of a mesh in "out": 2 for each ball, 0 for a torus.
   [[nodiscard]] long euler_characteristic(const std::string& organ) const;
 };
 
 /// Expects volume within 2 %, as the issue asks.
 void expect_volume(const Json& info, double volume);
-/// Expects the box of a mesh within so much of a box.
+/// Expects the bounding box of a mesh within a tolerance.
 void expect_box(const Json& info, const Vec3& lower, const Vec3& upper, double within);
 
 }  // namespace palpate::test

@@ -9,7 +9,7 @@
 namespace palpate::test {
 namespace {
 
-/// An ellipsoid with three different axes off the middle, so that no mix-up of axes or signs goes unseen.
+/// An ellipsoid with three different axes and off the middle, so that swapped axes or signs are noticed.
 int ellipsoid(int i, int j, int k) {
   const double x = (i - 12) / 9.0;
   const double y = (j - 9) / 6.0;
@@ -21,7 +21,7 @@ TestMap ellipsoid_map() {
   return {{30, 20, 12}, ellipsoid};
 }
 
-/// A turn about (1, 2, 3) by 40 degrees and different steps along the axes.
+/// A rotation about (1, 2, 3) by 40 degrees and different steps along the axes.
 TestMap oblique_map() {
   TestMap map = ellipsoid_map();
   map.steps = {{{0.5 * 0.782755554, 0.5 * 0.548798867, 0.5 * -0.293451096},
@@ -32,8 +32,8 @@ TestMap oblique_map() {
 }
 
 /// Expects each point of the mesh, back in voxels, at most half a voxel beyond the ellipsoid, its surface
-/// points near it, and the middle of the mesh at the middle of the ellipsoid. `sign` turns x and y of the
-/// mesh: LPS to RAS or not.
+/// points near it, and the middle of the mesh at the middle of the ellipsoid. `sign` is -1 if x and y are to
+/// be negated (LPS to RAS).
 void expect_ellipsoid(const TetMesh& mesh, const TestMap& map, double sign) {
   Vec3 mean{};
   double furthest = 0.0;

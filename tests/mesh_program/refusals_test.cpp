@@ -5,7 +5,7 @@
 
 #include "mesh_program/meshed.hpp"
 
-/// What `palpate mesh` does not take, and what an interrupt leaves behind.
+/// Input that `palpate mesh` refuses, and the files after an interrupt.
 namespace palpate::test {
 namespace {
 
@@ -99,7 +99,7 @@ TEST_F(MeshRefusals, Surfaces) {
   write("text.vtp", "no XML");
   refuse({"text.vtp"}, {"text.vtp"});
   refuse({"no.ply"}, {"no.ply", "no such file"});
-  // What ends the process in VTK's readers.
+  // Files that crash VTK's readers.
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";

@@ -2,7 +2,7 @@
 
 #include "mesh_program/meshed.hpp"
 
-/// What becomes of shapes whose volume, place and number of holes are known.
+/// Meshes of shapes whose volume, place and number of holes are known.
 namespace palpate::test {
 namespace {
 

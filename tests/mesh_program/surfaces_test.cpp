@@ -66,7 +66,7 @@ class Surfaces : public MeshProgram {
     }
     return text;
   }
-  /// All digits, so that it is the same number.
+  /// A number with all digits, so that it is read back exactly.
   static std::string number(double value) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.17g", value);
@@ -145,7 +145,7 @@ TEST_F(Surfaces, OfStripsAreThoseOfTriangles) {
   }
 }
 
-/// Boxes with corners and quads of their own, as OFF.
+/// Boxes that share no corners, as OFF.
 class Boxes {
  public:
   Boxes& add(const Vec3& lower, double size, std::size_t faces = 6) {
@@ -207,7 +207,7 @@ TEST_F(RoughSurfaces, PartsThatTouchInAnEdgeOrPointAreMeshed) {
   EXPECT_TRUE(tells(corner, "1 point where parts touch")) << corner;
   EXPECT_NEAR(corner["volume"].get<double>(), 16000.0, 400.0);
   std::filesystem::remove_all(folder_ / "out");
-  write("wall.off", Boxes().add({0, 0, 0}, 20).add({20, 0, 0}, 20).off());  // a wall that is there twice
+  write("wall.off", Boxes().add({0, 0, 0}, 20).add({20, 0, 0}, 20).off());  // with a duplicate wall
   EXPECT_NEAR(organ_of("wall.off")["volume"].get<double>(), 16000.0, 320.0);
 }
 

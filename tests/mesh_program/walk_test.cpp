@@ -33,7 +33,7 @@ std::string organs() {
                   segment(2, 3, "nerve", "1 1 0"));
 }
 
-/// docs/your-own-anatomy.md as its reader walks it: each command, in order, works.
+/// The commands of docs/your-own-anatomy.md work in order.
 TEST_F(MeshProgram, ThePageLeadsFromALabelMapToARunningScene) {
   write("organs.seg.nrrd", organs());
   const auto calls = calls_of_the_page();

@@ -31,21 +31,21 @@ def instructions():
 
 
 def make_root():
-    """As the image debian:12-slim: what a Debian must have, and apt."""
+    """Like the image debian:12-slim: the required packages of Debian, and apt."""
     if not (root / "usr/bin/apt-get").exists():
         shutil.rmtree(root, ignore_errors=True)
         subprocess.run(["mmdebstrap", "--variant=apt", "bookworm", root], check=True, stdin=subprocess.DEVNULL)
-    for name in ("opt/palpate", "work"):  # of the last time
+    for name in ("opt/palpate", "work"):  # of an earlier run
         shutil.rmtree(root / name, ignore_errors=True)
     shutil.copy("/etc/resolv.conf", root / "etc/resolv.conf")
-    # How the index of packages is reached is the machine's affair.
+    # Access to the package index depends on the machine.
     shutil.copy(os.environ.get("PIP_CERT", "/etc/ssl/certs/ca-certificates.crt"), root / "etc/machine.pem")
 
 
 def in_root(command, environment, folder="/"):
     passed = {name: value for name, value in os.environ.items() if name.lower().endswith("_proxy") or name == "PIP_INDEX_URL"}
     passed["PIP_CERT"] = "/etc/machine.pem"
-    # With /proc, as a container has it, which is gone with the command.
+    # With /proc, as in a container, for the duration of the command.
     in_own_mounts = 'mount -t proc proc "$1/proc" && exec /usr/sbin/chroot "$1" sh -c "$2"'
     subprocess.run([shutil.which("unshare"), "-m", "sh", "-c", in_own_mounts, "sh", root, f"cd {folder} && {command}"],
                    check=True, stdin=subprocess.DEVNULL,

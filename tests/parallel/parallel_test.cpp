@@ -1,4 +1,4 @@
-// Oracles: each chunk exactly once; sums in the order that the text of parallel.hpp promises; the plain loop.
+// Oracles: each chunk exactly once; sums in the order documented in parallel.hpp; the plain loop.
 #include "parallel/parallel.hpp"
 
 #include <atomic>
@@ -26,9 +26,8 @@ TEST(Threads, RefusesCountsOutOfRange) {
   EXPECT_THROW(Threads(1000000), Error);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)  // sanitizers need address space of their own
-/// As many threads as the system gives: here none, because no memory is left for their stacks.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more address space
+/// Uses as many threads as the system gives: here no further ones, since there is no memory for their stacks.
 TEST(Threads, GoesOnWithFewerWhereTheSystemGivesNoMore) {
   const pid_t child = ::fork();
   if (child == 0) {

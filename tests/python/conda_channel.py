@@ -2,8 +2,8 @@
 
 Usage: conda_channel.py RECIPE FOLDER SITE NUMPY_SITE; called by the Python that makes wheels, with patchelf in PATH. SITE and NUMPY_SITE are
 the site-packages that have the build's tools and NumPy. Prints what the tests said, and the package. Compilers, libraries and headers are Debian's: their packages
-here are empty, with the versions that Debian has. So the solver, the script of the recipe, what gets into the package and its tests are real;
-whether it compiles with the libraries of conda-forge is not told.
+here are empty, with the versions that Debian has. So the solver, the script of the recipe, the content of the package and its tests are real.
+Whether it compiles with the libraries of conda-forge is not tested.
 """
 
 import hashlib
@@ -20,11 +20,11 @@ import rattler_build as conda
 SUBDIR = "linux-64"
 SYSROOT = "2.28"
 SYSTEM = "/usr/bin/python3.11"
-# Name in conda-forge, and the Debian package that stands for it.
+# Name in conda-forge, and the Debian package used instead.
 DEBIAN = {"gxx_linux-64": "g++", "cmake": "cmake", "ninja": "ninja-build", "libhwy": "libhwy-dev", "libboost-headers": "libboost-dev",
           "nlohmann_json": "nlohmann-json3-dev", "fmt": "libfmt-dev", "spdlog": "libspdlog-dev", "cli11": "libcli11-dev", "zlib": "zlib1g-dev",
           "vtk-base": "libvtk9-dev", "embree": "libembree-dev"}
-# Name in conda-forge, and what of site-packages is in it.
+# Name in conda-forge, and its parts of site-packages.
 MODULES = {"pip": ["pip", "setuptools", "pkg_resources"], "scikit-build-core": ["scikit_build_core", "packaging", "pathspec"], "nanobind": ["nanobind"]}
 
 
@@ -64,7 +64,7 @@ class Channel:
 
 
 def python_files(folder):
-    """A virtual environment of the system's Python: a Python of the prefix, as conda's is."""
+    """A virtual environment of the system's Python in the prefix, as conda's Python is."""
     (folder / "bin").mkdir(parents=True)
     (folder / "bin/python3.11").symlink_to(SYSTEM)
     for name in ("python", "python3"):

@@ -1,4 +1,4 @@
-"""What the tests share: where the sources and the command are, and small meshes."""
+"""Common parts of the tests: paths of the sources and the command, and small meshes."""
 
 import os
 import pathlib

@@ -1,6 +1,5 @@
 """A stand-in for the parts of 3D Slicer that slicer/PalpatePlan uses, after its documentation (slicer.readthedocs.io, script
-repository; headers vtkMRMLSequenceNode.h, vtkMRMLSegmentationNode.h, vtkSlicerSegmentationsModuleLogic.h). It knows no other
-method, and refuses other types than Slicer would.
+repository; headers vtkMRMLSequenceNode.h, vtkMRMLSegmentationNode.h, vtkSlicerSegmentationsModuleLogic.h). It has no other methods, and refuses types that Slicer refuses.
 """
 
 import sys
@@ -113,7 +112,7 @@ class SequenceNode(Node):
         self.index[1] = want(unit, str, "index unit")
 
     def SetDataNodeAtValue(self, node, value):
-        """A deep copy, in place of one that has this index value."""
+        """Stores a deep copy; replaces one with the same index value."""
         self._nodes[want(value, str, "index value")] = want(node, ModelNode, "node").copied()
 
     def GetNumberOfDataNodes(self):
@@ -175,8 +174,8 @@ class SequencesLogic:
             proxy.SetAndObservePolyData(sequence.GetNthDataNode(browser.selected).copied().GetPolyData())
 
 
-def save_node(node, filename, properties={}):  # as slicer.util.saveNode
-    """NRRD of a label map, as Slicer writes it: in LPS, whose x and y point the other way than those of RAS."""
+def save_node(node, filename, properties={}):  # like slicer.util.saveNode
+    """NRRD of a label map, as Slicer writes it: in LPS, with x and y opposite to RAS."""
     labels = want(node, LabelMapVolumeNode, "node").labels
     k, j, i = labels.shape
     head = (f"NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: {i} {j} {k}\n"
@@ -194,7 +193,7 @@ def module(name, **members):
 
 
 def install(environment):
-    """Puts modules slicer, qt and ctk in place, as they are in Slicer's own Python; returns slicer."""
+    """Installs modules slicer, qt and ctk, as in Slicer's Python; returns slicer."""
     active = []
     sequences = types.SimpleNamespace(logic=SequencesLogic, setToolBarActiveBrowserNode=active.append, active=active)
 

@@ -1,4 +1,4 @@
-"""A SLURM of one machine for tests: its own controller and node, in a folder, on ports of its own, as long as the test lasts."""
+"""A SLURM of one machine for the duration of a test: controller and node in a folder, on separate ports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PROGRAMS = ("slurmctld", "slurmd", "sbatch", "squeue", "scancel", "sinfo")
 
 
 def is_here() -> bool:
-    """Whether Debian's slurmctld, slurmd and slurm-client are installed, and we may run them."""
+    """Whether Debian's slurmctld, slurmd and slurm-client are installed and may be run."""
     return os.geteuid() == 0 and all(shutil.which(name, path=f"{os.environ['PATH']}:/usr/sbin") for name in PROGRAMS)
 
 
@@ -28,7 +28,7 @@ def _free_ports(count: int) -> list[int]:
 
 
 class Slurm:
-    """With it, SLURM_CONF leads to a cluster of one node with so many processors. No passwords: auth/none, this machine alone."""
+    """Sets SLURM_CONF to a cluster of one node with this number of processors. Authentication: none, local only."""
 
     def __init__(self, folder: pathlib.Path, processors: int) -> None:
         self._folder = folder

@@ -5,14 +5,14 @@ import signal
 
 
 def stiffness_of(scene, values):
-    """Softer or stiffer, by a name of our own."""
+    """Young's modulus from a parameter with a free name."""
     for body in scene["bodies"]:
         if "material" in body:
             body["material"]["young_modulus"] = values["stiffness"]
 
 
 def other_mesh(scene, values):
-    """The first body from a file."""
+    """Replaces the mesh of the first body by a file."""
     del scene["bodies"][0]["box"]
     scene["bodies"][0]["mesh"] = values["bodies.block.mesh"]
 

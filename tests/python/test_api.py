@@ -1,4 +1,4 @@
-"""The package as a user meets it: documented, typed, quick to import, and its docstrings those of the C++ comments."""
+"""The public package: documented, typed, fast to import, with docstrings from the C++ comments."""
 
 import inspect
 import os
@@ -13,7 +13,7 @@ import palpate
 
 
 def public_names():
-    """(name, object) of all that is public: the package's names, and the members of its classes."""
+    """(name, object) of all public names of the package and members of its classes."""
     for name in palpate.__all__:
         value = getattr(palpate, name)
         if name == "__version__":
@@ -39,7 +39,7 @@ def test_every_public_name_is_documented():
         if name.startswith(("Error.", "NotConverged.")):
             if name.split(".")[1] in inherited:
                 continue
-        # Of a method of nanobind the first line is its signature.
+        # The first line of a nanobind method's docstring is its signature.
         text = re.sub(r"^\w+\(.*\)( -> .*)?\n?", "", text_of(value)).strip()
         assert text, f"{name} has no docstring"
 
@@ -59,7 +59,7 @@ def test_docstrings_are_the_comments_of_the_headers(root):
 
 
 def test_types_of_the_package_hold(root, tmp_path):
-    """mypy, strict, over the package as it is installed, a program that uses it well, and one that does not."""
+    """mypy, strict, on the installed package, a right program and a wrong one."""
     package = pathlib.Path(palpate.__file__).parent
     assert (package / "py.typed").exists() and "class Contacts" in (package / "_core.pyi").read_text()
     (tmp_path / "use.py").write_text("""

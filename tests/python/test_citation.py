@@ -1,4 +1,4 @@
-"""CITATION.cff is one, of this version, and says whose paper this is."""
+"""CITATION.cff is valid, has this version, and names the paper."""
 
 import re
 
@@ -12,6 +12,6 @@ def test_it_is_of_this_version_and_names_the_paper(root):
     paper, = citation["references"]
     assert {"type", "title", "authors", "year", "url"} <= set(paper)
     assert all(set(author) >= {"given-names", "family-names"} for author in paper["authors"])
-    # The title as the other pages have it.
+    # The title as on the other pages.
     for page in ["README.md", "docs/paper-map.md"]:
         assert paper["title"].lower() in " ".join((root / page).read_text().split()).lower(), page

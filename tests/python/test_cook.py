@@ -16,11 +16,11 @@ import palpate
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 YOUNG, FORCE, PUBLISHED = 70.0, 100.0, 32.27
-LITTLE = 1e-4  # of the force: linear elasticity
+LITTLE = 1e-4  # fraction of the force: small strains
 
 
 def placed(x, y):
-    """Of the unit square."""
+    """Position in the membrane of a point of the unit square."""
     return 48.0 * x, 44.0 * x + y * (44.0 - 28.0 * x)
 
 
@@ -67,8 +67,8 @@ def membrane(nu, n, **options):
         young_modulus=YOUNG, poisson_ratio=nu, density=1e-6, **options))
     right = x > 48 - 1e-9
     model.load_surface(body, right, traction=(0.0, LITTLE * FORCE / 16, 0.0))
-    # Without gravity, and with next to no mass, the speed that the load alone would give says nothing of how small an
-    # error is; Jacobi's estimate does not go by it.
+    # Without gravity and almost without mass, the speed by the load alone is no scale for errors; Jacobi's estimate
+    # does not use it.
     solver = {"tolerance": 1e-9, "max_iterations": 20000, "preconditioner": "jacobi"}
     simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=1e4, solver=solver)
     for _ in range(3):
@@ -140,7 +140,7 @@ def neighbours_of_tets(cells):
 
 
 def unevenness(values, pairs):
-    """Root of the mean square of what values differ by from the mean of their neighbours."""
+    """Root mean square of the differences between values and the mean of their neighbours."""
     sums, counts = np.zeros(len(values)), np.zeros(len(values))
     for a, b in ((0, 1), (1, 0)):
         np.add.at(sums, pairs[:, a], values[pairs[:, b]])
@@ -149,7 +149,7 @@ def unevenness(values, pairs):
 
 
 def checkerboard(nu, n, **options):
-    """Unevenness of the error of the pressures of tets, in parts of the range of the reference without its corners."""
+    """Unevenness of the error of tets' pressures, relative to the range of the reference without its corners."""
     points, cells, simulation = membrane(nu, n, **options)
     grid = palpate.box((n, n, 1), (1.0, 1.0, 1.0))[0][:, :2] + 0.5
     pressure = taylor_hood_pressure(nu, 64)
@@ -159,7 +159,7 @@ def checkerboard(nu, n, **options):
 
 
 def test_pressures_are_even_where_tissue_is_compressible():
-    """A method of first order may differ from tet to tet by what the pressure changes in a cell: 1/n of its range."""
+    """With a first-order method, neighbouring tets may differ by the change of pressure in a cell: 1/n of its range."""
     assert checkerboard(0.3, 16, elements="smoothed") < 1 / 16
 
 

@@ -1,4 +1,4 @@
-"""detect(): against a count by barycentric coordinates, under renumbering, and what it says of bad input."""
+"""detect(): against a count by barycentric coordinates, under renumbering, and its errors."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_depth_and_direction_of_flat_contact(boxes):
     middle = np.linalg.norm(points[contacts.point][:, :2], axis=1) < 0.1
     bottom = middle & (contacts.body == 0) & np.isclose(points[contacts.point][:, 2], 0.4)
     assert bottom.sum() == 1
-    assert contacts.depth[bottom] == pytest.approx(0.1, rel=0.01)  # but for what the sides add
+    assert contacts.depth[bottom] == pytest.approx(0.1, rel=0.01)  # except for the effect of the sides
     np.testing.assert_allclose(contacts.direction[bottom], [[0, 0, 1]], atol=0.1)
 
 

@@ -1,4 +1,4 @@
-"""What a user meets first: objects that say what they are, wrong values, notebooks, processes, the command."""
+"""First use of the package: repr of objects, wrong values, notebooks, processes, the command."""
 
 import copy
 import json
@@ -99,7 +99,7 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
         assert "Field" in method.__annotations__[parameter]
     tissues = schema["$defs"]["material"]["properties"]["tissue"]["enum"]
     assert list(typing.get_args(_names.Tissue)) == tissues
-    # The types of the compiled module: what makes a material, what reads its kinds and what sets them.
+    # The types of the compiled module: constructor, getters and setters of a material.
     types = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
     material, = re.findall(r"(?ms)^class Material:\n(.*?)^class ", types)
     assert re.search(r"def tissue\(name: (typing\.)?Literal\[" + re.escape(str(tissues)[1:-1]), material)
@@ -113,7 +113,7 @@ def test_names_for_type_checkers_are_those_of_scenes(root):
 
 
 def notebook(code):
-    """Runs code as a notebook does: its functions are of a __main__ that no file is behind."""
+    """Runs code like a notebook: its functions belong to a __main__ without a file."""
     return subprocess.run([sys.executable, "-"], input=code, capture_output=True, text=True, timeout=300)
 
 
@@ -154,7 +154,7 @@ def test_a_sweep_takes_lambdas_and_says_where_a_function_failed():
 
 
 def test_python_m_palpate_is_the_command(command, tmp_path):
-    """The package with the command in it, as a wheel has it, and without."""
+    """The package with the command in it, as in a wheel, and without."""
     package = os.path.dirname(palpate.__file__)
     run = [sys.executable, "-m", "palpate", "--version"]
     without = subprocess.run(run, capture_output=True, text=True)

@@ -1,5 +1,5 @@
-"""Driving bodies one by one, poses, fixed axes, prescribed points, fields by name. Oracles: NumPy, SciPy's formula of
-rotations written out, Hooke, and the same set-up in another way.
+"""Driving bodies one by one, poses, fixed axes, prescribed points, fields by name. Oracles: NumPy,
+SciPy's formula of rotations written out, Hooke, and the same set-up built otherwise.
 """
 
 import numpy as np
@@ -85,7 +85,8 @@ def test_a_body_tells_and_takes_what_the_simulation_does():
     block.set_pressure(40.0, right)
     simulation.step()
     force = block.reaction().force + [-0.4, 0.0, 0.5 * top.sum()]  # N: 40 Pa on 1 dm^2, 0.5 N on each point above
-    # Newton, with lumped masses by NumPy: the force gives momentum, in 0.01 s from rest, and works against the damping.
+    # Newton from rest over 0.01 s, with lumped masses by NumPy: the force changes the momentum and balances the
+    # damping.
     volumes = np.abs(np.linalg.det(points[simulation.bodies.tets[block.tets]][:, 1:] - points[simulation.bodies.tets[block.tets]][:, :1])) / 6
     lumped = np.zeros(len(points))
     np.add.at(lumped, simulation.bodies.tets[block.tets], 1000.0 * volumes[:, None] / 4)
@@ -123,7 +124,7 @@ def test_axes_are_fixed_by_a_mask_for_each():
 
 
 def test_prescribed_points_are_driven_frame_by_frame():
-    """The same keyframes at once, and by hand in a callback."""
+    """The same keyframes as one motion, and one by one in a callback."""
     points, tets = palpate.box((4, 2, 2), (0.2, 0.05, 0.05))
     right = points[:, 0] > 0.0999
 
@@ -145,7 +146,7 @@ def test_prescribed_points_are_driven_frame_by_frame():
     pull = by_hand.reaction_of_prescribed(number).force
     left = by_hand.reactions[points[:, 0] < -0.0999].sum(axis=0)
     np.testing.assert_allclose(pull, -left, atol=1e-5 * pull[0])
-    # Ends that are held across: a little stiffer than E A strain, and less than the bar of rigid sides.
+    # Ends held laterally: stiffer than E A strain, and softer than a bar with rigid sides.
     assert 1e5 * 0.05**2 * 0.05 < pull[0] < 1.35 * 1e5 * 0.05**2 * 0.05
 
 

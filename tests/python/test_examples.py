@@ -1,4 +1,4 @@
-"""The examples run, and the tutorial and README show what they are and print."""
+"""The examples run, and the tutorial and README show their code and output."""
 
 import os
 import pathlib
@@ -19,7 +19,7 @@ OPTIONAL = ["cloudpickle", "dask", "distributed", "matplotlib", "meshio", "panda
 
 @pytest.fixture(scope="session")
 def base_install(tmp_path_factory):
-    """Where the packages of extras refuse to be imported."""
+    """A folder in which importing the packages of extras fails."""
     absent = tmp_path_factory.mktemp("absent")
     for name in OPTIONAL:
         (absent / f"{name}.py").write_text(f"raise ImportError('no {name}')\n")
@@ -28,7 +28,7 @@ def base_install(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def outputs(root, base_install, tmp_path_factory):
-    """What each example prints with the base install."""
+    """The output of each example with the base install."""
     folder = tmp_path_factory.mktemp("study")
 
     def run(name, *arguments):
@@ -95,7 +95,7 @@ def test_pages_show_the_examples_as_they_are(root, page):
 
 
 def test_the_tutorial_shows_what_the_examples_print(root, outputs):
-    """But for the last digits, which differ between processors."""
+    """Except the last digits, which differ between processors."""
     def rounded(text):
         return [f"{float(word):.2g}" if re.fullmatch(r"-?\d+\.\d+", word) else word for word in text.split()]
 
@@ -112,7 +112,7 @@ def test_pictures_of_the_tutorial_are_there(root):
 
 
 def test_python_blocks_of_the_page_run(root):
-    """docs/python.md: all its blocks, one after the other, as one program."""
+    """docs/python.md: all its blocks in order, as one program."""
     page = (root / "docs/python.md").read_text()
     blocks = code_blocks(page, "python")
     assert blocks

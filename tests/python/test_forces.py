@@ -1,4 +1,4 @@
-"""Forces, stress and driving from Python. Oracles: Newton, Hooke, NumPy, and the same set-up in another way."""
+"""Forces, stress and driving from Python. Oracles: Newton, Hooke, NumPy, and the same set-up built otherwise."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ WEIGHTLESS = {"gravity": (0.0, 0.0, 0.0), **EXACT}
 
 
 def pressed(**settings):
-    """A block that is fixed below, and a plate with a prescribed motion that presses it beside its middle."""
+    """A block fixed at its bottom, and a plate with a prescribed motion that presses it off its centre."""
     model = palpate.Model()
     points, tets = palpate.box((5, 4, 3), (0.1, 0.1, 0.06))
     model.add_body(points, tets, name="block", material=TISSUE, fixed=points[:, 2] < -0.0299)
@@ -120,7 +120,7 @@ def test_tables_and_grids(simulation):
 
 
 def test_a_frame_of_the_command_has_the_same_fields(tmp_path, command):
-    """The command writes what Python has, bit for bit, with units."""
+    """The command writes the same values as Python, bit for bit, with units."""
     import json
     import subprocess
 

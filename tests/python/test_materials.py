@@ -165,7 +165,7 @@ $EndElementData
 
 
 def test_vectors_of_a_gmsh_file_go_by_the_numbers_of_its_elements(tmp_path):
-    """Of a file written by hand: of two time steps the first counts; what is missing is refused in one line."""
+    """A file written by hand: the first of two time steps is used; missing data is refused in one line."""
     (tmp_path / "a.msh").write_text(GMSH)
     fibres = {"active_stress": 2e4, "field": "my way"}
     scene = {"gravity": [0, 0, 0], "bodies": [
@@ -184,7 +184,7 @@ def test_vectors_of_a_gmsh_file_go_by_the_numbers_of_its_elements(tmp_path):
 
 
 def test_fibres_between_two_ends_follow_a_bend(tmp_path):
-    """A half ring between its cut faces: round the axis, by set_fibres_between() and by a scene alike."""
+    """A half ring between its cut faces: fibres run around the axis, by set_fibres_between() and by a scene."""
     points, tets = palpate.box((16, 3, 3), (1.0, 1.0, 1.0))
     angle, radius = np.pi * (points[:, 0] + 0.5), points[:, 1] + 2.0
     ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]])
@@ -232,7 +232,7 @@ def test_a_held_stretch_relaxes_as_the_series_says():
     g, tau, h = np.array([0.3, 0.4]), np.array([0.05, 0.4]), 0.02
     points, tets = palpate.box((4, 3, 3), (1.0, 0.75, 0.375))
     viscosity = palpate.Viscosity(fractions=g.tolist(), times=tau.tolist())
-    material = palpate.Material(young_modulus=2e4, poisson_ratio=0.0, density=1.0, viscosity=viscosity)  # hardly any inertia
+    material = palpate.Material(young_modulus=2e4, poisson_ratio=0.0, density=1.0, viscosity=viscosity)  # little inertia
     far = points[:, 0] > 0.5 - 1e-9
     model = palpate.Model()
     body = model.add_body(points, tets, material=material, fixed=points[:, 0] < -0.5 + 1e-9)
@@ -305,7 +305,7 @@ def test_a_muscle_contracts_along_its_fibres_and_resumes_from_a_saved_state():
 
 @pytest.mark.parametrize("name", ["a.vtu", "a.vtk"])
 def test_regions_go_by_labels_of_files_that_meshio_writes(tmp_path, name):
-    """By mass: a cube of five tets, of which the middle one is a third of the volume."""
+    """Checked by mass: a cube of five tets, of which the middle one has a third of the volume."""
     meshio = pytest.importorskip("meshio")
     points, tets = palpate.box((1, 1, 1), (1.0, 1.0, 1.0))
     volumes = np.abs(np.linalg.det(points[tets[:, 1:]] - points[tets[:, :1]])) / 6

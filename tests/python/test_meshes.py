@@ -1,4 +1,4 @@
-"""Mesh files against meshio and VTK, pictures' grids, and what is said of bad files."""
+"""Mesh files against meshio and VTK, grids for pictures, and errors of bad files."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ import pyvista
 
 
 def in_order(points, tets):
-    """Corner positions of each tet, in an order that does not depend on how corners are numbered or turned."""
+    """Corner positions of each tet, in an order that does not depend on the numbering or order of corners."""
     corners = points[tets]
     return np.array(sorted(sorted(map(tuple, tet)) for tet in corners.tolist()))
 
@@ -58,7 +58,7 @@ def test_hexahedra_of_meshio_are_cut(tmp_path, extension):
     assert volume_of(again, tets) == pytest.approx(12.0)
     faces = np.sort(np.concatenate([tets[:, list(f)] for f in [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]]), axis=1)
     counts = np.unique(faces, axis=0, return_counts=True)[1]
-    assert (counts == 1).sum() == 64  # two triangles on each unit square of the surface: faces match inside
+    assert (counts == 1).sum() == 64  # two triangles on each unit square of the surface: inner faces match
 
 
 def test_quadratic_tets_of_meshio_are_taken_as_linear(tmp_path):
@@ -71,7 +71,7 @@ def test_quadratic_tets_of_meshio_are_taken_as_linear(tmp_path):
 
 @pytest.mark.parametrize("compression", ["none", "zlib", "lz4", "lzma"])
 def test_compressed_files_of_vtk(tmp_path, compression):
-    """VTK writes with each of its compressors; zlib is ours, LZ4 and LZMA are distinguished from damage."""
+    """VTK writes with each of its compressors. We read zlib, and meshio LZMA; LZ4 is an error."""
     points, tets = palpate.box((6, 6, 6), (1, 1, 1))
     writer = pyvista._vtk.vtkXMLUnstructuredGridWriter()
     writer.SetInputData(palpate.to_pyvista(points, tets))
@@ -79,7 +79,7 @@ def test_compressed_files_of_vtk(tmp_path, compression):
     writer.SetFileName(str(file))
     writer.SetCompressorType({"none": 0, "zlib": 1, "lz4": 2, "lzma": 3}[compression])
     assert writer.Write()
-    if compression == "lz4":  # neither ours nor meshio's
+    if compression == "lz4":  # read by neither us nor meshio
         with pytest.raises(palpate.Error, match="box.vtu"):
             palpate.read_mesh(file)
         return

@@ -1,4 +1,4 @@
-"""docs/orbit.md: its commands, walked in short here and whole in the long tests. Oracles: what the page says."""
+"""docs/orbit.md: its commands, shortened here and in full in the long tests. Oracles: the figures of the page."""
 
 import csv
 import json
@@ -43,7 +43,7 @@ def meshed(root, meshes):
 
 
 def test_the_page_makes_the_meshes_of_the_scene(root, meshed):
-    """From the label map to the first steps of the scene. The meshes are those of the repository, but for CGAL's version."""
+    """From the label map to the first steps of the scene. The meshes are those of the repository, except for differences between versions of CGAL."""
     kept = palpate.read_scene(root / "scenes/orbit-repair.json")
     for ours, theirs in zip(meshed["bodies"], kept["bodies"]):
         assert len(palpate.read_mesh(ours["mesh"])[1]) == pytest.approx(len(palpate.read_mesh(theirs["mesh"])[1]), rel=0.1)
@@ -63,7 +63,7 @@ def test_the_page_says_what_the_labels_are(root, command, tmp_path):
 
 def test_a_plate_in_bone_is_told(root, meshed):
     """The plate 3 mm too low, without the stages before it."""
-    del meshed["duration"]  # that of all stages
+    del meshed["duration"]  # of all stages
     meshed["stages"] = [stage for stage in meshed["stages"] if stage["name"] == "insert"]
     meshed["stages"][0]["until"] = {"time": 0.01}
     meshed["stages"][0]["move"][0]["motion"]["keyframes"] = [{"time": 0.01, "translate": [0, 28, 2]}]
@@ -89,7 +89,7 @@ def test_the_whole_repair(root, command, tmp_path):
     compared = 0
     for name, cells in rows:
         if name not in found:
-            continue  # a stage
+            continue  # per stage
         values = {stage["stage"]: stage["value"] for stage in found[name]["stages"]}
         for stage, cell in zip(("intact", "fracture", "retract", "release"), cells.split(" | ")):
             number, unit = cell.split()

@@ -1,4 +1,4 @@
-"""The wheel: what is in it, what it needs, and that it works alone. The quick one takes what is compiled already."""
+"""The wheel: its content, its dependencies, and that it works alone. The quick one uses the existing build."""
 
 import os
 import pathlib
@@ -20,7 +20,7 @@ def run(*arguments, **options):
 
 
 def check_wheel(wheel, root, tmp_path, python):
-    """Its files, the libraries that it asks the system for, and an example with nothing else of ours in reach."""
+    """Its files, the system libraries that it needs, and an example without any other of our files."""
     names = [pathlib.PurePath(name) for name in zipfile.ZipFile(wheel).namelist()]
     own = {name.name for name in names if name.parts[0] == "palpate"}
     assert {"__init__.py", "_core.pyi", "py.typed", "_world.py"} <= own
@@ -49,14 +49,14 @@ def test_the_wheel_of_what_is_compiled(root, tmp_path):
 
 @pytest.mark.long
 def test_the_sdist_compiles_in_a_fresh_environment(root, tmp_path):
-    """As a user does: a new virtual environment, pip install of the sdist alone, the ten lines of README.md. The test Wheel.made makes it."""
+    """Like a user: a new virtual environment, pip install of the sdist, the ten lines of README.md. The test Wheel.made makes it."""
     version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
     sdist = root / f"dist/palpate-{version}.tar.gz"
     assert os.path.getsize(sdist) < 2e6
     run(sys.executable, "-m", "venv", tmp_path / "venv")
     python = tmp_path / "venv/bin/python"
     flags, environment = [], {**os.environ, "TMPDIR": str(tmp_path)}
-    if shutil.which("ccache"):  # the compiler and flags of ./dev wheel, so that ccache knows most of it
+    if shutil.which("ccache"):  # the compiler and flags of ./dev wheel, so that ccache has most of it
         environment |= {"CXX": "c++", "CMAKE_CXX_COMPILER_LAUNCHER": "ccache", "CCACHE_BASEDIR": str(tmp_path), "CCACHE_NOHASHDIR": "1"}
         flags = ["--config-settings", "cmake.define.PALPATE_WERROR=ON"]
     run(python, "-m", "pip", "wheel", sdist, "--no-deps", "--quiet", "--disable-pip-version-check", "--wheel-dir", tmp_path, *flags, env=environment)

@@ -32,7 +32,7 @@ def page(root):
 
 @pytest.fixture(scope="module")
 def run(root, command, tmp_path_factory):
-    """The command of the page, with its folder elsewhere; what it prints, and the folder."""
+    """Runs the command of the page in another folder; returns its output and the folder."""
     (line,) = [line for block in blocks((root / PAGE).read_text(), "sh") for line in lines(block)]
     folder = tmp_path_factory.mktemp("push") / "push"
     words = [command if word == "palpate" else word for word in line.split()]

@@ -109,7 +109,7 @@ def test_a_grab_holds_a_block_by_its_weight():
 
 
 def test_a_load_and_fixed_points():
-    """The fixed points do not move; the others go the way of the force."""
+    """The fixed points do not move; the others move along the force."""
     points, tets = palpate.box((6, 2, 2), (0.3, 0.1, 0.1))
     model = palpate.Model()
     beam = model.add_body(points, tets, name="beam", material=palpate.Material(**SOFT), fixed=points[:, 0] < -0.149)
@@ -140,7 +140,7 @@ def test_a_motion_carries_what_is_attached():
 
 
 def test_regions_and_bodies_added_after_them():
-    """Twice as heavy by a region; a body that comes later keeps its own material."""
+    """A region doubles the mass; a body added later keeps its own material."""
     points, tets = palpate.box((2, 2, 2), (0.1, 0.1, 0.1))
     model = palpate.Model()
     first = model.add_body(points, tets, material=palpate.Material(density=1000.0))

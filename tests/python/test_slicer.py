@@ -16,7 +16,7 @@ import slicer_stand_in as stand_in  # noqa: E402
 
 @pytest.fixture
 def module(root, monkeypatch, tmp_path):
-    """The module, loaded as Slicer loads it: its folder is on the path."""
+    """The module, loaded like in Slicer: its folder is on the path."""
     before = dict(sys.modules)
     monkeypatch.syspath_prepend(str(root / "slicer" / "PalpatePlan"))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)

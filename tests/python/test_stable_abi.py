@@ -1,4 +1,4 @@
-"""The wheel of the stable ABI: its symbols, and that every Python from 3.12 on that is here installs and runs it."""
+"""The wheel of the stable ABI: its symbols, and that every installed Python from 3.12 on runs it."""
 
 import json
 import os
@@ -13,14 +13,14 @@ from test_wheel import run, wheel_of
 
 pytestmark = pytest.mark.long
 
-# Where ./dev wheel looks for the newest one.
+# The folders in which ./dev wheel looks for the newest Python.
 PLACES = [pathlib.Path.home() / ".pyenv/versions", "3.1[2-9]*/bin/python"], ["/usr/local/bin", "python3.1[2-9]"], ["/usr/bin", "python3.1[2-9]"]
 PYTHONS = [str(python) for folder, pattern in PLACES for python in sorted(pathlib.Path(folder).glob(pattern))]
 
 
 @pytest.fixture(scope="module")
 def wheel(root):
-    """The test Wheel.made makes it, where there is such a Python."""
+    """The test Wheel.made makes it if there is such a Python."""
     version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
     (found,) = (root / "dist").glob(f"palpate-{version}-cp312-abi3-manylinux_*_{platform.machine()}.whl")
     return found
@@ -28,7 +28,7 @@ def wheel(root):
 
 @pytest.mark.skipif(not PYTHONS, reason="there is no Python 3.12 or later")
 def test_its_module_asks_for_nothing_but_the_stable_abi(root, wheel, tmp_path):
-    """By abi3audit, which has CPython's own list of it. It must find what the module for Python 3.11 asks for besides."""
+    """By abi3audit, which has CPython's list. It must find the other symbols in the module for Python 3.11."""
     audit = [root / "build/wheel-python-3.11/bin/python", "-m", "abi3audit", "--strict", "--report"]
     (report,) = json.loads(run(*audit, wheel))["specs"].values()
     (module,) = report["wheel"]

@@ -1,4 +1,4 @@
-"""Stages, outcomes and what holds bodies. Oracles: formulas of free fall, the command, and the run driven by hand."""
+"""Stages, outcomes and constraints. Oracles: formulas of free fall, the command, and the run driven by hand."""
 
 import json
 import os

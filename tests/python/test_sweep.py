@@ -117,7 +117,7 @@ def test_a_study_goes_on_where_it_was(tmp_path):
     kept = {file: file.stat().st_mtime_ns for file in (tmp_path / "runs").iterdir()}
     assert len(kept) == 2
     second = palpate.sweep(SCENE, {STIFFNESS: values}, steps=2, workers=1, folder=tmp_path)
-    assert first.equals(second.iloc[:2])  # seconds too: they were not made again
+    assert first.equals(second.iloc[:2])  # also the seconds: the runs were not repeated
     assert all(file.stat().st_mtime_ns == written for file, written in kept.items())
     damaged = next(iter(kept))
     damaged.write_text("{")

@@ -1,4 +1,4 @@
-"""What a simulation says of results that are not to be trusted: steps that did not converge, tets inside out."""
+"""Warnings of a simulation about unreliable results: steps that did not converge, inverted tets."""
 
 import warnings
 
@@ -9,7 +9,7 @@ import palpate
 
 
 def block():
-    """A model of one block of 3^3 cells of 0.1 m that is held at a corner."""
+    """A model of one block of 3^3 cells of 0.1 m, held at a corner."""
     model = palpate.Model()
     model.add_body(*palpate.box((3, 3, 3), (0.1, 0.1, 0.1)), material=palpate.Material(young_modulus=2e4), fixed=[0])
     return model
@@ -30,7 +30,7 @@ def test_steps_that_do_not_converge_are_counted_and_warned_of():
 
 
 def test_tets_that_are_inside_out_are_counted():
-    """The top of a tet goes through its base, which is fixed, and out of sight."""
+    """The top of a tet is pushed through its fixed base."""
     model = palpate.Model()
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     model.add_body(points, [[0, 1, 2, 3]], material=palpate.Material(young_modulus=1e3), fixed=[0, 1, 2],

@@ -1,4 +1,4 @@
-"""The wheels of ./dev wheel in bare virtual environments: no compiler, no library of ours in reach."""
+"""The wheels of ./dev wheel in bare virtual environments, without a compiler and our libraries."""
 
 import os
 import platform
@@ -11,7 +11,7 @@ import pytest
 pytestmark = pytest.mark.long
 
 
-ALONE = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent"}  # no PYTHONPATH to the package of the build
+ALONE = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent"}  # without PYTHONPATH to the package of the build
 
 
 def run(*arguments, env=ALONE, **options):
@@ -29,14 +29,14 @@ def wheel_of(dist, python, version="*"):
 
 @pytest.fixture(scope="module")
 def wheel(root):
-    """For the system's Python; the test Wheel.made makes it: ./dev wheel --python /usr/bin/python3."""
+    """The wheel for the system's Python; the test Wheel.made makes it: ./dev wheel --python /usr/bin/python3."""
     version = re.search(r"palpate VERSION ([0-9.]+)", (root / "CMakeLists.txt").read_text())[1]
     return wheel_of(root / "dist", "/usr/bin/python3", version)
 
 
 @pytest.fixture(scope="module")
 def venv(wheel, tmp_path_factory):
-    """The wheel and NumPy in an environment that knows nothing else, and a PATH without compilers."""
+    """An environment with the wheel and NumPy only, and a PATH without compilers."""
     folder = tmp_path_factory.mktemp("wheel")
     run("/usr/bin/python3", "-m", "venv", folder / "venv")
     run(folder / "venv/bin/pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:", wheel,
@@ -47,7 +47,7 @@ def venv(wheel, tmp_path_factory):
 
 def test_it_is_a_manylinux_wheel_with_all_that_it_needs(wheel):
     assert re.search(r"-manylinux_2_\d+_x86_64\.whl$", wheel.name), wheel.name
-    assert wheel.stat().st_size < 100e6  # what a package index takes
+    assert wheel.stat().st_size < 100e6  # accepted by a package index
     names = zipfile.ZipFile(wheel).namelist()
     assert "palpate/bin/palpate" in names and any(name.startswith("palpate.libs/libvtk") for name in names)
     metadata = zipfile.ZipFile(wheel).read(next(name for name in names if name.endswith("/METADATA"))).decode()
@@ -55,8 +55,8 @@ def test_it_is_a_manylinux_wheel_with_all_that_it_needs(wheel):
 
 
 def foreign_libraries(site):
-    """What command and module need that is neither in the wheel nor on every Linux."""
-    # What the rules of manylinux count on: https://peps.python.org/pep-0600/
+    """Libraries that command and module need but are neither in the wheel nor on every Linux."""
+    # Libraries that manylinux assumes: https://peps.python.org/pep-0600/
     allowed = r"linux-vdso|ld-linux|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z|expat)\.so"
     return [line for file in [site / "palpate/bin/palpate", *site.glob("palpate/_core*.so")] for line in run("ldd", file).splitlines()
             if str(site) not in line and not re.match(rf"\s*(/\S*/)?({allowed})", line)]
@@ -117,7 +117,7 @@ def arm(root, tmp_path_factory):
 
 
 def test_the_wheel_of_arm_runs(arm, venv, root, tmp_path):
-    """Package and command end in one state; positions are those of this machine but for rounding. No picture: that takes minutes in qemu."""
+    """Package and command end in one state; positions equal those here to rounding. No picture: minutes in qemu."""
     site, bare, emulate = arm
     scene = root / "scenes/ball-on-plate.json"
     code = "import palpate, sys; s = palpate.Simulation(sys.argv[1]); s.run(3); print(s.state_hash, *s.positions.ravel())"

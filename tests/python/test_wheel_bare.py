@@ -1,4 +1,4 @@
-"""A wheel of what is built already, repaired as './dev wheel' does it, in a bare virtual environment: from pip to a picture, in seconds."""
+"""A wheel of the existing build, repaired like './dev wheel', in a bare virtual environment: from pip to a picture."""
 
 import os
 import resource
@@ -23,7 +23,7 @@ def tools(root):
 
 @pytest.fixture(scope="module")
 def wheel(root, tools, tmp_path_factory):
-    """Of the release build: its Python component, packed without compiling."""
+    """The Python component of the release build, packed without compiling."""
     folder = tmp_path_factory.mktemp("bare")
     environment = {**os.environ, "PATH": f"{tools.parent}:{os.environ['PATH']}"}  # patchelf lies beside it
     run("cmake", "--install", os.environ["PALPATE_BUILD_DIR"], "--component", "python", "--strip", "--prefix", folder / "staged", env=environment)
@@ -40,7 +40,7 @@ def test_from_pip_to_a_picture_in_a_bare_venv(wheel, tmp_path, capsys):
     alone = {"PATH": "/nowhere", "HOME": str(tmp_path)}
     run(PYTHON, "-m", "venv", venv)
     start, used = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    # NumPy is not what is tested here: from a package index it takes as long as that takes.
+    # NumPy is not tested here, and its download could be slow.
     run(venv / "bin/pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check", wheel, env=alone)
     environment = {"PATH": f"{venv}/bin:/usr/bin:/bin", "HOME": str(tmp_path)}
     run("palpate", "generate", "ball", "--radius", "40", "--resolution", "3", cwd=tmp_path, env=environment)

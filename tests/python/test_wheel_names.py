@@ -20,7 +20,7 @@ def version(root):
 
 @pytest.fixture
 def place(root, tmp_path):
-    """A folder with a dist/ of empty wheels, each of which says which one it is."""
+    """A folder with a dist/ of empty wheels that contain their own name."""
     (tmp_path / "dist").mkdir()
     info = f"palpate-{version(root)}.dist-info"
     for tag in TAGS:
@@ -33,7 +33,7 @@ def place(root, tmp_path):
 
 
 def installed_by(line, python, machine, place):
-    """The wheel that pip takes of this line for that Python, on that machine."""
+    """The wheel that pip chooses for this line, Python and machine."""
     target = place / f"site-{python}-{machine}"
     (place / "bin").mkdir(exist_ok=True)
     for name, text in [("pip", f'exec "{sys.executable}" -m pip "$@"'), ("uname", f"echo {machine}")]:

@@ -255,7 +255,7 @@ def test_one_world_in_two_threads_is_refused_or_right_never_a_crash():
 
 
 def test_other_threads_run_during_update():
-    """A thread that counts gets on while update() runs: the lock of Python is released."""
+    """A thread counts while update() runs: Python's lock is released."""
     points, tets = palpate.box((20, 20, 20), (1.0, 1.0, 1.0))
     world = palpate.World(threads=1)
     world.add(points, tets)

@@ -4,7 +4,7 @@ import threading
 
 
 def in_threads(work, count):
-    """Calls work() in so many threads, and waits for all."""
+    """Calls work() in several threads, and waits for all."""
     threads = [threading.Thread(target=work) for _ in range(count)]
     for thread in threads:
         thread.start()

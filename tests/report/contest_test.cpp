@@ -1,5 +1,5 @@
-// The judge of `palpate bench peers`, on peers that are made up: right, wrong in one pair, with candidates
-// only. And the exact test of pairs against all pairs of a small scene.
+// The comparison of `palpate bench peers`, with mock peers: right, wrong in one pair, with candidates only.
+// And the exact test of pairs against all pairs of a small scene.
 #include "peers/contest.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace palpate::bench {
 namespace {
 
-/// Tests all pairs, and spoils what it has found.
+/// Tests all pairs, and can make the result wrong.
 class SlowPeer : public Peer {
  public:
   SlowPeer(const Course& course, std::function<void(std::vector<Pair>&)> spoil)
@@ -38,7 +38,7 @@ void drop_one(std::vector<Pair>& pairs) {
   pairs.pop_back();
 }
 
-/// Says that it took so many seconds.
+/// Reports given seconds.
 class Timed : public SlowPeer {
  public:
   Timed(const Course& course, double seconds) : SlowPeer(course, leave), seconds_(seconds) {}
@@ -94,7 +94,7 @@ TEST_P(Contest, AWrongPeerFailsIt) {
 
 TEST_P(Contest, WhatAPeerWithItsOwnTestGetsWrongIsCounted) {
   const ContestResult result = run(Answer::own_test, drop_one);
-  // A point on a face is a pair with two tets: without one of them it is not lost.
+  // A point on a face has two tets: if one of them is missing, the point is not.
   EXPECT_GT(result.performances[1].missing, 0U);
   EXPECT_LE(result.performances[1].missing, 3U);
   EXPECT_EQ(result.performances[1].extra, 0U);
@@ -117,7 +117,7 @@ TEST_P(Contest, TheFastestModeCounts) {
   EXPECT_EQ(result.trials[0].seconds, 3.0);
 }
 
-TEST_P(Contest, WhoTakesLongerThanThePatienceIsDropped) {
+TEST_P(Contest, ASlowEntrantIsDropped) {
   const auto dropped = [&](double patience) {
     return run_contest(course, {three_modes(), three_modes()}, {.seconds = 0.0, .patience = patience})
         .dropped.size();
@@ -143,7 +143,7 @@ TEST_P(Contest, EveryModeOfEmbreeFindsThem) {
   }
 }
 
-TEST_P(Contest, SharesOfMoversAreWhatIsWanted) {
+TEST_P(Contest, FractionsOfMoversAreAsRequested) {
   const auto movers = [&](double wanted) {
     const measure::QueryScene moving = measure::stacking_scene(10, wanted);
     const Course its{moving, moving.immovable(), GetParam()};
@@ -156,8 +156,7 @@ TEST_P(Contest, SharesOfMoversAreWhatIsWanted) {
   EXPECT_GT(movers(1.0), 0.95);
 }
 
-/// Names of the modes that are left of a, b and c, with one thread and with two; "" of an entrant that is
-/// out.
+/// Names of the remaining modes of a, b and c, with one thread and with two; "" for a dropped entrant.
 std::vector<std::string> modes_left(const std::function<void(std::vector<Entrant>&)>& leave_out) {
   std::vector<Entrant> entrants;
   for (const int threads : {1, 2})
@@ -179,7 +178,7 @@ TEST(KnownModes, HopelessOnesAreNotTriedInLargerScenes) {
   EXPECT_EQ(left(100), (std::vector<std::string>{"abc", "abc"})) << "a scene of as many is another trial";
 }
 
-TEST(KnownModes, WhoTookTooLongIsOutInScenesThatAreNotSmaller) {
+TEST(KnownModes, ASlowModeIsLeftOutOfScenesThatAreNotSmaller) {
   KnownModes known;
   known.add({{"made up", 2, "a", 3.0}, {"made up", 2, "b", 2.5}}, 100);
   const auto left = [&](std::size_t tets, double patience) {

@@ -1,5 +1,5 @@
-// What `palpate bench paper` says of figures that nobody measured: a verdict for each part of what the paper
-// says, so that no part is left out.
+// Verdicts of `palpate bench paper` on invented figures: one for each statement of the paper, so that no
+// statement is left out.
 #include <gtest/gtest.h>
 
 #include "measure/paper.hpp"

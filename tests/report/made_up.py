@@ -1,8 +1,8 @@
-"""Reports that nobody measured, with known figures."""
+"""Invented reports with known figures."""
 
 
 def measure(name, median, spread=0.02, reference=False):
-    """A sample whose quartiles lie `spread` of the median to both sides."""
+    """A sample whose quartiles differ from the median by the fraction `spread`."""
     return {"name": name, "reference": reference, "samples": 41, "least": median * (1 - 2 * spread), "lower_quartile": median * (1 - spread),
             "median": median, "upper_quartile": median * (1 + spread), "most": median * (1 + 2 * spread)}
 

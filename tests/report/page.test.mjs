@@ -1,5 +1,5 @@
-// The page of the report in a real, headless browser, from disk and without network: every chart drawn, nothing on
-// the console, also at the width of a phone and in grey.
+// The page of the report in a headless browser, from disk and without network: every chart is drawn, nothing is on the
+// console, also at the width of a phone and in grey.
 //   PALPATE_PICTURES  where screenshots go
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";

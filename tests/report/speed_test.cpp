@@ -1,5 +1,5 @@
-// The tables of `palpate bench speed` from cases that nobody measured: ratios by hand, every goal, verdicts
-// at their bounds; and the files of a part.
+// The tables of `palpate bench speed` from invented figures: ratios by hand, every goal, verdicts at their
+// bounds; and the files of a part.
 #include <gtest/gtest.h>
 #include <set>
 

@@ -1,5 +1,5 @@
-// The scenes that `palpate bench step` generates: slivers as flat as they say, numbers of tets as the names
-// say.
+// The scenes that `palpate bench step` generates: flatness of slivers and numbers of tets agree with the
+// names.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <set>
@@ -14,7 +14,7 @@ namespace palpate::bench {
 namespace {
 
 TEST(StepScenes, AnglesOfARegularTetAreKnown) {
-  // cos of its dihedral angle is 1/3.
+  // The cosine of its dihedral angle is 1/3.
   const double sine = flattest_sine({{{1, 1, 1}, {1, -1, -1}, {-1, -1, 1}, {-1, 1, -1}}});
   EXPECT_NEAR(std::abs(sine), std::sqrt(8.0) / 3.0, 1e-14);
   EXPECT_LT(flattest_sine({{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}}}), 0.0) << "mirrored";

@@ -1,4 +1,4 @@
-"""bench/report/compare.py on made-up reports with known ratios; and how reports are put together and kept."""
+"""bench/report/compare.py on invented reports with known ratios; and how reports are joined and stored."""
 
 import json
 import os

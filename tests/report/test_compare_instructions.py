@@ -1,4 +1,4 @@
-"""bench/report/compare_instructions.py and the table of speed on counts that nobody took."""
+"""bench/report/compare_instructions.py and the table of speed, on invented counts."""
 
 import json
 import os

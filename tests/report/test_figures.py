@@ -1,4 +1,4 @@
-"""The figures of README and docs are those of bench/results, and none is typed beside them."""
+"""The figures of README and docs are those of bench/results, and no figure is typed by hand."""
 
 import os
 import pathlib
@@ -13,7 +13,7 @@ MEASURED = re.compile(r"\d[\d.,]*\s?(?:ms|µs|ns|GB|MB|×|times as (?:fast|long)
 
 
 def typed(page):
-    """The page without what scripts put there, code, and names of files."""
+    """The page without generated parts, code, and names of files."""
     text = re.sub(r"<!-- (\w[\w ]*): begin -->.*?<!-- \1: end -->", "", page, flags=re.DOTALL)
     return re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
 

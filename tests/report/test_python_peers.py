@@ -1,4 +1,4 @@
-"""bench/peers/python_peers.py with a peer that nobody wrote: what it leaves where its caller goes away."""
+"""bench/peers/python_peers.py with a mock peer: its processes after the caller has ended."""
 
 import os
 import pathlib
@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(os.environ["PALPATE_SOURCE_DIR"])
-# Without packages: arrays that hold nothing, and a peer that is made at once.
+# Without packages: empty arrays, and a peer that is made at once.
 CALL = """
 import sys, types
 import python_peers

@@ -16,8 +16,7 @@ using io::AtomicFile;
 using io::write_atomically;
 using Names = std::vector<std::string>;
 
-/// While it lives, no file of this process may grow beyond `bytes`: the nearest to a full disk that a test
-/// can make.
+/// During its lifetime no file of this process may grow beyond `bytes`, which simulates a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

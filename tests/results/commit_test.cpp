@@ -22,7 +22,7 @@ std::string word(const fs::path& path) {
   return quoted += '\'';
 }
 
-/// Runs the script and returns the text between the quotes of what it wrote.
+/// Runs the script and returns the quoted text in its output.
 std::string commit_of(const fs::path& source, const fs::path& output) {
   run(word(PALPATE_CMAKE) + " -DSOURCE_DIR=" + word(source) + " -DOUTPUT=" + word(output) + " -P " +
       word(PALPATE_SOURCE_DIR "/src/io/machine_commit.cmake"));

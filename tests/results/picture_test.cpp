@@ -137,8 +137,7 @@ TEST_F(PictureTest, BodyColoursAreTheGivenOrTheDefaultOnes) {
 }
 
 TEST_F(PictureTest, EdgesDarkenOnlyTheLines) {
-  // Edges of the front face's triangles run through its middle; (1/4, 1/8) of a cell's side lies off all
-  // lines.
+  // Triangle edges cross the middle of the front face; the point (1/4, 1/8) of a cell is on no edge.
   const Image plain = take();
   settings_.edges = true;
   const Image lined = take();
@@ -233,7 +232,7 @@ TEST_F(PictureTest, ABodyAboveCastsAShadow) {
   const auto rest = bodies_.points_rest();
   positions_.assign(rest.begin(), rest.end());
   colours_ = {pure_blue, pure_blue};
-  settings_.camera = Vec3{0, -6, 1.5};  // looks under the roof
+  settings_.camera = Vec3{0, -6, 1.5};  // sees below the upper body
   const double shaded = luminance(take().pixel(80, 60));
   for (Index i = bodies_.bodies()[1].points.begin; i < bodies_.bodies()[1].points.end; ++i) {
     positions_[static_cast<std::size_t>(i)].x += 2.2;
@@ -279,7 +278,7 @@ struct Ink {
 TEST_F(PictureTest, CaptionIsWrittenInItsStripAndShrinksToFit) {
   settings_.width = 640;
   settings_.height = 720;
-  settings_.camera = Vec3{0, -90, 0};  // small in the middle: quickly done
+  settings_.camera = Vec3{0, -90, 0};  // small, so fast to draw
   EXPECT_EQ(Ink(take()).columns, 0);
   settings_.caption = "stacking    step 200";
   const Ink shorter(take());
@@ -388,7 +387,7 @@ TEST(ColourScale, GrowsBrighterFromEndToEnd) {
   EXPECT_EQ(io::scale_colour(-1.0, {1.0, ""}), io::scale_colour(0.0, {1.0, ""}));
 }
 
-/// Volume inside triangles, by Gauss: right only if they close.
+/// Volume inside triangles by the divergence theorem: right only if they are closed.
 double enclosed(const io::CutSurface& surface) {
   double six = 0.0;
   for (const Triangle& t : surface.triangles) {
@@ -420,7 +419,7 @@ TEST_F(PictureTest, ACutLeavesAClosedSurfaceOfTheRightVolume) {
   EXPECT_TRUE(io::cut_open(bodies_, positions_, values, {{0}, {1}, {}, {0, 0, 1}}).triangles.empty());
 }
 
-/// Where the plane goes through a tet, and on the surface: the middle of each triangle is in its tet.
+/// On the cut plane and on the surface: the centre of each triangle is in its tet.
 TEST_F(PictureTest, TrianglesOfACutKnowTheirTets) {
   const std::vector<double> values(positions_.size(), 1.0);
   const auto cut = io::cut_open(bodies_, positions_, values, {{1}, {1}, {0.1, 0, 0.2}, {1, 0.3, 2}});
@@ -441,7 +440,7 @@ TEST_F(PictureTest, TrianglesOfACutKnowTheirTets) {
   }
 }
 
-/// A colour for each triangle takes the place of those of bodies.
+/// Colours of triangles replace those of bodies.
 TEST_F(PictureTest, TrianglesMayHaveColoursOfTheirOwn) {
   const std::vector<io::Colour> colours{{1, 0, 0}, {0, 0, 1}};
   std::vector<Index> own(bodies_.triangles().size(), 1);

@@ -1,4 +1,4 @@
-// Lists of frames. Oracle: files written by hand, and what SeriesWriter wrote.
+// Lists of frames. Oracle: files written by hand, and files of SeriesWriter.
 #include "io/series_reader.hpp"
 
 #include <gtest/gtest.h>

@@ -135,7 +135,7 @@ TEST(VtuWriter, MeshWithoutArrays) {
   EXPECT_EQ(grid->GetFieldData()->GetArray("TimeValue"), nullptr);
 }
 
-/// Expects an Error with this message (after the path) and the old content left as it was.
+/// Expects an Error with this message (after the path) and the old content unchanged.
 void expect_refused(const VtuData& data, const std::string& message) {
   const TemporaryFolder folder;
   put(folder / "old.vtu", "old");

@@ -5,7 +5,7 @@
 
 #include <palpate/error.hpp>
 
-/// Runs `action`, which must throw palpate::Error, and returns its message ("no error" where it does not).
+/// Runs `action`, which must throw palpate::Error, and returns its message ("no error" if it does not).
 template <class Action>
 std::string message_of(Action&& action) {
   try {

@@ -94,7 +94,7 @@ TEST(DrivePrescribed, MovesAPartOfASurface) {
   EXPECT_EQ(simulation.motion(0).center, (Vec3{0, 0, 1}));
   EXPECT_THROW(simulation.move_to(2, {}), Error);
   EXPECT_THROW(static_cast<void>(simulation.motion(-1)), Error);
-  // A motion that was set is part of the state.
+  // A motion set by code is part of the state.
   const std::vector<std::byte> saved = simulation.save();
   Simulation other(load_model(scene, {}), scene.settings, 2);
   other.restore(saved);

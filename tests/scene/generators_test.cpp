@@ -47,7 +47,7 @@ TEST(MakeBox, FillsTheBoxWithConformingTets) {
   const auto statistics = mesh_statistics(bodies, bodies.points_rest());
   EXPECT_EQ(statistics.points, 4 * 5 * 3);
   EXPECT_EQ(statistics.tets, 5 * 24);
-  EXPECT_EQ(statistics.triangles, 4 * (12 + 6 + 8));  // were faces not to match, inner ones would count
+  EXPECT_EQ(statistics.triangles, 4 * (12 + 6 + 8));  // unmatched inner faces would add to it
   EXPECT_NEAR(statistics.volume, 0.03, 1e-15);
   EXPECT_EQ(statistics.lower, (Vec3{-0.15, -0.1, -0.25}));
   EXPECT_EQ(statistics.upper, (Vec3{0.15, 0.1, 0.25}));

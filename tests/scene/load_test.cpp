@@ -118,7 +118,7 @@ TEST(LoadRegions, ALabelOfTheMeshFileSelectsTets) {
             "'mesh'");
 }
 
-/// Of two tets, one of a region without a field; turned and scaled with the body.
+/// Two tets, one in a region without a field; rotated and scaled with the body.
 TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
   const MeshReader reader = [](const std::filesystem::path&) {
     return TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}, {{0, 1, 2, 3}, {1, 2, 3, 4}}};

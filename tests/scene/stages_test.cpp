@@ -1,5 +1,5 @@
-// Stages and outcomes of scenes. Oracles: the same run driven by hand, closed forms, a weight, a turn that is
-// prescribed.
+// Stages and outcomes of scenes. Oracles: the same run driven by hand, closed forms, a weight, a prescribed
+// rotation.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -129,7 +129,7 @@ TEST(Stages, BranchFromASavedStateWithTheSameBits) {
   EXPECT_EQ(branch.save(), whole.save());
 }
 
-/// A rail of 0.1 x 0.1 x 0.02 that is held is put into the table, whose top is at z = 0.
+/// A held rail of 0.1 x 0.1 x 0.02 is placed in the table, whose top is at z = 0.
 TEST(Stages, ThatPutABodyIntoARigidOneSaySo) {
   const auto warnings = [](double height) {
     const Scene scene = scene_of(R"("stages": [{"name": "put", "insert": ["rail"], "move": [{"body": "rail",

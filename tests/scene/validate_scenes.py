@@ -25,7 +25,7 @@ def scenes_of(root):
 
 
 def broken_scenes(good):
-    """Pairs of what is broken and a scene that is good but for that; the soft body of `good` is bodies[1]."""
+    """Pairs of a defect and a scene with only that defect; the soft body of `good` is bodies[1]."""
     edits = {
         "unknown key": lambda s: s.update(time_steps=1),
         "unknown material key": lambda s: s["bodies"][1]["material"].update(young_modulos=1),

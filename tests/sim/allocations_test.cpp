@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-/// Four soft slabs on a plate, pressed into each other by about what their weight asks for.
+/// Four soft slabs on a plate, with about the overlaps that their weight causes.
 Simulation resting_stack(const DetectionSettings& detection, int threads) {
   Bodies bodies;
   bodies.add("plate", test::box_mesh({7, 7, 1}, {-0.12, -0.12, -0.02}, {0.12, 0.12, 0.0}));

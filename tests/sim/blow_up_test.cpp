@@ -1,4 +1,4 @@
-// Runs that must stop: what they say, and that the last good state stays.
+// Runs that must stop: their messages, and that the last good state is kept.
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <string>
@@ -76,14 +76,14 @@ TEST(BlowUp, WithoutALimitItIsAHundredDiagonalsAStep) {
   Bodies bodies;
   bodies.add("box", test::box_mesh({1, 1, 1}, {0, 0, 0}, {1, 2, 2}));
   SimulationSettings settings;
-  settings.gravity = {};  // whose fall would count on top
+  settings.gravity = {};  // free fall would raise the limit
   settings.time_step = 0.1;
   const std::vector<Vec3> forces(8, {0, 0, 1e9});  // on about 500 kg each
   Simulation simulation({.bodies = std::move(bodies), .materials = {Material{}}, .forces = forces}, settings,
                         1);
   const std::string message = message_of_step(simulation);
   EXPECT_TRUE(message.ends_with(", expected at most 3000 (limits.max_speed)")) << message;
-  EXPECT_TRUE(message.starts_with("body box: tet ")) << message;  // which corner is fastest is rounding
+  EXPECT_TRUE(message.starts_with("body box: tet ")) << message;  // the fastest corner depends on rounding
   EXPECT_NE(message.find(", step 1: found a speed of 2487"), std::string::npos) << message;
 }
 
@@ -107,7 +107,7 @@ TEST(BlowUp, NumbersThatAreNotFinite) {
 }
 
 TEST(BlowUp, ATetThatStaysInverted) {
-  // Much too soft for its weight: it falls through its own fixed bottom and hangs below it, inside out.
+  // Much too soft for its weight: it falls through its own fixed bottom and hangs below it, inverted.
   SimulationSettings settings;
   settings.limits.inverted_time = 0.4;
   Bodies bodies = plate_and_box();
@@ -133,14 +133,14 @@ Simulation pressed_box(const SimulationSettings& settings) {
 }
 
 TEST(BlowUp, AStepThatFailsFindsNoOtherContacts) {
-  // What approximate mode drops, and what a budget gets to, is another choice in each detection.
+  // Approximate mode and budgets choose differently in each detection.
   SimulationSettings approximate;
   approximate.detection.cells_per_primitive = 1;
   approximate.detection.cell_size = 0.02;
   SimulationSettings limited;
   limited.detection.budget = Budget{.tests = 20};
   for (SimulationSettings settings : {approximate, limited}) {
-    // What a solve that failed has learnt of preconditioners is another matter.
+    // Iteration counts of a failed solve may affect the choice of the preconditioner.
     settings.solver.preconditioner = Preconditioner::jacobi;
     Simulation failing = pressed_box(settings);
     Simulation control = pressed_box(settings);

@@ -1,5 +1,5 @@
-// Settings and motions that change while a simulation runs. Oracles: Newton, the spring law of contacts, the
-// promise that structures and sorts give the same bits.
+// Settings and motions that change while a simulation runs. Oracles: Newton, the spring law of contacts,
+// equal bits for all structures and sorts.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ TEST(Change, ContactStiffnessDecidesHowDeepABlockSinks) {
   EXPECT_NEAR(stiff / soft, 0.25, 0.05);  // contacts at rims push less
 }
 
-TEST(Change, FrictionLetsGo) {
+TEST(Change, ABlockSlidesOnceFrictionIsZero) {
   SimulationSettings settings;
   settings.time_step = 0.005;
   settings.gravity = {3.0, 0, -9.81};
@@ -151,7 +151,7 @@ TEST(SetMotion, LeadsABodyToWhereItHasIt) {
   EXPECT_THROW(simulation.set_motion(0, {{}, {{1.0, {}, {1, 0, 0, 0}}, {0.5, {}, {1, 0, 0, 0}}}}), Error);
 }
 
-TEST(PoseAt, IsWhatTheRailsUse) {
+TEST(PoseAt, IsThePoseOfPrescribedMotions) {
   const double half = std::sqrt(0.5);
   const Motion motion{
       {}, {{0.0, {}, {2, 0, 0, 0}}, {1.0, {4, 0, 0}, {half, 0, 0, half}}}, Interpolation::smooth};

@@ -24,7 +24,7 @@ Scene with_structure(const Scene& scene, Structure structure) {
   return other;
 }
 
-/// A state whose content was changed, sealed again as if it were one.
+/// A state with changed content and a valid checksum.
 Bytes changed(Bytes bytes, std::size_t place, std::uint64_t value) {
   std::memcpy(bytes.data() + place, &value, std::min(sizeof value, bytes.size() - 8 - place));
   const std::uint64_t hash = fnv1a(std::span(bytes).first(bytes.size() - 8));
@@ -96,7 +96,7 @@ TEST(CheckpointOf, StressThatRelaxesIsInIt) {
   steps(resumed, 20);
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
   EXPECT_EQ(resumed.save(), whole.save());
-  // Tissue without it is of another kind, and goes another way.
+  // Without plasticity the tissue behaves differently.
   Simulation elastic = simulate(example("plastic"));
   expect_refused(elastic, whole.save(), "materials");
   steps(elastic, 50);
@@ -158,7 +158,7 @@ TEST(CheckpointOf, ApproximateModeLeavesOutTheSameCells) {
   EXPECT_EQ(resumed.save(), whole.save());
 }
 
-TEST(CheckpointOf, WhatABudgetHadNoTimeForWaitsOn) {
+TEST(CheckpointOf, TheQueueOfABudgetIsInIt) {
   Scene scene = example("everything");
   scene.settings.detection.budget = Budget{.tests = 4000};
   Simulation whole = simulate(scene);
@@ -238,7 +238,7 @@ TEST(CheckpointOf, EveryCutAndEveryChangedByteIsRefused) {
   }
 }
 
-/// Content that no simulation saves, under a checksum that is right: refused, or harmless.
+/// Content that no simulation saves, with a valid checksum: refused, or harmless.
 TEST(CheckpointOf, NoContentDoesHarm) {
   const Scene scene = example("press");
   Simulation simulation = simulate(scene);

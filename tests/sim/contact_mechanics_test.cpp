@@ -1,4 +1,4 @@
-// Contact between soft bodies as mechanics knows it: Hertz, springs in series, stacks that stand.
+// Contact of soft bodies against contact mechanics: Hertz, springs in series, stable stacks.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -20,8 +20,8 @@ Vec3 mean_velocity(const Simulation& simulation, Index body) {
   return test::mean_of_body(simulation.bodies(), body, simulation.velocities());
 }
 
-/// Two rigid plates (bodies 0 and 1) that come nearer to each other along z by `closing` within `time`, and
-/// whatever is added between them.
+/// Two rigid plates (bodies 0 and 1) that approach each other along z by `closing` within `time`; the caller
+/// adds bodies between them.
 Model press(double half_gap, double closing, double time) {
   Model model;
   model.bodies.add("lower",
@@ -70,7 +70,7 @@ double pressing_force(int layers, double approach) {
   return force;
 }
 
-/// Hertz: F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2), as if the ball were a half-space away from its contact.
+/// Hertz: F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2), with the ball as a half-space outside its contact.
 double force_by_hertz(double approach) {
   const double nu = ball_material.poisson_ratio;
   return 4.0 / 3.0 * ball_material.young_modulus / (1.0 - nu * nu) * std::sqrt(ball_radius) *
@@ -85,7 +85,7 @@ double force_by_tatara(double approach) {
   const double radius = ball_radius;
   double force = force_by_hertz(approach);
   for (int i = 0; i < 50; ++i) {
-    const double a2 = radius * approach;  // of the contact's radius
+    const double a2 = radius * approach;  // squared contact radius
     const double l2 = a2 + 4.0 * radius * radius;
     const double f = 2.0 * (1.0 + nu) * radius * radius / std::pow(l2, 1.5) + (1.0 - nu * nu) / std::sqrt(l2);
     force = force_by_hertz(approach + f * force / (3.14159265358979 * ball_material.young_modulus));
@@ -110,8 +110,8 @@ TEST(ContactMechanics, ABallBetweenPlatesFollowsHertz) {
   EXPECT_NEAR(exponent, 1.5, 0.05);
 }
 
-TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirStiffness) {
-  // Springs in series, E A / L each. The contact between them bears on all but the outermost points.
+TEST(ContactMechanics, TwoPressedBlocksHaveEqualForcesAndDeformByTheirStiffness) {
+  // Springs in series, E A / L each. The contact between them acts at all points except the outermost.
   constexpr double side = 0.04;
   constexpr double closing = 0.004;
   const Material soft{
@@ -132,7 +132,8 @@ TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirSti
   EXPECT_NEAR(simulation.contact_forces()[1].z, force, 0.01 * force);
   const double expected = closing * side / (1.0 / soft.young_modulus + 1.0 / stiff.young_modulus);
   EXPECT_NEAR(force, expected, 0.04 * expected);
-  // The soft block takes four fifths. Rims bulge and bear less: seen are the faces inside them.
+  // The soft block has four fifths of the compression. Rims bulge and carry less, so only points inside them
+  // count.
   const auto moves_on = [&](Index body) {
     const Range points = at(simulation.bodies().bodies(), body).points;
     double sum = 0.0;
@@ -149,8 +150,8 @@ TEST(ContactMechanics, TwoBlocksPressedTogetherShareTheForceAndGiveWayByTheirSti
   EXPECT_NEAR(-moves_on(3), 0.8 * closing - 0.5 * closing, 0.01 * closing);
 }
 
-/// Acceleration of a block on a plane that rises by `angle`, by that of the analytic answer. The plane is
-/// flat but has a point every 41.7 mm, which the block, 80 mm long, runs over.
+/// Acceleration of a block on an inclined plane, over the analytic one. The plane has a point every 41.7 mm,
+/// and the block, 80 mm long, slides over them.
 double sliding_by_coulomb(double young_modulus, double friction, double time_step) {
   constexpr double angle = 20.0 * 3.14159265358979 / 180.0;
   Model model;
@@ -226,7 +227,7 @@ class Tower {
     SimulationSettings settings;
     settings.time_step = time_step;
     settings.response.friction = 0.5;
-    settings.solver.max_iterations = 2000;  // from the top to the plate it is far
+    settings.solver.max_iterations = 2000;  // the tower needs many iterations
     return settings;
   }
   Simulation simulation_;
@@ -235,7 +236,7 @@ class Tower {
 
 TEST(ContactMechanics, AStackOfTenBlocksStandsStillForTenSecondsInStepsOf10Milliseconds) {
   Tower tower(2e7, 0.01, 1e-4);
-  tower.run_to(3.0);  // falls 0.1 mm a block, and settles
+  tower.run_to(3.0);  // falls 0.1 mm a block and comes to rest
   const Vec3 before = tower.top();
   for (int i = 0; i < 1000; ++i) {
     tower.simulation().step();
@@ -246,8 +247,8 @@ TEST(ContactMechanics, AStackOfTenBlocksStandsStillForTenSecondsInStepsOf10Milli
 }
 
 TEST(ContactMechanics, APileFallsTogetherAndStands) {
-  // Within a step of 20 ms blocks fall further than the gaps between them: all of them meet the one below
-  // within one step. Without foreseeing it they would sink into each other by centimetres.
+  // Within a step of 20 ms blocks fall further than the gaps between them: each meets the one below within
+  // one step. Without speculative contacts they would sink into each other by centimetres.
   Tower tower(2e6, 0.02, 1e-3);
   tower.run_to(3.0);
   EXPECT_LT(tower.deepest(), 0.004) << "what a block falls in one step, 9.81 (20 ms)^2";
@@ -257,7 +258,7 @@ TEST(ContactMechanics, APileFallsTogetherAndStands) {
 }
 
 TEST(ContactMechanics, FrictionIsWithinItsBoundInTheStepInWhichABlockLands) {
-  // It slides at 1 m/s and touches within the step: friction is no more than mu times what lands.
+  // It slides at 1 m/s and touches within the step: friction is at most mu times the normal impulse.
   for (const double friction : {0.05, 0.3}) {
     Model model;
     model.bodies.add("plate", test::box_mesh({4, 4, 1}, {-0.3, -0.3, -0.02}, {0.3, 0.3, 0}));

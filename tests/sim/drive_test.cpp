@@ -1,5 +1,4 @@
-// What moves bodies from outside: rails, attachments, forces, grabs. Oracles: Newton, and the rails' own
-// formula.
+// Prescribed motions, attachments, forces and grabs. Oracles: Newton, and the formula of the motion.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -49,7 +48,7 @@ TEST(RigidMotion, IsExactAndItsVelocityEntersFriction) {
   EXPECT_NEAR(run_to(0.6), 0.5, 0.005);
   EXPECT_EQ(simulation.positions()[0].x, start.x + 0.5 * simulation.metrics().time) << "no rounding adds up";
   EXPECT_FALSE(simulation.at_rest()) << "while rails move nothing is at rest";
-  // One-way: the plate went its way, and the block's kinetic energy is all there is.
+  // One-way coupling: the plate follows its motion, and kinetic energy is that of the block alone.
   double mass = 0.0;
   for (const double m : simulation.masses().subspan(1)) mass += m;
   EXPECT_NEAR(simulation.metrics().kinetic_energy, 0.5 * mass * 0.25, 0.02 * 0.125 * mass);
@@ -108,7 +107,7 @@ TEST(Force, AcceleratesAFreeBodyByNewtonAndIsTakenOff) {
   settings.solver.tolerance = 1e-10;
   Simulation simulation(std::move(model), settings, 1);
   const auto momentum = [&] {
-    return mean_velocity(simulation, 0).x * simulation.masses()[0];  // to the evenness of the mesh
+    return mean_velocity(simulation, 0).x * simulation.masses()[0];  // accurate to the uniformity of the mesh
   };
   for (int i = 0; i < 20; ++i) simulation.step();
   EXPECT_NEAR(momentum(), 0.01 * static_cast<double>(points) * 0.2, 0.05 * momentum());
@@ -124,7 +123,8 @@ TEST(Grab, HoldsABodyByItsWeightOverItsStiffnessAndLetsGo) {
   model.bodies.add("block", test::box_mesh({2, 2, 2}, {0, 0, 0}, {0.04, 0.04, 0.04}));
   model.materials = {Material{.young_modulus = 1e6, .mass_damping = 10.0}};
   Simulation simulation(std::move(model), {}, 1);
-  const Vec3 start = simulation.positions()[13];  // the point in the middle: the block hangs without turning
+  const Vec3 start =
+      simulation.positions()[13];  // the centre point, so that the hanging block does not rotate
   ASSERT_EQ(start, (Vec3{0.02, 0.02, 0.02}));
   const Index number = simulation.grab({.point = 13, .target = start, .stiffness = 500.0});
   for (int i = 0; i < 600; ++i) simulation.step();

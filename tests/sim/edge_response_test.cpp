@@ -25,7 +25,7 @@ Vec3 centre(const Simulation& simulation, Index body) {
   return simulation.center_of_mass(body);
 }
 
-/// A bar of 0.2 x 0.02 x 0.02 of so many cells, along x or y.
+/// A bar of 0.2 x 0.02 x 0.02 along x or y.
 TetMesh bar(int cells, bool along_x, const Vec3& at_centre) {
   const std::array<int, 3> n = along_x ? std::array{cells, 1, 1} : std::array{1, cells, 1};
   const Vec3 half = along_x ? Vec3{0.1, 0.01, 0.01} : Vec3{0.01, 0.1, 0.01};

@@ -98,10 +98,10 @@ TEST(Energy, OfADampedIsolatedSceneNeverGrows) {
   }
 }
 
-/// A step about its start would swell what begins to spin: up to 36 times the energy in one step. While an
-/// edge slides over a face its depth grows without a force, so that k d^2 / 2 tells nothing here: motion and
-/// strain never gain more than a fraction of 1e-3 (BodyRotations lets no more pass) in a step without
-/// contact, and in contact no more than penalty springs give back.
+/// Straight paths would swell a body that begins to spin: up to 36 times the energy in one step. While an
+/// edge slides over a face its depth grows without a force, so k d^2 / 2 is no measure here. Instead,
+/// energies of motion and strain gain at most a fraction of 1e-3 (the limit of BodyRotations) in a step
+/// without contact, and in contact no more than penalty springs return.
 TEST(Energy, OfStiffBoxesThatSpinAfterAHitNeverGrows) {
   for (const double time_step : {0.02, 0.01, 0.005, 0.002}) {
     for (const double young_modulus : {1e6, 2e7}) {

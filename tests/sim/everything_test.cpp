@@ -1,6 +1,5 @@
-// The same final state for every way to find contacts and every number of threads, on the scene that uses all
-// that contact handling and dynamics can do. Oracle: equality of bits, and for each capability that the scene
-// ends otherwise without it.
+// The same final state for every variant of detection and every number of threads, on a scene that uses all
+// features of contact handling and dynamics. Oracle: equal bits; and without any one feature the end differs.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -81,7 +80,7 @@ TEST_P(EverythingOn, EndsTheSameForEveryStructureOrderAndSort) {
   expect_the_same_end(GetParam(), static_cast<std::size_t>(place), thread_counts.size());
 }
 
-/// Each with each.
+/// Each variant with each thread count.
 TEST_P(EverythingOn, DISABLED_EndsTheSameForEachVariant) {
   expect_the_same_end(GetParam(), 0, 1);
 }

@@ -13,7 +13,7 @@
 #include "scene/scene.hpp"
 #include "support/mean.hpp"
 
-/// The scenes of examples/scenes, and what tests ask of their runs.
+/// The scenes of examples/scenes, and measurements of their runs.
 namespace palpate::test {
 
 inline std::filesystem::path example_folder() {
@@ -74,7 +74,7 @@ inline Vec3 velocity(const Simulation& simulation, const std::string& body) {
   return mean(simulation, body, simulation.velocities());
 }
 
-/// How far a body reaches along z.
+/// Extent of a body along z.
 struct Heights {
   double lowest = INFINITY;
   double highest = -INFINITY;

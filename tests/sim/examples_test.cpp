@@ -1,5 +1,5 @@
-// Every scene of examples/scenes runs, has its place in docs/gallery.md, and does what it says. Oracles:
-// statics and dynamics by hand, and the same scene without what it is about.
+// Every scene of examples/scenes runs, is in docs/gallery.md, and shows the effect stated there. Oracles:
+// statics and dynamics by hand, and the same scene without the feature that it shows.
 #include "sim/examples.hpp"
 
 #include <algorithm>
@@ -38,13 +38,13 @@ TEST_P(EveryExample, RunsAFewSteps) {
   for (int i = 0; i < 20; ++i) {
     simulation.step();
     for (const Vec3& p : simulation.positions()) ASSERT_LT(length(p - middle), size) << "step " << i + 1;
-    // A point that one spring pulls is the fastest: it never overtakes free fall from the height of the
+    // The point pulled by a spring is the fastest. Bound: twice the speed of free fall from the height of the
     // scene.
     ASSERT_LT(simulation.metrics().largest_speed, 2.0 * std::sqrt(2.0 * 9.81 * size)) << "step " << i + 1;
   }
 }
 
-/// Sums over the triangles of a body: force, torque about a point, and how much force there is.
+/// Sums over the triangles of a body: force, torque about a point, and absolute force.
 struct SurfaceSums {
   Vec3 force;
   Vec3 torque;
@@ -66,7 +66,7 @@ SurfaceSums sums_over(const Simulation& simulation, const SurfaceTractions& surf
   return sums;
 }
 
-/// In motion too, where what touched has left its tet by the end of the step.
+/// Also in motion, when a point in contact has left its tet by the end of the step.
 TEST_P(EveryExample, HasTractionsThatAddUpToTheWrenchOfEachBody) {
   Simulation simulation = simulate(example(GetParam()));
   const Vec3 about{0.03, 0.02, -0.01};
@@ -195,7 +195,7 @@ TEST(Examples, ALiverIsSqueezedBy40Percent) {
   EXPECT_NEAR(upper.z, -lower.z, 0.01 * upper.z) << "there is no gravity";
 }
 
-/// The weight at its end is held by active tension: what the same muscle without it does not.
+/// Active tension holds the weight at its end; the same muscle without it does not.
 TEST(Examples, AMuscleContractsAndThickens) {
   const auto extent = [](const Simulation& simulation) {
     Vec3 lower{INFINITY, INFINITY, INFINITY};
@@ -284,7 +284,7 @@ TEST(Examples, ATowerOfTenBlocksStands) {
   EXPECT_NEAR(heights(simulation, "block 9").highest, 0.4, 0.003);
 }
 
-TEST(Examples, BlocksOfTwoStiffnessesShareTheForceAndGiveWayByTheirStiffness) {
+TEST(Examples, BlocksOfTwoStiffnessesHaveEqualForcesAndDeformByTheirStiffness) {
   const Simulation simulation = run(example("two-stiffnesses"));
   EXPECT_TRUE(simulation.at_rest());
   const double force = force_on(simulation, "upper").z;

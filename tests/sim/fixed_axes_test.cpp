@@ -1,5 +1,5 @@
 // Points that are fixed along some axes of the world. Oracles: Hooke's law in the corotational form, weights,
-// Newton, and points that are fixed altogether.
+// Newton, and completely fixed points.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Preconditioners, ReactionAtFixedAxes,
                            return tested.param == Preconditioner::jacobi ? "Jacobi" : "Multigrid";
                          });
 
-/// A block on rollers: they carry its weight, and it glides on for ever.
+/// A block on rollers: they carry its weight, and it keeps its speed.
 TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
   Model model;
   model.bodies.add("block", test::box_mesh({4, 3, 3}, {0, 0, 0}, {0.08, 0.06, 0.06}));
@@ -140,8 +140,8 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
       ASSERT_EQ(simulation.velocities()[p].z, 0.0);
     }
   }
-  // Newton over the whole: impulse of the rollers = impulse of the weight less the momentum it began with
-  // (the points on rollers had none along z).
+  // Newton for the whole block: impulse of the rollers = impulse of the weight minus the first momentum
+  // (points on rollers have no momentum along z).
   double momentum = 0.0;
   for (const Tet& t : simulation.bodies().tets()) {
     const auto corner = [&](std::size_t i) { return at(simulation.bodies().points_rest(), t[i]); };
@@ -153,8 +153,8 @@ TEST(ReactionOfRollers, IsTheWeightWhileTheBlockGlides) {
   EXPECT_NEAR(impulse, weight * time - momentum, 1e-5 * weight * time);
 }
 
-/// A block that is pressed in between two plates by its weight, on rollers at a side: friction and contacts
-/// go with axes that are fixed.
+/// A block between two plates, loaded by its weight, with rollers at a side: friction and contacts together
+/// with fixed axes.
 TEST(ReactionOfRollers, GoWithContacts) {
   Model model;
   model.bodies.add("floor", test::box_mesh({2, 2, 1}, {-0.1, -0.1, -0.02}, {0.2, 0.2, 0}));
@@ -182,7 +182,7 @@ TEST(ReactionOfRollers, GoWithContacts) {
   EXPECT_LE(std::hypot(contacts.x, contacts.y), 0.1001 * contacts.z);
 }
 
-/// All three axes are the same as a point that is fixed: bit for bit.
+/// Fixing all three axes gives the same bits as fixing the point.
 TEST(FixedAxes, AllThreeAreAFixedPoint) {
   const auto hash = [](bool by_axes) {
     Model model;

@@ -43,7 +43,7 @@ TetMesh graded_ball(int layers, const Vec3& center) {
   return mesh;
 }
 
-/// Rigid plates below and above `height`, that each come nearer by half of `closing`, and balls between them.
+/// Rigid plates at distance `height` that each approach by half of `closing`, and balls between them.
 Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing) {
   Model model;
   model.bodies.add("lower", test::box_mesh({1, 1, 1}, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0}));
@@ -63,8 +63,7 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
-  // Balls on each other without friction are like a column that nothing holds: their middles stay on the
-  // axis.
+  // Balls on each other without friction would buckle, so their centres are held on the axis.
   constexpr std::uint8_t across = 3;  // x and y
   for (const Vec3& p : model.bodies.points_rest())
     model.fixed_axes.push_back(p == Vec3{0, 0, radius} || p == Vec3{0, 0, 3.0 * radius} ? across : 0);
@@ -84,7 +83,7 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
 double approach_by_hertz(double force) {
   return std::pow(0.75 * force / (plane_modulus * std::sqrt(radius)), 2.0 / 3.0);
 }
-/// How much nearer to its middle a side of a ball comes less than that, because the other side is pushed too.
+/// Correction of the approach of a side to the ball's centre, because the other side is pushed too.
 double push_from_the_other_side(double force) {
   const double nu = material.poisson_ratio;
   const double a2 = radius * approach_by_hertz(force);
@@ -93,7 +92,7 @@ double push_from_the_other_side(double force) {
   return f * force / (std::numbers::pi * material.young_modulus);
 }
 
-/// The force for which `approach(force)` is what is wanted.
+/// The force with a given `approach(force)`.
 template <class Approach>
 double force_for(double wanted, Approach&& approach) {
   double low = 0.0;
@@ -106,9 +105,10 @@ double force_for(double wanted, Approach&& approach) {
 }
 
 struct Errors {
-  double force;     ///< against the approach
-  double radius;    ///< of the contact, against the force: by the second moment of the pressure, 2/5 a^2
-  double pressure;  ///< root mean square over the contact, of the largest
+  double force;  ///< as a function of the approach
+  double
+      radius;  ///< contact radius as a function of the force, by the second moment of the pressure, 2/5 a^2
+  double pressure;  ///< root mean square over the contact, relative to the largest
 };
 
 /// Points of the lower side of a body with their pressures.

@@ -1,4 +1,4 @@
-// Oracles: distances to a plane by hand, also of a body that is turned and stretched as a whole.
+// Oracles: distances to a plane by hand, also for a rotated and stretched body.
 #include "sim/kept_contacts.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double time_step = 0.01;
 
-/// One tet whose top is z = 0, and a tet above it whose lowest point is the one in contact.
+/// One tet whose top is z = 0, and a tet above it whose lowest point is in contact.
 struct Touching {
   Touching() {
     bodies.add("below", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, -1}}, {{0, 2, 1, 3}}});
@@ -37,7 +37,7 @@ struct Touching {
   KeptContact contact;
 };
 
-TEST(KeptContacts, KnowTheGapOfAPointThatWasLifted) {
+TEST(KeptContacts, HaveTheGapOfALiftedPoint) {
   Touching scene;
   at(scene.positions, Touching::point) = {0.35, 0.3, 0.005};
   const auto near = scene.near(0.01);
@@ -73,7 +73,7 @@ TEST(KeptContacts, AreThoseThatTheStepMayClose) {
   EXPECT_EQ(scene.near(0.0).size(), 1U);
 }
 
-TEST(KeptContacts, EndWhereTheBodyDoes) {
+TEST(KeptContacts, EndAtTheBorderOfTheBody) {
   Touching scene;
   at(scene.positions, Touching::point) = {0.6, 0.3, 0.001};
   EXPECT_TRUE(scene.near(0.01).empty()) << "0.3 along the face";
@@ -81,7 +81,7 @@ TEST(KeptContacts, EndWhereTheBodyDoes) {
   EXPECT_TRUE(scene.near(0.01).empty()) << "below the plane, and yet not in the body";
 }
 
-TEST(KeptContacts, OfThisStepAreContactsAsEver) {
+TEST(KeptContacts, OfThisStepAreNotNear) {
   Touching scene;
   at(scene.positions, Touching::point) = {0.3, 0.3, 0.001};
   Contacts contacts;
@@ -92,7 +92,7 @@ TEST(KeptContacts, OfThisStepAreContactsAsEver) {
   EXPECT_EQ(scene.near(0.01, contacts).size(), 1U) << "of another body";
 }
 
-TEST(KeptContacts, AreAsBeforeWhereAStepFails) {
+TEST(KeptContacts, AreUnchangedByAFailedStep) {
   Touching scene;
   KeptContacts kept;
   kept.add(1)[0] = scene.contact;

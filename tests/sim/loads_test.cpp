@@ -58,8 +58,8 @@ std::string error_of(Action&& action) {
   return "";
 }
 
-/// Pascal: a pressure all around squeezes tissue by p / K, has no sum and no torque, and is the stress
-/// inside.
+/// Pascal: a pressure on the whole surface changes the volume by p / K, has no net force or torque, and is
+/// the stress inside.
 TEST(PressureLoad, AllAroundIsThePressureInside) {
   Model model = block();
   model.surface_loads.push_back({.triangles = all_faces(model.bodies), .pressure = 200.0});
@@ -75,7 +75,7 @@ TEST(PressureLoad, AllAroundIsThePressureInside) {
   EXPECT_LT(length(simulation.center_of_mass(0) - Vec3{0.05, 0.05, 0.05}), 1e-6);
 }
 
-/// The patch of a body that has turned presses the other way.
+/// The pressure on a rotated body acts along the rotated normal.
 TEST(PressureLoad, FollowsTheSurface) {
   Model model = block();
   const std::vector<Index> top = faces(model.bodies, [](const Vec3& p) { return p.z > 0.0999; });
@@ -137,7 +137,7 @@ TEST(PointLoad, WithARampPushesByNewton) {
   for (int step = 1; step <= 20; ++step) {
     simulation.step();
     impulse += 0.01 * 2.0 * std::min(1.0, 0.01 * step / 0.1);
-    // Of the whole, from the way of the centre of mass.
+    // Total momentum, from the displacement of the centre of mass.
     const double momentum = simulation.masses()[0] * (simulation.center_of_mass(0).x - last) / 0.01;
     last = simulation.center_of_mass(0).x;
     EXPECT_NEAR(momentum, impulse, 1e-8) << step;

@@ -1,5 +1,5 @@
-// What holds bodies changes between steps. Oracles: the formulas of implicit Euler, Newton, and the run in
-// which nothing was changed.
+// Constraints of bodies change between steps. Oracles: the formulas of implicit Euler, Newton, and the run
+// without a change.
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ TEST(ModelChange, OfNothingLeavesTheBits) {
   }
 }
 
-TEST(ModelChange, WhatIsReleasedFliesOnAndFalls) {
+TEST(ModelChange, AReleasedBodyKeepsItsVelocityAndFalls) {
   Model model = block_over_table(1.0);
   model.motions = {{.keyframes = {{.time = 0.0}, {.time = 0.1, .translate = {0.02, 0.0, 0.03}}}}};
   model.motion_of_point.assign(model.bodies.points_rest().size(), -1);
@@ -218,7 +218,7 @@ TEST(ModelChange, LoadsTakeThePlaceOfThoseOfTheBody) {
   steps(s, 10);
   s.change({.loads = {{.body = 1}}});
   steps(s, 5);
-  const double v = 10 * h;  // the centre of mass goes as Newton says
+  const double v = 10 * h;  // the centre of mass follows Newton
   EXPECT_NEAR(s.center_of_mass(1).x, 0.5 * h * h * 10 * 11 + 5 * h * v, 1e-4);
   EXPECT_NEAR(s.center_of_mass(1).y, 0.0, 1e-6);
 }

@@ -1,5 +1,5 @@
-// Two balls that hit each other off their centres, without gravity. Oracle: nothing outside turns them, so
-// the sum of their angular momenta stays. docs/time-integration.md says what is lost and where.
+// Two balls collide off their centres, without gravity. Oracle: there is no external torque, so their total
+// angular momentum is constant. docs/time-integration.md describes the losses.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -42,7 +42,7 @@ Model balls_off_center(double offset, double young_modulus, double speed) {
   return model;
 }
 
-/// Change of the angular momentum by a collision at 0.5 m/s each, as a part of it.
+/// Relative change of the angular momentum by a collision at 0.5 m/s each.
 double change_of_momentum(double offset, double young_modulus, double time_step) {
   SimulationSettings settings;
   settings.time_step = time_step;

@@ -1,4 +1,4 @@
-// Quantities of outcomes. Oracles: closed forms, prescribed turns, and the weight of a block.
+// Quantities of outcomes. Oracles: closed forms, prescribed rotations, and the weight of a block.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>

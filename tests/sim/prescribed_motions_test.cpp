@@ -15,7 +15,7 @@ namespace {
 
 const double half = std::sqrt(0.5);
 
-/// A quarter turn about z round (1, 0, 0), and up by 2, from time 1 to time 3.
+/// A quarter turn about the axis through (1, 0, 0) along z, and up by 2, from time 1 to time 3.
 Motion quarter_turn(Interpolation interpolation = Interpolation::linear) {
   return {{1, 0, 0}, {{1.0, {}, {1, 0, 0, 0}}, {3.0, {0, 0, 2}, {half, 0, 0, half}}}, interpolation};
 }
@@ -58,7 +58,7 @@ TEST(PrescribedMotions, TurnTheShorterWayRoundWhateverTheSignAndLengthOfQuaterni
   expect_near(place(motion, {2, 0, 0}, 2.0), {1 + half, half, 1});
 }
 
-TEST(PrescribedMotions, KeepDistancesAlongTheWay) {
+TEST(PrescribedMotions, KeepDistancesDuringTheMotion) {
   const Vec3 a{0.3, -2, 1};
   const Vec3 b{-4, 0.1, 0.7};
   for (int i = 0; i <= 40; ++i) {

@@ -1,4 +1,4 @@
-// Pulls that no hand would make: no Error, and tissue comes back when it is let go.
+// Extreme pulls: no Error, and tissue recovers after release.
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <vector>
@@ -27,8 +27,8 @@ struct Pull {
   double time_step;
 };
 
-/// A ball of 10 cm, over a plate or free: a point of it jerked to and fro by up to eight of its diameters and
-/// held, then let go. No step of it fails; without a plate all tets come back.
+/// A ball of 10 cm, over a plate or free. A point of it is jerked by up to eight diameters and held, then
+/// released. No step fails; without a plate all tets recover.
 void pull_about(const Pull& pull, bool plate) {
   Bodies bodies;
   bodies.add("ball", test::ball_mesh(3, {0.0, 0.0, 0.06}, 0.05));
@@ -61,7 +61,7 @@ void pull_about(const Pull& pull, bool plate) {
   EXPECT_GT(most, 0) << "too weak a pull to test anything";
   simulation.release(grab);
   for (int n = 0; n < steps(2.0); ++n) ASSERT_NO_THROW(simulation.step());
-  if (plate) return;  // squeezed through it, tissue may stay inside out: docs/inversion.md
+  if (plate) return;  // tissue squeezed through the plate may stay inverted: docs/inversion.md
   EXPECT_EQ(inverted_tets(simulation), 0) << "E " << pull.young_modulus << ", nu " << pull.poisson_ratio
                                           << ", k " << pull.stiffness << ", step " << pull.time_step;
 }
@@ -78,7 +78,7 @@ TEST(Pull, ThroughAndOverAPlateNoStepFails) {
   pull_about({5e4, 0.49, 1e4, 0.01}, true);
 }
 
-/// A soft ball thrown at a plate so that it is crushed flat, and inside out in parts.
+/// A soft ball thrown at a plate so that it is crushed flat, and partly inverted.
 TEST(Pull, ABodyCrushedAgainstAPlateComesBack) {
   for (const double nu : {0.3, 0.4, 0.49}) {
     Bodies bodies;

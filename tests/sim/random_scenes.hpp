@@ -13,9 +13,9 @@
 
 namespace palpate::test {
 
-/// A scene by chance: two to six boxes, balls, sheets and bars of 1 to 10 cm, one above the other, fall on a
-/// fixed floor. Sizes, stiffness (20 kPa to 10 MPa, alike or unlike), density, Poisson's ratio, cells,
-/// element quality, alignment, friction and time step (1 to 20 ms) are all chance. The same for both kinds of
+/// A random scene: two to six boxes, balls, sheets and bars of 1 to 10 cm, one above the other, fall on a
+/// fixed floor. Sizes, stiffness (20 kPa to 10 MPa, equal or different), density, Poisson's ratio, cells,
+/// element quality, alignment, friction and time step (1 to 20 ms) are random. The same for both kinds of
 /// elements.
 class RandomScene {
  public:
@@ -60,7 +60,7 @@ class RandomScene {
     }
   }
 
-  /// Moves points by up to a part of the shortest edge, less where tets would become too flat.
+  /// Moves points by up to a fraction of the shortest edge, less if tets would become too flat.
   void jitter(TetMesh& mesh) {
     double shortest = 1.0;
     for (const Tet& t : mesh.tets) {

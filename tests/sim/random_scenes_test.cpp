@@ -1,5 +1,5 @@
-// Random scenes (random_scenes.hpp). Oracles: what falls has no more energy than it began with, floors
-// hold, tissue that nothing crushes is not inverted, and steps converge.
+// Random scenes (random_scenes.hpp). Oracles: the energy never exceeds the first, floors hold, tissue is not
+// inverted unless crushed, and steps converge.
 #include "sim/random_scenes.hpp"
 
 #include <cstdio>
@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// Of motion, height and strain, J. Springs of contacts hold some more for a while.
+/// Energy of motion, height and strain, J. Contact springs temporarily store some more.
 double energy(const Simulation& simulation) {
   double sum = simulation.metrics().kinetic_energy + simulation.metrics().elastic_energy;
   for (Index body = 1; body < simulation.bodies().body_count(); ++body) {
@@ -22,7 +22,7 @@ struct Outcome {
   int steps = 0;
   int not_converged = 0;
   std::int64_t iterations = 0;
-  int inverted = 0;  ///< scenes in which a tet was, for some time
+  int inverted = 0;  ///< scenes with an inverted tet at some time
   int gained = 0;    ///< scenes that gained energy, and ended there
 };
 
@@ -54,7 +54,8 @@ Outcome run(std::uint64_t seed, ElementKind elements) {
   return outcome;
 }
 
-/// \param most_inverted  scenes: soft bodies between hard and heavy ones are crushed
+/// \param most_inverted  allowed number of scenes with inverted tets: soft bodies below heavy ones are
+/// crushed
 void run_all(std::uint64_t first, std::uint64_t count, int most_inverted,
              ElementKind elements = ElementKind::linear, int steps_of_one_failure = 100) {
   Outcome all;
@@ -77,12 +78,12 @@ TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 0);
 }
 
-/// Seeds of the first test; scenes with inverted tets are as many as were found.
+/// Seeds of the first test. The allowed number of scenes with inverted tets is the number found.
 TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 3, ElementKind::smoothed);
 }
 
-/// Found were 12 scenes and 98 of 8450 steps; 10 and one in a hundred had been asked for.
+/// Found: 12 scenes and 98 of 8450 steps; the goals were 10 scenes and 1 % of the steps.
 TEST(RandomScenes, DISABLED_SixtyOfSmoothedTetsDo) {
   run_all(2000, 60, 15, ElementKind::smoothed, 50);
 }

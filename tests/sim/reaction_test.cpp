@@ -1,4 +1,4 @@
-// What holds points that do not move freely. Oracles: Newton's laws, weights, levers.
+// Reactions at points that do not move freely. Oracles: Newton's laws, weights, levers.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(Reaction, OfFixedPointsIsTheWeightAndItsLever) {
   const Vec3 center = simulation.center_of_mass(0);
   const Wrench held = simulation.reaction_of_body(0, root);
   EXPECT_LT(length(held.force - sum), 1e-12 * weight);
-  // The weight turns the beam down about the root: (center - root) x (-W z), and the support holds against.
+  // The moment of the weight about the root is (center - root) x (-W z); the support balances it.
   EXPECT_NEAR(held.torque.y, -weight * (center.x - root.x), 1e-4 * weight * 0.2);
   EXPECT_EQ(moved_to(held, center).about, center);
   EXPECT_NEAR(moved_to(held, center).torque.y, 0.0, 1e-4 * weight * 0.2);
@@ -80,8 +80,7 @@ TEST(Reaction, KeepsNewtonsLawInMotion) {
   }
 }
 
-/// A plate with a prescribed motion that presses a block onto fixed points: all that holds adds up, torques
-/// too.
+/// A plate with a prescribed motion presses a block onto fixed points: reaction forces and torques balance.
 TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   Model model;
   model.bodies.add("block", test::box_mesh({5, 4, 3}, {-0.05, -0.05, 0.0}, {0.05, 0.05, 0.06}));
@@ -121,7 +120,7 @@ TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   EXPECT_LT(length(motor.torque + moment(1, plate_weight) + plate.torque), 1e-4 * size * 0.05);
 }
 
-/// Ties and grabs hold what hangs on them.
+/// Ties and grabs hold the bodies that hang on them.
 TEST(Reaction, OfTiesAndGrabsIsTheWeightThatHangsOnThem) {
   Model model;
   model.bodies.add("upper", test::box_mesh({2, 2, 1}, {-0.05, -0.05, 0.001}, {0.05, 0.05, 0.041}));

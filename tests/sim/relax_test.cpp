@@ -1,4 +1,4 @@
-// Oracles: symmetry, what does not move, and a run that starts from the result.
+// Oracles: symmetry, points that must not move, and a run that starts from the result.
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -130,7 +130,7 @@ TEST(Relax, LeavesWhatHasNowhereToGo) {
 TEST(Relax, SeesAllOverlapsInApproximateModeToo) {
   SimulationSettings settings = without_gravity();
   settings.detection.cells_per_primitive = 1;
-  settings.detection.cell_size = 0.001;  // so small that one slot of a primitive misses nearly all
+  settings.detection.cell_size = 0.001;  // so small that the one slot of a primitive misses nearly all cells
   Model approximate = two_balls();
   Model exact = two_balls();
   const RelaxReport report = relax(approximate, settings, {});

@@ -95,7 +95,7 @@ TEST(ContactResponse, PushesAlongTheDirectionAndFrictionOpposesSliding) {
   std::vector<Vec3> velocities(pressed.bodies.points_rest().size());
   const Range ball = pressed.bodies.bodies()[1].points;
   for (Index p = ball.begin; p < ball.end; ++p) at(velocities, p) = {0.2, 0.0, 0.0};
-  // In a step of 1 ms the ball slides 0.2 mm: twice what the springs give where it is 10 mm deep.
+  // In a step of 1 ms the ball slides 0.2 mm: twice the largest slip of the springs at a depth of 10 mm.
   const double h = 1e-3;
   const auto couplings = pressed.couplings(settings, velocities, h);
   std::size_t checked = 0;
@@ -114,7 +114,7 @@ TEST(ContactResponse, PushesAlongTheDirectionAndFrictionOpposesSliding) {
   EXPECT_GT(checked, 3U);
 }
 
-TEST(ContactResponse, LetsGoWhereItWouldPull) {
+TEST(ContactResponse, HasNoForceWhereItWouldPull) {
   Pressed pressed;
   ResponseSettings settings;
   settings.friction = 0.5;
@@ -128,8 +128,8 @@ TEST(ContactResponse, LetsGoWhereItWouldPull) {
   }
 }
 
-TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsIt) {
-  // A spike dips into a box; it goes in at 1 m/s, then comes out at 1 m/s, deeper than the model foresaw.
+TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
+  // A spike enters a box at 1 m/s, then leaves at 1 m/s, deeper than predicted.
   Bodies bodies;
   bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));
   bodies.add("spike",
@@ -160,7 +160,7 @@ TEST(ContactResponse, CalmsAContactThatTurnsRoundByTheErrorOfItsForceAndForgetsI
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
   EXPECT_EQ(damping(-0.001, -1.0), 0.0) << "goes on as before";
-  // Force 100 N/m times 0.015 m; foreseen: 1.1 N less 100 N/m times 0.001 m. By 1 m/s.
+  // Force 100 N/m times 0.015 m; predicted: 1.1 N minus 100 N/m times 0.001 m. Divided by 1 m/s.
   const double first = damping(-0.005, 1.0);
   EXPECT_NEAR(first, 1.5 - 1.0, 1e-9);
   EXPECT_NEAR(damping(-0.004, 1.0), 0.99 * first, 1e-9) << "fades";
@@ -208,8 +208,8 @@ TEST(ContactResponse, FadesOutOverARim) {
   }
   EXPECT_NEAR(first, 1.0, 1e-9) << "100 N/m times 0.01 m";
   EXPECT_EQ(last, 0.0);
-  // Without fading it would fall from 1 to 0 at once. What is left: an edge that starts to cross the side
-  // turns the direction towards it.
+  // Without rim falloff it would jump from 1 to 0. The remaining jump: an edge that begins to cross the side
+  // changes the direction.
   EXPECT_LT(largest_jump, 0.04);
 }
 

@@ -39,8 +39,8 @@ void expect_same_state(const std::function<Simulation()>& make, int steps, const
   });
 }
 
-/// Friction, rails that turn, an attachment, plastic tissue of two materials, self-collision, a load and a
-/// grab: all that the example named so has.
+/// The example "everything": friction, a prescribed rotation, an attachment, plastic tissue of two materials,
+/// self-collision, a load and a grab.
 TEST(SameState, Everything) {
   expect_same_state([] { return simulate(example("everything")); }, 120, "f72fb722a7be6d2c");
 }

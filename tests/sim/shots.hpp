@@ -16,10 +16,10 @@
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 
-/// Shots of one body at another, and what tells whether one went through.
+/// Shots of one body at another, and a test whether one went through.
 namespace palpate::test {
 
-/// A body whose middle is the origin, and how much of it is its core along each axis.
+/// A body centred at the origin, and the fraction of it along each axis that is its core.
 struct ShotBody {
   std::string name;
   TetMesh mesh;
@@ -59,7 +59,7 @@ inline ShotBody random_shot_body(Random& random) {
   }
 }
 
-/// The inner part of a body, which goes with its tissue.
+/// The inner part of a body, which moves with its tissue.
 class Core {
  public:
   /// \param rest  points of the mesh where the simulation has them at rest
@@ -78,7 +78,7 @@ class Core {
       triangles_.push_back(corners);
     }
   }
-  /// Where its points are at a time between two positions of the body.
+  /// Sets its points at a time between two positions of the body.
   void put(std::span<const Vec3> start, std::span<const Vec3> end, double time) {
     points_.clear();
     for (const auto& [tet, weights] : places_) {
@@ -95,7 +95,7 @@ class Core {
     for (const Vec3& p : points_) box.extend(p);
     return box;
   }
-  /// Whether a side of one goes through the surface of the other, where they have been put.
+  /// Whether an edge of one crosses the surface of the other at the set positions.
   [[nodiscard]] bool crosses(const Core& other) const { return pierces(other) || other.pierces(*this); }
 
  private:
@@ -136,12 +136,12 @@ class Core {
   std::vector<Vec3> points_;
 };
 
-/// A random shot: what flies, what it flies at, how fast.
+/// A random shot: projectile, target and speed.
 struct Shot {
   std::array<ShotBody, 2> bodies;  ///< target, projectile
   std::string name;
   bool obstacle = false;
-  double motion = 0.0;  ///< of the projectile in a step, in the lesser thickness
+  double motion = 0.0;  ///< of the projectile in a step, over the smaller thickness
   Model model;
   int steps = 0;
 };
@@ -184,16 +184,17 @@ inline Shot random_shot(std::uint64_t seed) {
 
 struct ShotResult {
   bool went_through = false;
-  bool creeps = false;   ///< in a step in which nothing moved enough to be looked at: for edge contacts
-  bool blew_up = false;  ///< faster than five times what it was shot at: not what a hit does
+  bool creeps =
+      false;  ///< it went through in steps too slow for the swept search: edge contacts must stop it
+  bool blew_up = false;  ///< faster than five times the speed of the shot: not caused by a hit
   int through_step = 0;
   std::int64_t stopped = 0;
   std::int64_t passes = 0;
   int most_solves = 0;
 };
 
-/// Whether the cores of the bodies ever cross, with so many looks at a step that nothing moves further
-/// against the other than a tenth of a thickness between two.
+/// Whether the cores of the bodies ever cross. A step is sampled so often that relative motion between two
+/// samples is at most a tenth of a thickness.
 inline ShotResult shoot(const Shot& shot, bool continuous) {
   SimulationSettings settings;
   settings.time_step = shot_step;
@@ -236,7 +237,7 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
   return result;
 }
 
-/// What became of shots.
+/// Numbers of outcomes of shots.
 struct Shots {
   int through = 0;
   int creeps = 0;

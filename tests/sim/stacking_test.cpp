@@ -101,8 +101,8 @@ TEST(Stacking, ContactsEqualBruteForceOverAWholeRunAndItComesToRest) {
   EXPECT_NEAR(weight, 9.81 * 19 * 0.4, 1e-9);
   EXPECT_NEAR(-simulation.contact_forces()[0].z, weight, 0.01 * weight);
 
-  // And it stays: over two seconds nothing drifts, no body is faster than the rest speed, and what moves
-  // becomes less.
+  // It stays at rest: over two seconds nothing drifts, no body is faster than the rest speed, and motion
+  // decreases.
   for (int i = 0; i < 200; ++i) simulation.step();
   const auto top_centre = [&] { return test::mean_of_body(simulation.bodies(), 19, simulation.positions()); };
   const Vec3 before = top_centre();

@@ -46,7 +46,7 @@ bool reaches(const Bodies& bodies, std::span<const Vec3> x, const Body& a, const
       }
     }
   }
-  // No surface meets: all points of `a` are inside, or none is.
+  // Surfaces do not meet: all points of `a` are inside, or all are outside.
   const Vec3& p = at(x, a.points.begin);
   for (Index t = b.tets.begin; t < b.tets.end; ++t) {
     const Tet& tet = at(bodies.tets(), t);

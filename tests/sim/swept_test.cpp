@@ -1,4 +1,4 @@
-// Nothing slips through. Oracle: the inner parts of two bodies never cross, looked at densely in time.
+// No body passes through another. Oracle: the inner parts of two bodies never cross, sampled densely in time.
 #include <filesystem>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Forces of contacts, and what holds points. Oracles: Newton's laws, weights, levers, Coulomb's law.
+// Forces of contacts, and reactions at held points. Oracles: Newton's laws, weights, levers, Coulomb's law.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -98,7 +98,7 @@ TEST(Wrench, ListsEachContactWithItsForce) {
   EXPECT_GT(sticks, 100U);
 }
 
-/// Gravity that leans, in place of a plate that does.
+/// Tilts gravity in place of the plate.
 void expect_incline(double degrees, double friction, bool slides) {
   Model model;
   model.bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0}));
@@ -139,7 +139,7 @@ TEST(WrenchOnAnIncline, HasCoulombsFrictionWhereItSlides) {
   expect_incline(25.0, 0.2, true);
 }
 
-/// Over a fall, a hit and rest: what the forces of contacts and gravity add up to is the change of momentum.
+/// Over a fall, a hit and rest: the impulse of contacts and gravity is the change of momentum.
 TEST(WrenchImpulse, IsTheChangeOfMomentum) {
   Model model;
   model.bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.2, -0.2, -0.05}, {0.2, 0.2, 0}));
@@ -176,7 +176,7 @@ TEST(WrenchImpulse, IsTheChangeOfMomentum) {
   EXPECT_GT(simulation.contact_wrench(1).force.z, 0.9 * g * simulation.masses()[1]);
 }
 
-/// A ball between two plates, beside their middles: the torque is the force times the way to it.
+/// A ball between two plates, beside their centres: the torque is force times lever.
 TEST(WrenchTorque, OfABallBesideTheMiddleIsForceTimesLever) {
   constexpr double off = 0.03;
   Model model;
@@ -204,7 +204,7 @@ TEST(WrenchTorque, OfABallBesideTheMiddleIsForceTimesLever) {
   EXPECT_NEAR(moved_to(on_upper, {off, 0.0, 0.05}).torque.y, 0.0, 1e-3 * off * on_upper.force.z);
 }
 
-/// The loads on the triangles have the wrench of their body, and of nothing more.
+/// The loads on the triangles of a body add up to its wrench.
 TEST(Traction, AddsUpToTheWrenchOfEachBody) {
   Simulation simulation = pile();
   for (int step = 0; step < 100; ++step) simulation.step();
@@ -279,7 +279,7 @@ TEST(Pressure, UnderAPressedBlockIsForceOverArea) {
   EXPECT_EQ(inner, 32U);
 }
 
-/// A saved state tells of the forces of its last step.
+/// A saved state contains the forces of its last step.
 TEST(Wrench, IsPartOfASavedState) {
   Simulation simulation = pile(1);
   simulation.record_reactions(true);

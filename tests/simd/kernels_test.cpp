@@ -1,4 +1,5 @@
-// Every SIMD target this processor has, and the scalar twin, against plain loops of the standard library.
+// The kernels on every SIMD target of this processor, and in plain C++, against loops of the standard
+// library.
 #include <algorithm>
 #include <cstdint>
 #include <gtest/gtest.h>

@@ -7,7 +7,8 @@
 namespace palpate {
 namespace {
 
-// Some references have no key, others move; calm and burst alternate, so that adaptive uses all its parts.
+// Some references have no key, others move. Few and many movers alternate, so that `adaptive` uses all its
+// methods.
 TEST(PointSortAllocations, ASteadyFrameMakesNone) {
   for (const Sort method : {Sort::radix, Sort::counting, Sort::comparison, Sort::repair, Sort::adaptive}) {
     for (const int thread_count : {1, 2}) {

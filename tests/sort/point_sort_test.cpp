@@ -41,8 +41,7 @@ std::size_t count_movers(const Keys& before, const Keys& now) {
 
 class PointSortOf : public ::testing::TestWithParam<std::tuple<Sort, int>> {};
 
-// Small frames, where each edge case comes up often: 0 to 100 % movers, changing counts of keys and
-// references.
+// Small frames, in which edge cases are frequent: 0 to 100 % movers, changing counts of keys and references.
 TEST_P(PointSortOf, EqualsAFullSortAfterEachOf1000Frames) {
   const auto [method, thread_count] = GetParam();
   const parallel::Threads threads(thread_count);
@@ -70,7 +69,7 @@ TEST_P(PointSortOf, EqualsAFullSortAfterEachOf1000Frames) {
   }
 }
 
-// Frames of several blocks: chunks, segments and their seams.
+// Frames of several blocks: chunks, segments and their borders.
 TEST_P(PointSortOf, EqualsAFullSortOnLargeFrames) {
   const auto [method, thread_count] = GetParam();
   const parallel::Threads threads(thread_count);
@@ -121,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, PointSortOf,
                                             ::testing::Values(1, 2, 3, 5)),
                          name_of);
 
-/// The methods used in a sequence of frames with these shares of movers.
+/// The methods used in a sequence of frames with these fractions of movers.
 std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
                                const std::vector<double>& fractions) {
   const parallel::Threads threads(1);
@@ -132,7 +131,7 @@ std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
   std::vector<std::uint32_t> cell_begin;
   std::vector<Sort> used;
   for (const double fraction : fractions) {
-    // Exactly that share, each to another cell.
+    // Exactly that fraction, each to another cell.
     for (std::size_t i = 0; i < static_cast<std::size_t>(1000 * fraction); ++i)
       keys[i] = (keys[i] + 1) % key_count;
     used.push_back(sort.update(threads, keys, key_count, words, wants_cells ? &cell_begin : nullptr).used);
@@ -140,7 +139,7 @@ std::vector<Sort> methods_used(std::uint32_t key_count, bool wants_cells,
   return used;
 }
 
-TEST(AdaptiveSort, GoesToAFullSortInABurstAndBackInACalm) {
+TEST(AdaptiveSort, UsesAFullSortForManyMoversAndRepairForFew) {
   constexpr double between = (SortSwitch::lower_fraction + SortSwitch::upper_fraction) / 2;
   const std::vector<double> fractions{0.0, 0.02, between, 0.9, between, 0.02, between, 0.0};
   const auto expected = [](Sort full) {

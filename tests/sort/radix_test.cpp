@@ -24,7 +24,7 @@ TEST_P(RadixSortOf, AdversarialKeys) {
   const parallel::Threads threads(GetParam());
   test::Random random(7);
   RadixSort sort;
-  // Around the block of 2^14 words, and where nothing or almost nothing is to do.
+  // Around the block of 2^14 words, and empty or almost empty input.
   for (const std::size_t n : {0U, 1U, 2U, 3U, 255U, 257U, 16383U, 16384U, 16385U, 70000U}) {
     const std::vector<std::vector<std::uint64_t>> inputs{
         words(n, [](std::size_t) { return 5U; }),                            // all equal

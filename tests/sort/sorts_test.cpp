@@ -16,7 +16,7 @@ namespace {
 
 using Keys = std::vector<std::uint32_t>;
 
-/// Key sets of `n` references that sorts fail on, each with the key count that goes with it.
+/// Hard key sets of `n` references for sorts, each with its key count.
 std::vector<std::pair<Keys, std::uint32_t>> adversarial_keys(std::uint32_t n, test::Random& random) {
   const auto fill = [n](const std::function<std::uint32_t(std::uint32_t)>& key) {
     Keys keys(n);
@@ -40,12 +40,12 @@ std::vector<std::pair<Keys, std::uint32_t>> adversarial_keys(std::uint32_t n, te
       {fill([&](std::uint32_t) { return random_below(1U << 17); }), 1U << 17},  // ranges
       {fill([&](std::uint32_t) { return random_below(1U << 17) & 0x1F00FU; }), 1U << 17},  // equal digits
       {fill([&](std::uint32_t i) { return i % 3 == 0 ? no_key : random_below(70000); }),
-       70000},                                              // some have none
-      {fill([](std::uint32_t) { return no_key; }), 70000},  // none has any
+       70000},                                              // some have no key
+      {fill([](std::uint32_t) { return no_key; }), 70000},  // all have no key
   };
 }
 
-// Around the block of 2^14 and 2^15 words, around widths of vectors, and where almost nothing is to do.
+// Around the block of 2^14 and 2^15 words, around widths of vectors, and almost empty input.
 constexpr std::uint32_t sizes[] = {0,  1,  2,   3,   7,     8,     9,     15,    16,    17,    31,    32,
                                    33, 63, 255, 257, 16383, 16384, 16385, 32767, 32768, 32769, 140000};
 

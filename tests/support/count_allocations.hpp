@@ -1,7 +1,7 @@
 #pragma once
 
 /// Counts every operator new of the test executable. Include it in one source of an executable, and not in
-/// builds with a sanitizer, which brings its own.
+/// builds with a sanitizer, which replaces operator new itself.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>

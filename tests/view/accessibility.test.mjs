@@ -1,4 +1,4 @@
-// What axe finds on the page, of a simulation that runs and of stored results, in a real, headless browser.
+// Accessibility of the page by axe, with a running simulation and with stored results, in a headless browser.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-/// A client of the server, as far from a browser as can be: what it sends, it sends as it is told.
+/// A client of the server that, unlike a browser, sends any bytes it is given.
 namespace palpate::test {
 
 /// The status of the answer to a request (0: the connection was closed), and its body.
@@ -17,13 +17,13 @@ struct Answer {
 
 /// Sends bytes on a new connection, and reads the answer until its end.
 Answer ask_raw(std::uint16_t port, const std::string& request);
-/// A GET with the right Host, and whatever else.
+/// A GET with the right Host and more headers.
 Answer get(std::uint16_t port, const std::string& target, const std::string& headers = "");
 
 /// A WebSocket.
 class Socket {
  public:
-  /// With the right Host and Origin. Throws where the server does not take it.
+  /// Connects with the right Host and Origin. Throws if the server refuses.
   Socket(std::uint16_t port, const std::string& target);
   ~Socket();
   Socket(const Socket&) = delete;
@@ -33,13 +33,13 @@ class Socket {
     bool binary = false;
     std::string data;
   };
-  /// False where the server has closed the connection.
+  /// False if the server has closed the connection.
   bool send(const std::string& text, bool binary = false);
-  /// The next message; nothing where the server closed the connection.
+  /// The next message; empty if the server closed the connection.
   std::optional<Received> receive();
   /// Messages until one of that kind ("stage", "frame", "state", "refusal"), which it returns.
   Received receive_kind(const std::string& kind);
-  /// The code that the server closed with; 0: none.
+  /// The server's close code, or 0.
   [[nodiscard]] int close_code() const;
 
  private:

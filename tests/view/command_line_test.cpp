@@ -1,4 +1,4 @@
-// 'palpate view' as a user meets it.
+// 'palpate view' on the command line.
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -20,7 +20,7 @@ class View : public CommandTest {
   }
 };
 
-/// The first line that a process writes to a file; empty where it ended, or after a minute.
+/// The first line that a process writes to a file; empty if it ended, or after a minute.
 std::string first_line(const std::filesystem::path& file, Process& process) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
   while (process.running() && std::chrono::steady_clock::now() < deadline) {
@@ -68,8 +68,7 @@ TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
   EXPECT_FALSE(exists("ball.json"));
 }
 
-/// What a terminal gets of 'view' that is to serve at a port that is taken: it ends after what it says of the
-/// mesh.
+/// Terminal output of 'view' with a port in use: it ends after the messages about the mesh.
 class ViewOfAMesh : public View {
  protected:
   void SetUp() override {

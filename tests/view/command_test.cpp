@@ -1,5 +1,4 @@
-// Messages of pages. Oracle: what the page is documented to send, and a fuzz that nothing but Error may
-// leave.
+// Messages of pages. Oracle: the documented messages, and a fuzz in which only Error may be thrown.
 #include "view/command.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Every control of the page that the other tests leave out, each key, and fingers, in a real, headless browser.
+// Every control of the page that other tests do not cover, each key, and touch, in a headless browser.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { faceColour, glued, middle, noComplaints, open, openSection, patch, serve, shot, tag, text, until, write } from "./page_support.mjs";

@@ -1,4 +1,4 @@
-// Bodies cut open, in a real, headless browser: the control of the cut, its faces, and what the mouse meets there.
+// Cut bodies in a headless browser: the control of the cut, its faces, and picking there.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -84,7 +84,7 @@ test("a slanting cut of a view moves along its own normal, and cuts its own bodi
   const moved = await face();
   assert.ok(moved.count > 1000 && Math.hypot(moved.x - before.x, moved.y - before.y) > 3);
   assert.equal((await plate()).count, 0, "and stays whole");
-  // Closed and opened again, after the view was turned, it is the same plane.
+  // Off and on again, after a rotation of the view, the plane is the same.
   await page.uncheck("#cut");
   await page.focus("#canvas");
   await page.keyboard.press("ArrowLeft");
@@ -150,7 +150,7 @@ function bulging(cells) {
   const tets = [];
   for (let cell = 0; cell < cells ** 3; ++cell) {
     const corner = [Math.floor(cell / cells ** 2), Math.floor(cell / cells) % cells, cell % cells];
-    // One tet for each order in which the axes lead from a corner of the cell to the opposite one.
+    // One tet for each order of axes on the path from a corner of the cell to the opposite one.
     for (const order of [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]]) {
       const path = [corner];
       for (const axis of order) path.push(path.at(-1).map((c, k) => c + (k === axis ? 1 : 0)));
@@ -174,7 +174,7 @@ test("faces of bodies that overlap are clean: no stray pixels, smooth outlines",
   await shot(page, "cut-clean");
   const picture = await pixels(page);
   const { width, height, data } = picture;
-  // 1, 2: a face; 3: nothing but grey; 0: something between.
+  // 1, 2: a face; 3: grey only; 0: a mixture.
   const faces = [faceColour(blue), faceColour(red)];
   const kind = Array.from({ length: width * height }, (_, i) => {
     const face = faces.findIndex((rgb) => near(picture, i, rgb, 3));

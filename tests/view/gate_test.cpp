@@ -1,4 +1,4 @@
-// Who is let in. Oracle: the rules of docs/viewer.md, one row each.
+// Access rules of the server. Oracle: the rules of docs/viewer.md, one row each.
 #include "view/gate.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// A simulation that is looked at and touched. Oracles: the same simulation without a viewer (bits), Hooke's
-// law, the path of a motion.
+// A simulation with a viewer that pulls and changes it. Oracles: the same simulation without a viewer (bits),
+// Hooke's law, the path of a motion.
 #include "view/live.hpp"
 
 #include <cmath>
@@ -123,7 +123,7 @@ TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
   const Index vertex = top_of(*source, surface, 1);
   const Index point = at(surface.points(), vertex);
   const Vec3 before = at(source->positions(), point);
-  const Vec3 target = before + Vec3{0, 0, 0.001};  // less than what a corner can take
+  const Vec3 target = before + Vec3{0, 0, 0.001};  // below the limit of a corner
   source->apply(1, Pull{vertex, target - source->stage().origin, 1.0});
   run(*source, 150);
   const Vec3 pulled = at(source->positions(), point);
@@ -167,7 +167,7 @@ TEST(LiveSource, RefusesWhatCannotBePulled) {
   EXPECT_TRUE(source->counts()["pulls"].empty());
 }
 
-TEST(LiveSource, MovesWhatIsOnRailsAlongItsPathAndOffIt) {
+TEST(LiveSource, MovesPrescribedBodiesOnAndOffTheirPath) {
   const auto source = test::small_source();
   const Index corner = at(source->bodies().bodies(), 2).points.begin;
   const Vec3 start = at(source->positions(), corner);

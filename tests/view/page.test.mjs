@@ -1,4 +1,4 @@
-// The page of `palpate view` in a real, headless browser: what a user does, and what must then be true.
+// The page of `palpate view` in a headless browser: actions of a user and their effects.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
@@ -129,7 +129,7 @@ test("an odd number of crossings is drawn", async () => {
   });
   const counted = (what, number) => async () => new RegExp(`${what}\\s*${number}(?!\\d)`).test(await text(page, "counts"));
   await until("three crossings", counted("crossings", 3));
-  // Nothing is drawn until they have come: a busy machine's order of things.
+  // Nothing is drawn until they have arrived, as on a busy machine.
   await page.evaluate(() => (window.held = true));
   await openSection(page, "developer");
   await page.check("#show-borders");
@@ -267,7 +267,7 @@ test("marks the picked point, and shows arrows of contacts of seen bodies alone"
   await until("it has settled", async () => (await time(page)) > 0.5);
   await page.click("#play");
   const marker = [213, 94, 0];
-  const deepest = [253, 231, 37];  // the arrow of the deepest contact is of the bright end of the map
+  const deepest = [253, 231, 37];  // the arrow of the deepest contact has the bright end of the colour map
   for (const body of ["lower", "upper"]) {
     await page.locator(`.body:has-text("${body}") input[type=range]`).fill("0.3");
   }

@@ -1,4 +1,4 @@
-// What tests of the page share: scenes, servers, pages of a headless browser, and looks at pixels.
+// Common parts of the page's tests: scenes, servers, pages of a headless browser, and pixels.
 //   PALPATE_COMMAND   the command
 //   PALPATE_PICTURES  where screenshots go
 import assert from "node:assert/strict";
@@ -34,7 +34,7 @@ export const glued = {
 };
 write("scene.json", scene);
 write("glued.json", glued);
-// A patient's: axes with sides, millimetres and grams, two named views.
+// A scene of a patient: axes named by sides, millimetres and grams, two named views.
 export const patient = {
   ...scene, name: "patient", axes: "LPS", units: { length: "mm", mass: "g", time: "s" }, gravity: [0, 0, -9810],
   bodies: scene.bodies.map((body) => ({

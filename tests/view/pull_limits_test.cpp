@@ -1,4 +1,4 @@
-// How hard tissue may be pulled. Oracle: the surface of boxes.
+// Limits of pulls on tissue. Oracle: the surface of boxes.
 #include "view/pull_limits.hpp"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ Index point_at(const Model& model, const Vec3& place) {
 TEST(PullLimits, AreTheStressThatTissueTakesTimesTheSurfaceOfAPoint) {
   const Model model = two_boxes("5");
   const double cell = 0.1 / 6;
-  // Four and eight triangles meet at points of a side in turn: a square each, on the mean of neighbours.
+  // Points of a side have four or eight triangles alternately: on average, the area of one square each.
   const double most = PullLimits::largest_strain * 20000 * cell * cell;
   const double sum = limits_of(model).force(point_at(model, {0, 0, 0.05})) +
                      limits_of(model).force(point_at(model, {cell, 0, 0.05}));
@@ -60,8 +60,7 @@ TEST(PullLimits, AreLessWhereOnlyOneTetHoldsAPoint) {
   model.bodies.add("tet", {{{0, 0, 0}, {a, 0, 0}, {0, a, 0}, {0, 0, a}}, {{0, 1, 2, 3}}});
   model.materials = {Material{.young_modulus = 1000}};
   model.fixed_points = {0, 1, 1, 1};
-  // Three right triangles meet at the corner of the cube: a third of them is more than a third of the face
-  // across.
+  // Three right triangles meet at point 0. The opposite face is smaller than their sum, so it is the limit.
   const double across = std::sqrt(3.0) / 2 * a * a;
   const double squeeze = PullLimits::largest_squeeze * 1000 * (1.5 * a * a + across) / 4;
   const double strain = PullLimits::largest_strain * 1000 * across / 3;
@@ -72,7 +71,7 @@ TEST(PullLimits, AreLessWhereOnlyOneTetHoldsAPoint) {
 
 TEST(PullLimits, AreThoseOfTheSoftestThatLiesAgainstABody) {
   Model model = two_boxes("0.1");
-  model.materials[1].young_modulus = 500;  // so soft that strain is not what limits pulls
+  model.materials[1].young_modulus = 500;  // so soft that strain does not limit pulls
   const double most = PullLimits::largest_squeeze * 500 * 0.06 / 4;
   const PullLimits limits = limits_of(model);
   const auto [begin, end] = model.bodies.bodies()[0].points;
@@ -101,14 +100,14 @@ TEST(PullLimits, AreThoseOfTheSoftestTetAtAPoint) {
 
 TEST(PullLimits, DoNotThrowAFreeBodyFarInAStep) {
   const Model model = two_boxes("5", "");
-  const double step = 1.0;  // long, so that this is what counts
+  const double step = 1.0;  // long, so that this is the limit
   const double mass = model.materials[0].density * 1e-3;
   EXPECT_NEAR(limits_of(model, step).force(point_at(model, {0, 0, 0.05})),
               PullLimits::largest_leap * mass * 0.02, 1e-9);
   EXPECT_GT(limits_of(two_boxes("5"), step).force(point_at(model, {0, 0, 0.05})), 1.0) << "held at its base";
 }
 
-TEST(PullLimits, MakeASpringGiveWay) {
+TEST(PullLimits, ReduceTheStiffnessOfASpring) {
   const PullSpring spring{.stiffness = 100, .mass = 0.0, .most = 2};
   const Vec3 still{};
   EXPECT_EQ(limited_stiffness(spring, {0, 0, 0}, still, 0.1, {0, 0, 0.01}), 100);

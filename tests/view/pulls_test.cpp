@@ -1,5 +1,5 @@
-// Hands that hold tissue and jerk it as hard as they can, in the scenes that people open first: no pull turns
-// tets inside out, keeps a step from converging or blows up a run.
+// The hardest pulls and jerks that the page allows, in the scenes of the gallery: no pull inverts tets, keeps
+// a step from converging or blows up a run.
 #include <algorithm>
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -28,9 +28,9 @@ std::unique_ptr<LiveSource> source_of(const std::string& name) {
   return std::make_unique<LiveSource>(scene, std::move(model), 1);
 }
 
-/// What a pull did at worst.
+/// The worst effects of a pull.
 struct Worst {
-  double force = 0.0;  ///< over what the tissue can take
+  double force = 0.0;  ///< over the limit of the tissue
   std::int64_t inverted = 0;
   std::int64_t inverted_at_end = 0;
   std::int64_t not_converged = 0;
@@ -40,7 +40,7 @@ class Hand {
  public:
   Hand(LiveSource& source, std::uint64_t seed) : source_(source), surface_(source.bodies()), random_(seed) {}
 
-  /// Takes hold of some tissue, with a hand far away.
+  /// Begins a pull at some tissue to a distant target.
   void take() {
     while (true) {
       const auto vertex = Index{random_.integer(0, surface_.vertex_count() - 1)};
@@ -51,12 +51,12 @@ class Hand {
       }
     }
   }
-  /// To somewhere else, within one step.
+  /// Moves the target elsewhere within one step.
   void jerk() { source_.apply(1, MovePull{far()}); }
   void let_go() { source_.apply(1, LetGo{}); }
 
  private:
-  static constexpr double strength = 20.0;  ///< the most that the page has
+  static constexpr double strength = 20.0;  ///< the largest of the page
   Vec3 far() {
     const auto coordinate = [&] { return random_.uniform(-1.0, 1.0); };
     const double size = source_.stage().about.at("diagonal");
@@ -73,7 +73,7 @@ Worst hold_and_jerk(LiveSource& source, double seconds, std::uint64_t seed) {
   const double time_step = source.simulation().settings().time_step;
   const int steps = static_cast<int>(seconds / time_step);
   for (int step = 0; step < steps; ++step) {
-    // Takes hold; holds for 20 steps, jerks in each third of the next 24, lets go for 8.
+    // Pulls for 20 steps, jerks in every third of the next 24, releases for 8.
     const int phase = step % 52;
     if (phase == 0) hand.take();
     if (phase >= 20 && phase < 44 && phase % 3 == 0) hand.jerk();
@@ -91,9 +91,9 @@ Worst hold_and_jerk(LiveSource& source, double seconds, std::uint64_t seed) {
   return worst;
 }
 
-/// What is allowed for a moment.
+/// Temporarily allowed values.
 struct Momentary {
-  double force = 1.05;  ///< over what the tissue can take
+  double force = 1.05;  ///< over the limit of the tissue
   std::int64_t inverted = 0;
 };
 
@@ -111,14 +111,13 @@ class Pulls : public ::testing::TestWithParam<const char*> {};
 TEST_P(Pulls, HeldAndJerkedDoNoHarm) {
   expect_it_takes_pulls(GetParam(), 0.3);
 }
-/// The same for a minute of simulated time: minutes of the clock. The coarse bars and blocks of the gallery
-/// are thrown about then: one or two tets are inside out for a moment, and a point that is thrown back feels
-/// more for a step.
+/// The same for a minute of simulated time, which takes minutes. The coarse bars and blocks of the gallery
+/// move violently: one or two tets are inverted for a moment, and forces may exceed the limit for a step.
 TEST_P(Pulls, DISABLED_AMinuteOfThemDoesNoHarm) {
   const bool gallery = std::string(GetParam()).starts_with("examples");
   expect_it_takes_pulls(GetParam(), 60.0, gallery ? Momentary{.force = 1.5, .inverted = 2} : Momentary{});
 }
-/// The name of a scene's file, as GoogleTest takes it.
+/// The name of a scene's file in a form that GoogleTest accepts.
 std::string name_of(const ::testing::TestParamInfo<const char*>& scene) {
   std::string name = std::filesystem::path(scene.param).stem();
   std::replace(name.begin(), name.end(), '-', '_');
@@ -127,7 +126,7 @@ std::string name_of(const ::testing::TestParamInfo<const char*>& scene) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Pulls,
                          ::testing::Values("scenes/eye.json", "scenes/skull.json", "scenes/stacking.json"),
                          name_of);
-/// The scenes of docs/gallery.md, but for the tower.
+/// The scenes of docs/gallery.md, except the tower.
 INSTANTIATE_TEST_SUITE_P(Gallery, Pulls,
                          ::testing::Values("examples/scenes/attached.json", "examples/scenes/belt.json",
                                            "examples/scenes/everything.json", "examples/scenes/fold.json",
@@ -138,8 +137,8 @@ INSTANTIATE_TEST_SUITE_P(Gallery, Pulls,
                                            "examples/scenes/press.json", "examples/scenes/regions.json",
                                            "examples/scenes/two-stiffnesses.json"),
                          name_of);
-/// Ten stiff blocks on each other: steps in which they are pulled about need more iterations than the scene
-/// allows, and say so (docs/viewer.md). All else holds.
+/// Ten stiff blocks on each other: pulls need more iterations than the scene allows, and steps report that
+/// (docs/viewer.md). All else holds.
 TEST(PullsTower, TurnNoTetInsideOut) {
   const auto source = source_of("examples/scenes/tower.json");
   const Worst worst = hold_and_jerk(*source, 0.1, 5);

@@ -1,4 +1,4 @@
-// What the page tells beside the bodies, in a real, headless browser: letters of the axes, units, the frame, scales, forces.
+// Values shown beside the bodies, in a headless browser: letters of the axes, units, the frame, scales, forces.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { glued, middle, noComplaints, open, patch, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
@@ -103,7 +103,7 @@ test("an automatic scale is that of soft bodies: prescribed bodies may go far", 
   const end = parseFloat(await page.locator("#legend-ticks span").last().textContent());
   assert.match(await text(page, "legend-title"), /\(mm\)/);
   assert.ok(end > 0 && end < 25, `the press goes 50 mm, tissue less: ${end}`);
-  // Alone it has a scale.
+  // A body shown alone has a scale.
   for (const body of ["lower", "upper"]) await page.uncheck(`.body:has-text("${body}") input[type=checkbox]`);
   await page.click("#scale-reset");
   await until("its own scale", async () => {

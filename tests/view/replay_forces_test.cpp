@@ -1,4 +1,4 @@
-// Fields and forces of stored results. Oracle: the simulation that the run was, and files written by hand.
+// Fields and forces of stored results. Oracle: the simulation of the run, and files written by hand.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -88,7 +88,7 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
   EXPECT_TRUE(source.field("stress").empty()) << "six numbers are no colour";
   EXPECT_TRUE(source.field("pressure").empty()) << "the frames do not have it";
   EXPECT_TRUE(source.field("positions").empty());
-  // And in what a page gets.
+  // Also in the message to a page.
   const view::Surface surface(source.bodies());
   const Read read =
       read_message(view::frame_message(source, surface, {.forces = true, .fields = {"von_mises"}}, {}));
@@ -123,8 +123,8 @@ TEST(StoredForces, ReadsNamesInQuotesAndLeavesOutWhatIsCutOff) {
   std::filesystem::remove(file);
 }
 
-/// A prescribed body is held by its motor, also while nobody leads it.
-TEST(LiveForces, TellTheMotorsOfBodiesOnRails) {
+/// A prescribed body has the force of its motor, also while no page moves it.
+TEST(LiveForces, HaveTheMotorsOfPrescribedBodies) {
   const auto source = small_source();
   EXPECT_FALSE(source->forces().at(2).contains("held")) << "before the first step";
   for (int step = 0; step < 3; ++step) source->advance();

@@ -1,4 +1,4 @@
-// Stored results. Oracle: the run that left them (its metrics.csv, its simulation).
+// Stored results. Oracle: the run that wrote them (its metrics.csv, its simulation).
 #include "view/replay.hpp"
 
 #include <gtest/gtest.h>

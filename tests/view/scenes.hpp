@@ -7,7 +7,7 @@
 #include "scene/scene.hpp"
 #include "view/live.hpp"
 
-/// Small scenes to look at.
+/// Small scenes for the viewer.
 namespace palpate::test {
 
 /// A soft box above a fixed plate; a press with a prescribed motion beside it that sinks by 10 mm in a

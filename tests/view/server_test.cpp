@@ -1,5 +1,5 @@
-// The server over real connections: who is refused, that newest frames win, and that nothing which a page
-// sends stops the simulation.
+// The server over real connections: refusals, that only the newest frame is sent, and that no message of a
+// page stops the simulation.
 #include "view/server.hpp"
 
 #include <atomic>
@@ -152,7 +152,7 @@ TEST_F(ServerTest, ClosesOnMessagesThatAreTooLong) {
   EXPECT_TRUE(header_of(other.receive_kind("frame")).contains("frame")) << "others go on";
 }
 
-/// A page that answers each frame: after two that it does not answer no more come.
+/// A page that answers each frame. After two unanswered frames the server sends no more.
 class AnsweringPage {
  public:
   explicit AnsweringPage(std::uint16_t port, const std::string& path) : socket_(port, path) {}
@@ -164,7 +164,7 @@ class AnsweringPage {
     if (header["kind"] == "frame") socket_.send(shown(header["frame"]));
     return header;
   }
-  /// Whether a change of a setting was accepted: commands of before may still fill the queue of the player.
+  /// Whether a change of a setting was accepted; earlier commands may still fill the queue of the player.
   bool changes_friction(double friction) {
     send(R"({"change": {"contact": {"friction": )" + std::to_string(friction) + "}}}");
     while (true) {
@@ -173,7 +173,7 @@ class AnsweringPage {
       if (header["kind"] == "state" && header["settings"]["contact"]["friction"] == friction) return true;
     }
   }
-  /// Restarts the simulation, and waits until it has made so many steps.
+  /// Restarts the simulation, and waits for this number of steps.
   void runs(std::int64_t steps) {
     send(R"({"speed": {"speed": "max"}})");
     send(R"({"reset": {}})");
@@ -216,9 +216,8 @@ TEST_F(ServerTest, AFuzzOfAHundredThousandMessagesDoesNotStopIt) {
   expect_no_stop_by_fuzz(port(), path("socket"), 100'000, 7);
 }
 
-/// For `--gtest_repeat`: a server each time, with messages of its own. What failed once in many runs was the
-/// answer after the messages (a test's page that did not answer frames waited for ever), so repeats count
-/// more than messages.
+/// For `--gtest_repeat`: a new server and new messages each time. The rare failure was in the answer after
+/// the messages (a page that did not answer frames waited for ever), so repeats find more than messages.
 TEST_F(ServerTest, DISABLED_AShortFuzzDoesNotStopIt) {
   static std::uint64_t seed = 0;
   expect_no_stop_by_fuzz(port(), path("socket"), 2000, seed++);
