@@ -59,7 +59,8 @@ Vec3 place_of_touch(const Bodies& bodies, double radius) {
       const auto touch = touch_from_above(samples, x, y, radius);
       if (!touch) continue;
       const double slope = touch->beside / radius;
-      const double score = touch->height - off_middle * std::hypot(x, y) - on_slope * sides.z * slope * slope;
+      const double score =
+          touch->height - off_middle * std::sqrt(x * x + y * y) - on_slope * sides.z * slope * slope;
       if (score <= best_score) continue;
       best_score = score;
       best = {x, y, touch->height};

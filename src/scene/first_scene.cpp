@@ -178,7 +178,7 @@ SceneBody plate_for(const std::string& name, const Placed& placed) {
 std::vector<Stage> stages_of_drop(const FirstSceneNames& names, double mass, const Placed& placed) {
   constexpr double weights = 2.0;
   constexpr double time = 4.0;
-  const double way = (1.0 + 4.0 * clearance) * placed.size.z;
+  const double travel = (1.0 + 4.0 * clearance) * placed.size.z;
   const auto move = [&](double translate) {
     SceneMotion motion;
     motion.keyframes = {{0.0, {}, {}}};
@@ -189,7 +189,7 @@ std::vector<Stage> stages_of_drop(const FirstSceneNames& names, double mass, con
   stages[0].name = "fall";
   stages[0].until = {.rest = true, .most = 2.0};
   stages[1].name = "press";
-  stages[1].move = move(-way);
+  stages[1].move = move(-travel);
   stages[1].until = {.force = ForceReached{.body = names.body,
                                            .from = names.instrument,
                                            .at_least = rounded(weights * gravity * mass)},
