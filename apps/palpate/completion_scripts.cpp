@@ -6,21 +6,12 @@
 #include <string_view>
 #include <vector>
 
+#include <palpate/io/mesh_reader.hpp>
+
+#include "numbers.hpp"
+
 namespace palpate::app {
 namespace {
-
-/// The text in single quotes, for a shell.
-std::string in_quotes(std::string_view text) {
-  std::string result(1, '\'');
-  for (const char c : text) {
-    if (c == '\'') {
-      result += "'\\''";
-    } else {
-      result += c;
-    }
-  }
-  return result.append(1, '\'');
-}
 
 /// The first clause of a description, which is short enough to stand beside a flag.
 std::string brief(const std::string& text) {
@@ -53,6 +44,8 @@ std::string bash_offer(const OutlineOption& option) {
       return "_palpate_files f";
     case ValueKind::scene:
       return "_palpate_files f '*.json'";
+    case ValueKind::mesh:
+      return fmt::format("_palpate_files f '*{}'", fmt::join(io::mesh_extensions(), "' '*"));
     case ValueKind::folder:
       return "_palpate_files d";
     case ValueKind::none:
@@ -67,13 +60,15 @@ constexpr const char* bash_head = R"(# bash completion of palpate; made by 'palp
 # Offers the words of $1 that begin with what is typed.
 _palpate_words() { mapfile -t COMPREPLY < <(compgen -W "$1" -- "$cur"); }
 
-# Offers files (f) or folders (d); with a pattern the files that match, and folders to look into.
+# Offers files (f) or folders (d); with patterns the files that match one, and folders to look into.
 _palpate_files() {
+  local kind="$1" pattern
+  shift
   compopt -o filenames 2>/dev/null
-  if [[ -n ${2-} ]]; then
-    mapfile -t COMPREPLY < <(compgen -f -X "!$2" -- "$cur"; compgen -d -- "$cur")
+  if (($#)); then
+    mapfile -t COMPREPLY < <(for pattern; do compgen -f -X "!$pattern" -- "$cur"; done; compgen -d -- "$cur")
   else
-    mapfile -t COMPREPLY < <(compgen -"$1" -- "$cur")
+    mapfile -t COMPREPLY < <(compgen -"$kind" -- "$cur")
   fi
 }
 
@@ -151,6 +146,8 @@ std::string zsh_action(const OutlineOption& option) {
       return "_files";
     case ValueKind::scene:
       return "_files -g \"*.json\"";
+    case ValueKind::mesh:
+      return fmt::format("_files -g \"*({})\"", fmt::join(io::mesh_extensions(), "|"));
     case ValueKind::folder:
       return "_files -/";
     case ValueKind::none:
@@ -228,6 +225,9 @@ std::string fish_value(const OutlineOption& option) {
       return " -r -F";
     case ValueKind::scene:
       return " -x -k -a '(__fish_complete_suffix .json)'";
+    case ValueKind::mesh:  // (fish offers files of other suffixes, too, after those of the first)
+      return fmt::format(" -x -a \"(__fish_complete_suffix {} | string match -r '.*(?:/|{})\\$')\"",
+                         io::mesh_extensions().front(), fmt::join(io::mesh_extensions(), "|"));
     case ValueKind::folder:
       return " -x -a '(__fish_complete_directories)'";
     case ValueKind::other:

@@ -75,8 +75,9 @@ int mesh_info(const InfoOptions& options) {
                         statistics_text(statistics, options.unit ? unit.name : ""), parts_text(parts),
                         size_text(unit, options.unit.has_value(), side),
                         notes.empty() ? "" : fmt::format("note            {}\n", notes)));
-  print_note(fmt::format("next: 'palpate view {0}' shows it, 'palpate new {0}' makes a scene of it",
-                         input.record.file));
+  print_note(fmt::format("next: {} shows it, {} makes a scene of it",
+                         quoted_command("view", input.record.file),
+                         quoted_command("new", input.record.file)));
   return exit_done;
 }
 

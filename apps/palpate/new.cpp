@@ -3,12 +3,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include "exit_codes.hpp"
 #include "io/atomic_file.hpp"
 #include "messages.hpp"
 #include "new_scene.hpp"
 #include "new_scene_flags.hpp"
+#include "numbers.hpp"
 #include "option_values.hpp"
 #include "scene_input.hpp"
 #include "subcommands.hpp"
@@ -20,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
   palpate new liver.vtu                         writes liver.json: the liver is held, and an instrument presses it
-  palpate new liver.vtu --unit mm --drop        it falls onto a floor
+  palpate new liver.vtu --unit mm --drop        it falls onto a floor, and then a plate presses it
   palpate new ball.msh --size 0.08 --out trial.json && palpate view trial.json
 
 Mesh files do not say what their numbers are in. Without --unit and --size the unit is guessed by the longest side, and
@@ -32,7 +34,18 @@ struct NewOptions {
   bool replace = false;
 };
 
+/// Throws BadInput where a scene is given in place of a mesh.
+void refuse_scene(const fs::path& path) {
+  std::error_code ignored;
+  if (path.extension() != ".json" || !fs::exists(path, ignored)) return;
+  const std::string file = path.string();
+  throw BadInput(file, "", "a scene already",
+                 fmt::format("a mesh of tets; {} shows the scene, {} simulates it",
+                             quoted_command("view", file), quoted_command("run", file)));
+}
+
 fs::path scene_path(const NewOptions& options) {
+  refuse_scene(options.mesh.request.mesh);
   fs::path path = options.out.value_or(options.mesh.request.mesh.stem().string() + ".json");
   std::error_code ignored;
   if (path.extension() != ".json")
@@ -55,10 +68,9 @@ int write_new(const NewOptions& options) {
   written.source = path.string();
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
-  print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
-  print_note(
-      fmt::format("next: 'palpate view {0}' shows it and lets you pull at it, 'palpate run {0}' simulates it",
-                  path.string()));
+  print_out(fmt::format("{}: {}\n", path.string(), description_of(made, true)));
+  print_note(fmt::format("next: {} shows it and lets you pull at it, {} simulates it",
+                         quoted_command("view", path.string()), quoted_command("run", path.string())));
   return exit_done;
 }
 

@@ -59,17 +59,20 @@ NewScene new_scene_of(const NewSceneRequest& request) {
   return made;
 }
 
-std::string description_of(const NewScene& made) {
+std::string description_of(const NewScene& made, bool stages) {
   const Vec3& size = made.first.size;
   const std::string unit =
       made.unit.name.empty() ? "scaled by " + short_text(made.unit.meters) : "in " + made.unit.name;
-  return fmt::format("{} {}: {}, {}; {}, and an instrument presses it", made.request.mesh.string(), unit,
+  const char* const held = "its lowest tenth is held, and an instrument presses it";
+  const char* const dropped = stages ? "it falls onto a floor, and then a plate presses it"
+                                     : "it falls onto a floor, and a plate above it can be moved";
+  return fmt::format("{} {}: {}, {}; {}", made.request.mesh.string(), unit,
                      length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass),
-                     made.request.drop ? "it falls onto a floor" : "its lowest tenth is held");
+                     made.request.drop ? dropped : held);
 }
 
 std::string command_of(const NewScene& made) {
-  std::string text = "palpate new " + made.request.mesh.string();
+  std::string text = "palpate new " + shell_word(made.request.mesh.string());
   if (made.request.unit) text += " --unit " + made.request.unit->name;
   if (made.request.longest) text += " --size " + exact_text(*made.request.longest);
   if (made.request.drop) text += " --drop";

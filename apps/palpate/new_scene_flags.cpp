@@ -16,17 +16,27 @@
 namespace palpate::app {
 namespace {
 
-/// Applies an answer of the user to the request: a unit, or a length such as "0.3"; an empty one keeps the
-/// guess.
+std::string stripped(const std::string& text) {
+  constexpr const char* blanks = " \t\r";
+  const std::size_t first = text.find_first_not_of(blanks);
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(blanks) + 1 - first);
+}
+
+bool keeps_the_guess(const std::string& answer) {
+  return answer.empty() || answer == "y" || answer == "Y" || answer == "yes" || answer == "Yes" ||
+         answer == "YES";
+}
+
+/// Applies an answer of the user to the request: a unit, or a length such as "0.3". Throws BadInput on
+/// others.
 void apply_answer(const std::string& answer, NewSceneRequest& request) {
-  if (answer.empty()) return;
   request.unit = mesh_unit(answer);
   if (request.unit) return;
   try {
     request.longest = parse_number("the answer", answer, scene_format::above(0.0));
   } catch (const BadInput&) {
     throw BadInput("the answer", "", "'" + answer + "'",
-                   "m, cm, mm, um, or the length of the longest side in metres");
+                   "y, m, cm, mm, um, or the length of the longest side in metres");
   }
 }
 
@@ -77,14 +87,24 @@ NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
   const Vec3& size = made.first.size;
   const std::string guess = made.unit.name.empty() ? "no unit fits, so it is scaled to"
                                                    : fmt::format("in {} that is", made.unit.name);
-  print_note(
-      fmt::format("{} is {} long: {} {} and {}. Enter: use this; or m, cm, mm, um, or a length in metres:",
-                  request.mesh.string(), short_text(made.longest_side), guess,
-                  length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass)));
-  const auto answer = read_line();
-  if (!answer) throw BadInput("the answer", "", "the end of the input", "a unit, a length or an empty line");
-  apply_answer(*answer, request);
-  return answer->empty() ? made : new_scene_of(request);
+  print_note(fmt::format(
+      "{} is {} long: {} {} and {}. Enter or y: use this; or m, cm, mm, um, or a length in metres:",
+      request.mesh.string(), short_text(made.longest_side), guess,
+      length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass)));
+  constexpr int questions = 3;
+  for (int asked = 1;; ++asked) {
+    const auto line = read_line();
+    if (!line) throw BadInput("the answer", "", "the end of the input", "a unit, a length or an empty line");
+    const std::string answer = stripped(*line);
+    if (keeps_the_guess(answer)) return made;
+    try {
+      apply_answer(answer, request);
+      return new_scene_of(request);
+    } catch (const BadInput& refused) {
+      if (asked == questions) throw;
+      print_note(std::string(refused.what()) + ":");
+    }
+  }
 }
 
 }  // namespace palpate::app

@@ -1,6 +1,8 @@
 #include "numbers.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cstddef>
 #include <fmt/format.h>
@@ -42,6 +44,34 @@ std::string shortened(const std::string& name, std::size_t columns) {
 std::string shown_name(const std::string& name) {
   constexpr std::size_t columns = 40;
   return shortened(name, columns);
+}
+
+std::string in_quotes(std::string_view text) {
+  std::string result(1, '\'');
+  for (const char c : text) {
+    if (c == '\'') {
+      result += "'\\''";
+    } else {
+      result += c;
+    }
+  }
+  return result.append(1, '\'');
+}
+
+std::string shell_word(std::string_view text) {
+  const auto is_plain = [](unsigned char c) {
+    constexpr unsigned char ascii = 0x80;
+    return c >= ascii || std::isalnum(c) != 0 ||
+           std::string_view("_-+=:,./@%").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_plain)) return std::string(text);
+  return in_quotes(text);
+}
+
+std::string quoted_command(std::string_view words, std::string_view file) {
+  const std::string word = shell_word(file);
+  const char quote = word == file ? '\'' : '"';
+  return fmt::format("{0}palpate {1} {2}{0}", quote, words, word);
 }
 
 nlohmann::ordered_json to_json(const Vec3& v) {

@@ -28,6 +28,16 @@ std::string shortened(const std::string& name, std::size_t columns);
 /// A name for messages and tables, at most 40 columns. Files and JSON contain the whole name.
 std::string shown_name(const std::string& name);
 
+/// The text in single quotes, for a shell.
+std::string in_quotes(std::string_view text);
+
+/// The text as one word of a shell: in single quotes if it has other characters than letters, digits and
+/// those of plain paths.
+std::string shell_word(std::string_view text);
+
+/// A command to copy: 'palpate view liver.json', or "palpate view 'my liver.json'".
+std::string quoted_command(std::string_view words, std::string_view file);
+
 nlohmann::ordered_json to_json(const Vec3& v);
 
 /// Valid UTF-8 for JSON: other bytes are replaced (file names may contain any).

@@ -36,6 +36,7 @@ ValueKind kind_of(const std::string& value, const std::vector<std::string>& word
   const std::vector<std::string> parts = alternatives(value);
   const auto has = [&](std::string_view name) { return std::ranges::count(parts, name) > 0; };
   if (parts.size() == 1 && has("SCENE")) return ValueKind::scene;
+  if (parts.size() == 1 && has("MESH")) return ValueKind::mesh;
   if (has("FILE") || has("SCENE") || has("MESH") || has("INPUT")) return ValueKind::file;
   return has("DIR") || has("FOLDER") ? ValueKind::folder : ValueKind::other;
 }

@@ -87,8 +87,9 @@ bool has_ended(const fs::path& folder) {
 void check_replaceable(const Begin& begin) {
   const fs::path& folder = begin.folder;
   if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
-  throw BadInput(folder.string(), "", "checkpoints of a run that did not get to its end",
-                 fmt::format("--resume {} to go on with it, or --replace to start anew", folder.string()));
+  throw BadInput(
+      folder.string(), "", "checkpoints of a run that did not get to its end",
+      fmt::format("--resume {} to go on with it, or --replace to start anew", shell_word(folder.string())));
 }
 
 bool has_same_columns(const Begin& begin) {

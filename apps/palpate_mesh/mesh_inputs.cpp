@@ -9,6 +9,7 @@
 
 #include "exit_codes.hpp"
 #include "label_map.hpp"
+#include "numbers.hpp"
 #include "surface_file.hpp"
 
 namespace palpate::app {
@@ -19,8 +20,9 @@ void refuse_tet_mesh(const std::filesystem::path& input) {
   const std::string extension = input.extension().string();
   if (is_surface(input)) return;  // .vtk files may hold either; their reader finds out
   if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
-  throw BadInput(input.string(), "", "a mesh of tets, which needs no meshing",
-                 "a label map or surfaces; make a scene of it with: palpate new " + input.string());
+  throw BadInput(
+      input.string(), "", "a mesh of tets, which needs no meshing",
+      "a label map or surfaces; make a scene of it with: palpate new " + shell_word(input.string()));
 }
 
 void check_conformity(const MeshOptions& options) {

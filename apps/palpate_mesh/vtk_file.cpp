@@ -27,7 +27,7 @@ io::VtkCells faces_of(const io::VtkLegacyFile& grid, const std::string& source) 
   }
   if (std::ranges::count(cells.types, tetra) > 0) {
     throw Error(source, "", "a mesh of tets, which needs no meshing",
-                fmt::format("a surface; make a scene of it with: palpate new {}", source));
+                "a surface; 'palpate new' makes a scene of it");
   }
   io::VtkCells faces;
   std::int64_t begin = 0;

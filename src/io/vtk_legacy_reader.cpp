@@ -19,9 +19,8 @@ namespace {
 VtkLegacyFile read_grid(const std::string& source, const std::string& bytes) {
   VtkLegacyFile vtk = read_vtk_legacy_file(source, bytes);
   if (vtk.dataset == VtkLegacyFile::Dataset::poly_data) {
-    throw Error(
-        source, "", "PolyData, a surface",
-        fmt::format("an unstructured grid with tets; 'palpate mesh {}' makes tets of a surface", source));
+    throw Error(source, "", "PolyData, a surface",
+                "an unstructured grid with tets; 'palpate mesh' makes tets of a surface");
   }
   return vtk;
 }

@@ -5,12 +5,17 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <fmt/format.h>
-#include <limits>
+#include <utility>
+#include <vector>
 
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "scene/ball_from_above.hpp"
+#include "scene/own_weight.hpp"
+#include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
@@ -37,75 +42,95 @@ Vec3 rounded(const Vec3& v) {
   return {rounded(v.x), rounded(v.y), rounded(v.z)};
 }
 
-/// The body in the scene: its centre above the origin, its lowest point on the floor.
-struct Placed {
-  Vec3 translate;
-  Vec3 size;
-  Vec3 top;  ///< the highest point that is nearest to the centre
-  double volume;
-};
-
-Placed place(const TetMesh& mesh, double meters) {
-  Bodies bodies;
-  bodies.add("body", mesh);
-  const MeshStatistics statistics = mesh_statistics(bodies, bodies.points_rest());
-  const Vec3 lower = meters * statistics.lower;
-  const Vec3 upper = meters * statistics.upper;
-  Placed placed{
-      .translate = {0.0 - 0.5 * (lower.x + upper.x), 0.0 - 0.5 * (lower.y + upper.y), 0.0 - lower.z},
-      .size = upper - lower,
-      .top = {},
-      .volume = meters * meters * meters * statistics.volume};
-  constexpr double high = 0.95;  // of the height
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Tet& tet : mesh.tets) {
-    for (const Index corner : tet) {
-      const Vec3 point = meters * at(mesh.points, corner) + placed.translate;
-      const double off_middle = point.x * point.x + point.y * point.y;
-      if (point.z < high * placed.size.z || off_middle >= nearest) continue;
-      nearest = off_middle;
-      placed.top = point;
-    }
-  }
-  return placed;
-}
-
 constexpr double density = 1000.0;
 constexpr double gravity = 9.81;
 constexpr double held = 0.1;        // of the height
 constexpr double clearance = 0.05;  // distance to the instrument, over the height
 
-SceneBody soft_body(const std::string& name, const std::string& file, const Placed& placed,
-                    const FirstSceneOptions& options) {
+/// Names of the bodies, all different.
+struct FirstSceneNames {
+  std::string body;
+  std::string file;
+  std::string floor;
+  std::string instrument;
+};
+
+FirstSceneNames names_for(const std::string& body, const std::string& file) {
+  const auto other = [&](const char* name, const char* instead) { return body == name ? instead : name; };
+  return {body, file, other("floor", "ground"), other("instrument", "tool")};
+}
+
+/// The body in the scene: its centre above the origin, its lowest point on the floor.
+struct Placed {
+  Bodies bodies;  ///< it alone, in m
+  Vec3 translate;
+  Vec3 size;
+  double volume = 0.0;
+};
+
+Placed place(const TetMesh& mesh, double meters) {
+  Placed placed;
+  placed.bodies.add("body", mesh);
+  const MeshStatistics statistics = mesh_statistics(placed.bodies, placed.bodies.points_rest());
+  const Vec3 lower = meters * statistics.lower;
+  const Vec3 upper = meters * statistics.upper;
+  placed.translate = {0.0 - 0.5 * (lower.x + upper.x), 0.0 - 0.5 * (lower.y + upper.y), 0.0 - lower.z};
+  placed.size = upper - lower;
+  placed.volume = meters * meters * meters * statistics.volume;
+  std::vector<Vec3> points;
+  for (const Vec3& point : placed.bodies.points_rest()) points.push_back(meters * point + placed.translate);
+  placed.bodies.set_points_rest(points);
+  return placed;
+}
+
+BoxSelection held_box(const Vec3& size) {
+  return {rounded(Vec3{-size.x, -size.y, -held * size.z}), rounded(Vec3{size.x, size.y, held * size.z})};
+}
+
+/// The material of a body that hardly sags: by 1/200 of its height, in the mean, while its lowest tenth is
+/// held.
+Material material_for(const Placed& placed) {
   constexpr double softest = 20e3;
-  constexpr double stiffness_by_weight = 25.0;
-  const double height = placed.size.z;
+  constexpr double most_sag = 1.0 / 200.0;
+  Material material{.young_modulus = softest,
+                    .poisson_ratio = 0.4,
+                    .density = density,
+                    .mass_damping = 1.0,
+                    .stiffness_damping = 0.01};
+  const BoxSelection box = held_box(placed.size);
+  std::vector<std::uint8_t> fixed;
+  for (const Vec3& point : placed.bodies.points_rest()) fixed.push_back(contains(box, point) ? 1 : 0);
+  const double sag = sag_under_own_weight(placed.bodies, material, fixed) / placed.size.z;
+  material.young_modulus = rounded(softest * std::max(1.0, sag / most_sag));
+  return material;
+}
+
+SceneBody soft_body(const FirstSceneNames& names, const Placed& placed, const FirstSceneOptions& options) {
   SceneBody body;
-  body.name = name;
-  body.source = MeshFile{file};
+  body.name = names.body;
+  body.source = MeshFile{names.file};
   body.transform.scale = {options.meters, options.meters, options.meters};
   body.transform.translate = placed.translate;
-  if (options.drop) body.transform.translate.z += 2.0 * clearance * height;
-  body.material =
-      Material{.young_modulus = rounded(std::max(softest, stiffness_by_weight * density * gravity * height)),
-               .poisson_ratio = 0.4,
-               .density = density,
-               .mass_damping = 1.0,
-               .stiffness_damping = 0.01};
-  if (!options.drop) {
-    const Vec3 room = placed.size;
-    body.fixed.push_back({BoxSelection{rounded(Vec3{-room.x, -room.y, -held * height}),
-                                       rounded(Vec3{room.x, room.y, held * height})}});
+  body.material = material_for(placed);
+  if (options.drop) {
+    body.transform.translate.z += 2.0 * clearance * placed.size.z;
+  } else {
+    body.fixed.push_back({held_box(placed.size)});
   }
   return body;
 }
 
-SceneBody floor_of(const Placed& placed, const FirstSceneOptions& options) {
+/// Sides of a square on which the body lies, also where it topples over.
+double side_of_floor(const Placed& placed) {
   const double side = std::max(placed.size.x, placed.size.y);
-  const double thickness = 0.1 * std::max(side, placed.size.z);
-  const Vec3 size = rounded(Vec3{2.0 * side, 2.0 * side, thickness});
+  return 2.0 * std::max(side, placed.size.z);
+}
+
+SceneBody floor_of(const std::string& name, const Placed& placed, const FirstSceneOptions& options) {
+  const double side = side_of_floor(placed);
+  const Vec3 size = rounded(Vec3{side, side, 0.05 * side});
   SceneBody floor;
-  floor.name = "floor";
+  floor.name = name;
   floor.source = BoxGenerator{{4, 4, 1}, size};
   const double below = options.drop ? 0.0 : 0.02 * placed.size.z;  // a held body must not touch the floor
   floor.transform.translate.z = rounded(-(0.5 * size.z + below));
@@ -114,26 +139,65 @@ SceneBody floor_of(const Placed& placed, const FirstSceneOptions& options) {
   return floor;
 }
 
-SceneBody instrument(const Placed& placed, const FirstSceneOptions& options) {
+/// A ball that comes down on the body, and stays.
+SceneBody ball_for(const std::string& name, const Placed& placed) {
   constexpr int resolution = 4;
   constexpr double press = 1.0 / 7.0;  // of the height
-  const double height = placed.size.z;
-  const double radius =
-      rounded(0.15 * std::min({placed.size.x, placed.size.y, placed.size.z}) + 0.02 * height);
-  const double above = (options.drop ? 3.0 : 1.0) * clearance * height;
+  const Vec3& size = placed.size;
+  const auto [least, most] = std::minmax({size.x, size.y, size.z});
+  const double radius = rounded(0.18 * std::sqrt(least * most));
+  const double above = clearance * size.z;
   SceneBody ball;
-  ball.name = "instrument";
+  ball.name = name;
   ball.source = BallGenerator{radius, resolution};
-  ball.transform.translate = rounded(placed.top + Vec3{0.0, 0.0, radius + above});
-  const Vec3 down{0.0, 0.0, rounded(-(above + press * height))};
-  const double start = options.drop ? 0.5 : 0.0;
+  ball.transform.translate = rounded(place_of_touch(placed.bodies, radius) + Vec3{0.0, 0.0, above});
+  const Vec3 down{0.0, 0.0, rounded(-(above + std::min(press * size.z, 0.6 * radius)))};
   SceneMotion motion;
   motion.interpolation = Interpolation::smooth;
-  motion.keyframes = {
-      {start, {}, {}}, {start + 0.5, down, {}}, {start + 1.0, down, {}}, {start + 1.5, {}, {}}};
+  motion.keyframes = {{0.0, {}, {}}, {0.6, down, {}}};
   ball.motion = motion;
   ball.color = {0.55, 0.6, 0.65};
   return ball;
+}
+
+/// A plate above the body, as wide as the floor.
+SceneBody plate_for(const std::string& name, const Placed& placed) {
+  const double side = side_of_floor(placed);
+  const Vec3 size = rounded(Vec3{side, side, 0.02 * side});
+  SceneBody plate;
+  plate.name = name;
+  plate.source = BoxGenerator{{4, 4, 1}, size};
+  plate.transform.translate.z = rounded((1.0 + 4.0 * clearance) * placed.size.z + 0.5 * size.z);
+  plate.motion.emplace().keyframes = {{0.0, {}, {}}};
+  plate.color = {0.55, 0.6, 0.65};
+  return plate;
+}
+
+/// The body falls and comes to rest; then the plate comes down until it presses, and stays there. How the
+/// body lies is not known before, so the force ends the motion.
+std::vector<Stage> stages_of_drop(const FirstSceneNames& names, double mass, const Placed& placed) {
+  constexpr double weights = 2.0;
+  constexpr double time = 4.0;
+  const double travel = (1.0 + 4.0 * clearance) * placed.size.z;
+  const auto move = [&](double translate) {
+    SceneMotion motion;
+    motion.keyframes = {{0.0, {}, {}}};
+    if (translate != 0.0) motion.keyframes.push_back({time, {0.0, 0.0, rounded(translate)}, {}});
+    return std::vector<StageMove>{{.body = names.instrument, .motion = motion}};
+  };
+  std::vector<Stage> stages(3);
+  stages[0].name = "fall";
+  stages[0].until = {.rest = true, .most = 2.0};
+  stages[1].name = "press";
+  stages[1].move = move(-travel);
+  stages[1].until = {.force = ForceReached{.body = names.body,
+                                           .from = names.instrument,
+                                           .at_least = rounded(weights * gravity * mass)},
+                     .most = time};
+  stages[2].name = "hold";
+  stages[2].move = move(0.0);
+  stages[2].until = {.time = 0.2};
+  return stages;
 }
 
 }  // namespace
@@ -163,10 +227,22 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
   scene.settings.response.friction = 0.3;
   // Real meshes have thin rims, through which the instrument could pass within a step.
   scene.settings.detection.continuous = true;
-  scene.duration = options.drop ? 2.5 : 2.0;
   scene.output.every = 5;
-  scene.bodies = {soft_body(name, file, placed, options), floor_of(placed, options),
-                  instrument(placed, options)};
+  const FirstSceneNames names = names_for(name, file);
+  scene.bodies = {soft_body(names, placed, options), floor_of(names.floor, placed, options),
+                  options.drop ? plate_for(names.instrument, placed) : ball_for(names.instrument, placed)};
+  // Slender bodies are made so stiff that a step needs more iterations than usual.
+  constexpr double stiff = 1e7;
+  constexpr int many_iterations = 2000;
+  if (scene.bodies.front().material->young_modulus > stiff)
+    scene.settings.solver.max_iterations = many_iterations;
+  if (options.drop) {
+    scene.stages = stages_of_drop(names, first.mass, placed);
+    scene.duration = 0.0;
+    for (const Stage& stage : scene.stages) scene.duration += stage.until.limit();
+  } else {
+    scene.duration = 1.0;
+  }
   return first;
 }
 

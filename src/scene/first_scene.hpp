@@ -37,15 +37,18 @@ struct FirstScene {
   double mass;  ///< kg
 };
 
-/// A scene of one soft body: it stands on a floor, or falls onto it, under gravity, and a rigid ball with a
-/// prescribed motion presses it from above by a seventh of its height and retracts. The stiffness is chosen
-/// so that the body keeps its shape: at least 20 kPa, more where its weight would compress it by more than
-/// about 1/25.
+/// A scene of one soft body under gravity, pressed by a rigid instrument at its end. Either the body's lowest
+/// tenth is held, and a ball with a prescribed motion comes down on it, where it meets it first, by a seventh
+/// of its height or less, and stays. Or the body falls onto a floor; when it is at rest, a plate comes down
+/// until it presses by twice the weight of the body (stages, since how it will lie is not known before). The
+/// stiffness is chosen so that the body keeps its shape: at least 20 kPa, more where it would sag by more
+/// than 1/200 of its height in the mean.
 ///
 /// \param name  of the scene and the body
 /// \param file  path of the mesh file in the scene
 /// \param mesh  its points and tets, checked; in units of the file
-/// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n).
+/// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n), and a step of
+/// a simulation.
 FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,
                             const FirstSceneOptions& options);
 

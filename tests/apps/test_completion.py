@@ -72,6 +72,7 @@ class Bash(unittest.TestCase):
             self.assertEqual(self.offers("run", "", folder=folder), {"scene.json", "results"})
             self.assertEqual(self.offers("view", "", folder=folder), {"scene.json", "liver.vtu", "results"})
             self.assertEqual(self.offers("run", "--out", "", folder=folder), {"results"})
+            self.assertEqual(self.offers("new", "", folder=folder), {"liver.vtu", "results"})
 
 
 class Fish(unittest.TestCase):

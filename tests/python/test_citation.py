@@ -12,6 +12,9 @@ def test_it_is_of_this_version_and_names_the_paper(root):
     paper, = citation["references"]
     assert {"type", "title", "authors", "year", "url"} <= set(paper)
     assert all(set(author) >= {"given-names", "family-names"} for author in paper["authors"])
+    assert paper["type"] == "conference-paper"
+    assert "GRAPP 2011" in paper["conference"]["name"] and paper["year"] == 2011
+    assert not {"pages", "start", "end", "doi"} & set(paper)  # nobody has seen a page that says them
     # The title as on the other pages.
     for page in ["README.md", "docs/paper-map.md"]:
         assert paper["title"].lower() in " ".join((root / page).read_text().split()).lower(), page

@@ -168,3 +168,9 @@ def test_python_m_palpate_is_the_command(command, tmp_path):
     os.symlink(command, tmp_path / "palpate/bin/palpate")
     with_it = subprocess.run(run, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(tmp_path)})
     assert with_it.stdout.startswith(f"palpate {palpate.__version__} (")
+
+
+def test_errors_name_types_with_their_article():
+    for value, words in [(3, "an int"), (0.5, "a float"), (object(), "an object")]:
+        with pytest.raises(palpate.Error, match=f"found {words}, expected the path of a scene file"):
+            palpate.Simulation(value)

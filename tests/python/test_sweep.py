@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import numpy as np
 import pandas
@@ -84,6 +85,7 @@ def test_another_mesh_under_the_same_name_is_another_run(tmp_path):
     assert run()["kinetic_energy"] == pytest.approx(8 * first["kinetic_energy"])
 
 
+@pytest.mark.filterwarnings("ignore:sweep")
 def test_failures_are_rows():
     table = palpate.sweep(SCENE, {"time_step": [0.01, -1.0], "nothing.there": [1]}, steps=2, workers=1)
     assert list(table["status"]) == ["failed", "failed"] and "nothing" in table["error"][0]
@@ -91,6 +93,22 @@ def test_failures_are_rows():
     assert list(table["status"]) == ["done", "failed"] and "time_step" in table["error"][1]
     table = palpate.sweep(SCENE, {"time_step": [0.01]}, measure=study_helpers.refuse, steps=2, workers=1)
     assert "RuntimeError: measured nothing" in table["error"][0]
+
+
+def test_one_warning_tells_how_many_runs_failed_and_why():
+    """The columns of a measure that always fails are missing: pandas alone would tell that by a KeyError."""
+    with pytest.warns(UserWarning) as told:
+        table = palpate.sweep(SCENE, {"time_step": [0.01, 0.005]}, measure=study_helpers.refuse, steps=1, workers=1)
+    assert "height" not in table
+    assert len(told) == 1 and told[0].filename == __file__
+    text = str(told[0].message)
+    assert text.startswith("sweep: 2 of 2 runs failed, the first by: RuntimeError: measured nothing (line ")
+    assert "\n" not in text
+    with pytest.warns(UserWarning, match="^sweep: 1 of 2 runs failed, the first by: scene: time_step"):
+        palpate.sweep_rows(SCENE, {"time_step": [0.01, -1.0]}, steps=1, workers=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        palpate.sweep_rows(SCENE, {"time_step": [0.01]}, steps=1, workers=1)
 
 
 def test_a_study_goes_on_where_it_was(tmp_path):
@@ -109,6 +127,7 @@ def test_a_study_goes_on_where_it_was(tmp_path):
     assert (other["steps"] == 3).all()
 
 
+@pytest.mark.filterwarnings("ignore:sweep")
 def test_failed_runs_are_kept_unless_they_shall_be_made_again(tmp_path):
     wrong = {"time_step": [-1.0]}
     first = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path)
@@ -125,6 +144,7 @@ def test_a_run_whose_process_dies_is_made_again(tmp_path):
     assert (tmp_path / "died-2").exists()
 
 
+@pytest.mark.filterwarnings("ignore:sweep")
 def test_a_run_that_always_dies_is_a_failed_row():
     table = palpate.sweep(SCENE, [{"number": i} for i in range(2)], apply=study_helpers.die_always, steps=1, workers=1)
     assert list(table["status"]) == ["done", "failed"] and "died" in table["error"][1]
