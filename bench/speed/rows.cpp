@@ -133,6 +133,16 @@ Json handling_rows(const Json& cases) {
       rows.push_back(with_verdict({"whole collision handling against its contacts, " + name, "ms", all,
                                    contacts, "its contacts", all / contacts}));
     }
+    if (const auto threads = c.find("threads"); threads != c.end()) {
+      const Json& one = threads->at("1 thread");
+      const Json& two = threads->at("2 threads");
+      const auto add = [&](const std::string& work, const char* key) {
+        const std::string row = work + ", 2 threads against 1, " + name;
+        if (has_goal(row)) rows.push_back(with_verdict(faster(row, two.at(key), one.at(key), "1 thread")));
+      };
+      add("whole detection", "detection_ms");
+      add("update of the grid", "grid_ms");
+    }
   }
   return rows;
 }

@@ -26,6 +26,10 @@ class Writer {
 
   template <class T>
   void field(std::string_view key, const T& value, const Limits& = any) {
+    // No text means the same as no key. The reader refuses it.
+    if constexpr (std::is_same_v<T, std::string>) {
+      if (value.empty()) return;
+    }
     put(key, encode(key_path(path_, key), value));
   }
   template <class Known>

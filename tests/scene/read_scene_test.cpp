@@ -358,6 +358,15 @@ TEST(ReadScene, RefusesViewsThatCannotBe) {
             std::string::npos);
 }
 
+TEST(WriteScene, WhatIsWrittenWithoutANameCanBeRead) {
+  Scene scene = read(R"({"bodies": [{"ball": {"radius": 1, "resolution": 2}, "material": {}}]})");
+  scene.name.clear();
+  scene.bodies[0].name.clear();
+  const Scene again = read(write_scene(scene));
+  EXPECT_EQ(again.name, "");
+  EXPECT_EQ(again.bodies.size(), 1U);
+}
+
 TEST(WriteScene, RefusesNumbersThatJsonCannotHold) {
   Scene scene = make_stacking_scene({.count = 2});
   scene.bodies[1].material->density = std::numeric_limits<double>::quiet_NaN();
