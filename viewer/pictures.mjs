@@ -48,6 +48,18 @@ async function showMouse(page) {
   });
 }
 
+/** Moves the mouse to the point that a hand at a place takes hold of: the force is shown beside it. */
+async function nearestPoint(page, at, x, y) {
+  await at(x, y);
+  await page.mouse.down();
+  await waitFor(page, async () => (await page.locator(".tag").count()) > 0);
+  const place = await page.evaluate(() => new DOMMatrix(getComputedStyle(document.querySelector(".tag")).transform));
+  await page.mouse.up();
+  const beside = [place.e - 14, place.f + 30];  // as showTag() puts it
+  await at(...beside);
+  return beside;
+}
+
 /** The orbit, cut open: a plate lifts the bulb; a hand pulls at the bulb, and lets go. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
@@ -62,7 +74,7 @@ async function animation() {
   const files = [];
   const box = await page.locator("#canvas").boundingBox();
   const at = (x, y) => page.mouse.move(box.x + x, box.y + y);
-  const [x, y] = [0.36 * box.width, 0.57 * box.height];
+  let [x, y] = [0.36 * box.width, 0.57 * box.height];
   const force = async () => {
     const [, amount, unit] = /([\d.]+) (m?)N/.exec((await page.locator(".tag").allTextContents()).join()) ?? [0, "0", "m"];
     return Number(amount) * (unit === "m" ? 1 : 1000);
@@ -75,10 +87,10 @@ async function animation() {
       await page.keyboard.press("n");
       await waitFor(page, async () => (await page.textContent("#clock")) !== before);
     }
-    if (step === 11) await at(x, y);
+    if (step === 11) [x, y] = await nearestPoint(page, at, x, y);
     if (step === 12) await page.mouse.down();
-    // Further until the hand feels 30 mN, which the tissue can bear.
-    if (step > 12 && step < 32 && (await force()) < 30) far += 5;
+    // Further until the hand feels 25 mN, which the tissue can bear.
+    if (step > 12 && step < 32 && (await force()) < 25) far += 4;
     if (step > 12 && step < 32) await at(x - 0.8 * far, y - 0.6 * far);
     if (step === 32) await page.mouse.up();
     await page.waitForTimeout(700);
@@ -86,7 +98,8 @@ async function animation() {
     await page.locator("#view").screenshot({ path: file });
     files.push(file);
   }
-  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "88", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
+  // Each picture for itself: what is taken from the one before leaves blocks.
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "90", "-kmin", "0", "-kmax", "1", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
   if (process.env.KEEP) spawnSync("cp", [...files, process.env.KEEP]);
   rmSync(place, { recursive: true });

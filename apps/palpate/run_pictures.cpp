@@ -45,7 +45,8 @@ std::vector<io::Colour> colours(const Scene& scene) {
 std::vector<io::Colour> colours_without_values(const Scene& scene, std::span<const std::uint8_t> coloured) {
   std::vector<io::Colour> list;
   for (const std::uint8_t one : coloured) list.push_back(one != 0 ? io::no_value_colour : io::neutral_colour);
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) list.insert(list.end(), scene.bodies[b].regions.size(), list[b]);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    list.insert(list.end(), scene.bodies[b].regions.size(), list[b]);
   return list;
 }
 
@@ -161,15 +162,16 @@ io::Image render_view(const RunImages& run, const View& view, bool at_start, int
   const double time = at_start ? 0.0 : run.simulation.metrics().time;
   settings.caption = fmt::format("{}, t = {} {}", run.scene.name, short_text(time), run.scene.units.time);
   settings.scale = shown.scale;
-  return io::render_picture({.positions = surface.points,
-                             .triangles = surface.triangles,
-                             .body_of_point = surface.body_of_point,
-                             .contact_points = dots,
-                             .body_colours = shown.scale ? colours_without_values(run.scene, shown.bodies) : colours(run.scene),
-                             .values = surface.values,
-                             .colour_of_triangle = colour_of_triangle,
-                             .edges = surface.edges},
-                            settings, parallel::Threads(run.threads));
+  return io::render_picture(
+      {.positions = surface.points,
+       .triangles = surface.triangles,
+       .body_of_point = surface.body_of_point,
+       .contact_points = dots,
+       .body_colours = shown.scale ? colours_without_values(run.scene, shown.bodies) : colours(run.scene),
+       .values = surface.values,
+       .colour_of_triangle = colour_of_triangle,
+       .edges = surface.edges},
+      settings, parallel::Threads(run.threads));
 }
 
 io::Image side_by_side(const io::Image& left, const io::Image& right) {

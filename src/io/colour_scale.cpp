@@ -38,7 +38,7 @@ double nice_above(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return 0.0;
   constexpr double rounding = 1e-9;
   const double power = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
+  for (const double factor : {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0}) {
     if (factor * power >= value * (1.0 - rounding)) return factor * power;
   }
   return 10.0 * power;

@@ -441,8 +441,9 @@ TEST_F(PictureTest, TrianglesOfACutKnowTheirTets) {
 }
 
 TEST(ColourScale, EndsThatNobodyChoseAreRound) {
-  const std::vector<std::array<double, 2>> expected{{0.3, 0.5}, {1.0, 1.0}, {1.0001, 2.0}, {2.9, 5.0}, {5.1, 10.0},
-                                                    {2e-7, 2e-7}, {740.0, 1000.0}, {0.0, 0.0}, {-3.0, 0.0}};
+  const std::vector<std::array<double, 2>> expected{{0.3, 0.3},     {1.0, 1.0},  {1.0001, 1.5},
+                                                    {2.9, 3.0},     {8.1, 10.0}, {2e-7, 2e-7},
+                                                    {740.0, 800.0}, {0.0, 0.0},  {-3.0, 0.0}};
   for (const auto& [value, end] : expected) EXPECT_NEAR(io::nice_above(value), end, 1e-12 * end) << value;
 }
 

@@ -38,11 +38,11 @@ export function css(colour: Colour): string {
 /** Of the phases of a step, in their order. */
 export const phaseColours = ["#56b4e9", "#0072b2", "#009e73", "#f0e442", "#e69f00", "#cc79a7", "#d55e00"];
 
-/** The smallest of 1, 2, 5 times a power of ten that is not below x: for ends of scales. */
+/** The smallest of some round numbers that is not below x, for ends of scales: as nice_above() of src/io. */
 export function niceAbove(x: number): number {
   if (!(x > 0)) return 0;
   const power = 10 ** Math.floor(Math.log10(x));
-  for (const factor of [1, 2, 5]) {
+  for (const factor of [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8]) {
     if (factor * power >= x * (1 - 1e-9)) return factor * power;
   }
   return 10 * power;
