@@ -53,7 +53,7 @@ class Model {
   [[nodiscard]] const palpate::Model& data() const { return data_; }
   /// (n_bodies) 1 for bodies with self-collision.
   [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
-  /// (n_tets) 1: two corners are swapped against the mesh that was given.
+  /// (n_tets) 1: reoriented: two corners were swapped relative to the input mesh.
   [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }
   /// Those of the scene that it was made of; none for a model built in code.
   [[nodiscard]] const std::optional<Units>& units() const { return units_; }

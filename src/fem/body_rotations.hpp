@@ -71,7 +71,8 @@ class BodyRotations {
             std::span<const Vec3> velocities, std::span<const std::uint8_t> held);
   /// From the end of the straight path of a point to that of its arc, m.
   [[nodiscard]] Vec3 arc(Index body, const Vec3& position) const;
-  /// The velocity of a point at the end of its arc. \param velocity  at the end of the straight path
+  /// The velocity of a point at the end of its arc.
+  /// \param velocity  at the end of the straight path
   [[nodiscard]] Vec3 bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
 
   /// Displacement of a point by its frame at the start of the step, x' - x, m.

@@ -311,8 +311,8 @@ class Dynamics {
   std::vector<std::uint8_t> held_bodies_;       ///< 1: not bent (BodyRotations): held or nonlinear
   std::vector<std::uint8_t> straight_bodies_;   ///< the same, or with prescribed points
   bool bent_ = false;                           ///< some body is bent
-  /// Positions that elements are linearised at, if not positions_: of rotated bodies, and of hyperelastic
-  /// bodies after follow_tissue().
+  /// Linearisation positions where they differ from positions_: bodies in rotated frames, steps of second
+  /// order, and hyperelastic bodies after follow_tissue().
   std::vector<Vec3> linear_positions_;
   bool refined_ = false;                   ///< follow_tissue() has set them in this step
   bool at_end_ = false;                    ///< hyperelastic elements are updated at end_positions_

@@ -29,7 +29,7 @@ class ReducedStep {
   static constexpr std::size_t largest = 48;  ///< number of directions
 
   /// Removes all directions.
-  /// \param most  largest number of directions from now on; at most `largest`
+  /// \param most  capacity in directions from now on; <= `largest`
   void begin(std::size_t most);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
@@ -59,8 +59,8 @@ class ReducedStep {
   /// Call at c = 0: replaces the directions by the combination sum_i a_i z_i, followed by the last `kept`
   /// ones. Then set the residuals again.
   void compress(std::span<const double> a, std::size_t kept);
-  /// Makes room for more directions and keeps the present ones.
-  /// \param most  more than most(), at most `largest`
+  /// Increases the capacity and keeps the present directions.
+  /// \param most  > most(), <= `largest`
   void grow(std::size_t most);
   /// False if the last direction depends linearly on the others, to rounding; then it is dropped. O(contacts
   /// directions^2) a round.
