@@ -178,6 +178,7 @@ struct SimulationSettings {
   SolverSettings solver;          ///< solver
   RestSettings rest;              ///< when bodies count as at rest
   LimitSettings limits;           ///< when a run has blown up
+  /// Method of time integration.
   TimeIntegration time_integration = TimeIntegration::implicit_euler;
 };
 

@@ -44,10 +44,11 @@ class ReducedStep {
   /// The relative velocity of a contact at the present c, after update() or solve().
   [[nodiscard]] const Vec3& velocity(std::size_t contact) const { return velocities_[contact]; }
   /// The force of a contact at the present c minus that at c = 0, N; after update() or solve().
-  [[nodiscard]] const Vec3& more_force(std::size_t contact) const { return forces_[contact]; }
+  [[nodiscard]] const Vec3& force_change(std::size_t contact) const { return forces_[contact]; }
   /// Call after set_base() of all contacts: sets c = 0 and computes the forces there.
   void update(const parallel::Threads& threads);
-  /// Sets the change of a contact's relative velocity by a direction. Returns the work of more_force() in it.
+  /// Sets the change of a contact's relative velocity by a direction. Returns the work that force_change()
+  /// does in it.
   double set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
   /// Adds a direction, after its rates.
   /// \param row   z^T A z_i with all directions and itself (directions() + 1)
