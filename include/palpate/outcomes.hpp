@@ -43,7 +43,7 @@ struct Landmark {
 [[nodiscard]] Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const double> masses);
 
-/// The least distance of the surfaces of two bodies, m: between points, edges and triangles. It does not
+/// The minimum distance of the surfaces of two bodies, m: between points, edges and triangles. It does not
 /// detect penetration, so bodies must not overlap. O(triangles log triangles).
 [[nodiscard]] double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3> positions);
 
