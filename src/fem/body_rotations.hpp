@@ -45,6 +45,7 @@ class BodyRotations {
  public:
   /// \param masses     of points (n_points), kg
   /// \param obstacles  per body, 1 if it never gets a rotated frame
+  ///
   /// O(n_points + n_tets).
   BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
                 std::span<const std::uint8_t> obstacles);

@@ -67,6 +67,7 @@ class Dynamics {
   /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
   /// \param fixed_points     per point, 1 if it does not move
   /// \param obstacle_bodies  per body, 1 if it does not move: its elements are not evaluated
+  ///
   /// Throws Error on a material out of range (naming body and key), an array of the wrong length, and a tet
   /// too thin for double precision. O(n_tets log).
   Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
@@ -97,7 +98,7 @@ class Dynamics {
   /// \param external_forces  (n_points x 3), N, or empty
   /// \param couplings        their points in range; summed in this order
   /// \param tolerance        residual at which the solve stops, >= 0, relative to the larger of the right
-  /// side and the impulse of gravity and external forces (SolveGoal)
+  ///                         side and the impulse of gravity and external forces (SolveGoal)
   /// \param max_iterations   cap, >= 0; if it is reached the report says so and the iterate is used
   ///
   /// The solve starts from the last step's dv, or from free fall if that is zero. Throws Error and keeps the
@@ -136,7 +137,7 @@ class Dynamics {
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   /// The iteration counts of Preconditioner::automatic in earlier solves are part of the state.
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
-  /// jacobi_iterations from the state
+  ///              jacobi_iterations from the state
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Call between solve() and end_step(). If bodies rotate otherwise than their frames, rotates the frames
   /// with the solution and returns true: then solve() again. The frame has little effect on a body's

@@ -31,7 +31,7 @@ class ViscousElements {
   ViscousElements() = default;
   /// \param material_of_element  into `materials`
   /// \param without_stress       per element, 1 if its stresses are stored elsewhere (smoothed tets); or
-  /// empty
+  ///                             empty
   ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element,
                   std::span<const std::uint8_t> without_stress = {});
 
