@@ -176,7 +176,7 @@ Json measure(const Body& c) {
     multiply();
     for (int i = 0; i < 3; ++i) product.push_back(milliseconds(multiply));
   }
-  // Values and columns, of four bytes each: nine and one a block.
+  // Each 3x3 block stores nine values and one column index, four bytes each.
   const std::size_t bytes = ours.matrix.value_bytes() / 9 * 10;
   Json json{{"name", c.name},
             {"points", rest.size()},

@@ -15,6 +15,7 @@ struct HeadScene {
 
 /// Soft tissue on bones, with a motion of the lower jaw by 2 mm along -y in 0.8 s; overlaps are removed.
 /// \param folder  has hq_skull.mesh, hq_lower.mesh, hq_upper.mesh and hq_soft.mesh, in mm
+///
 /// Throws Error as readers do.
 HeadScene head_scene(const std::filesystem::path& folder);
 

@@ -31,7 +31,8 @@ struct ForcesOfStep {
 /// The forces on all bodies, and those of pairs that a scene names.
 class ForceProbe {
  public:
-  /// Finds which bodies are held. \param obstacles  (n_bodies) as the model has them
+  /// Finds which bodies are held.
+  /// \param obstacles  (n_bodies) as the model has them
   ForceProbe(const Scene& scene, const Model& model);
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }

@@ -164,10 +164,11 @@ std::string report_text(const RunReport& report) {
                       counted(static_cast<std::size_t>(outcome.steps), "step"), short_text(metrics.time),
                       units.time, ending(report));
   if (report.relaxed) {
-    text += fmt::format("relaxed       {} deep before, {} after {}, points moved by {} {} at most\n",
-                        short_text(report.relaxed->deepest_before), short_text(report.relaxed->deepest_after),
+    text += fmt::format("relaxed       deepest overlap {} before, {} after {}; largest displacement {}\n",
+                        in_words(report.relaxed->deepest_before, units, dimension::length),
+                        in_words(report.relaxed->deepest_after, units, dimension::length),
                         counted(static_cast<std::size_t>(report.relaxed->steps), "step"),
-                        short_text(report.relaxed->largest_move), units.length);
+                        in_words(report.relaxed->largest_move, units, dimension::length));
   }
   text += tally_line("contacts", outcome.contacts);
   if (outcome.edge_contacts.largest > 0) text += tally_line("edge contacts", outcome.edge_contacts);

@@ -102,11 +102,11 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
   std::size_t width = 6;
   for (const std::string& name : plan.names) width = std::max(width, std::min(longest, name.size()));
   std::string text =
-      fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>8}  {:>6}  {:>7}  {:>7}\n", "tissue", width, "tets",
-                  "min angle", "volume cm^3", "of input", "Dice", "mean mm", "95 % mm");
+      fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>11}  {:>6}  {:>12}  {:>12}\n", "tissue", width, "tets",
+                  "min angle", "volume cm^3", "% of labels", "Dice", "mean dist mm", "95 % dist mm");
   for (std::size_t t = 0; t < plan.names.size(); ++t) {
     const TissueMatch& match = made.comparison.tissues[t];
-    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>7.1f}%  {:>6.3f}  {:>7.2f}  {:>7.2f}\n",
+    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>11.1f}  {:>6.3f}  {:>12.2f}  {:>12.2f}\n",
                         shortened(plan.names[t], width), width, match.tets, match.least_angle,
                         1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
                         match.distance.mean, match.distance.most_of_95);

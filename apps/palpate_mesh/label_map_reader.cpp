@@ -211,8 +211,8 @@ void check_position(const Image& image, const itk::MetaDataDictionary& first, co
   for (unsigned a = 0; a < 3; ++a) {
     double value = 0.0;
     if (position >> value && std::abs(value - image.GetOrigin()[a]) > near) {
-      throw Error(source, "", "positions of slices, which are ignored in DICOM objects of this kind",
-                  "CT or MR slices; or the map as NRRD or NIfTI");
+      throw Error(source, "", "a DICOM object type whose slice positions cannot be read",
+                  "CT or MR slices, or the map as NRRD or NIfTI");
     }
   }
 }

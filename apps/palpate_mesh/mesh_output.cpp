@@ -93,10 +93,10 @@ std::string report_text(const std::vector<OrganReport>& reports) {
   constexpr std::size_t longest = 32;
   std::size_t width = 5;
   for (const OrganReport& report : reports) width = std::max(width, std::min(longest, report.name.size()));
-  std::string text = fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>8}  {:>5}  {:>8}\n", "organ", width,
-                                 "tets", "min angle", "volume cm^3", "of input", "parts", "size mm");
+  std::string text = fmt::format("{:<{}}  {:>7}  {:>9}  {:>11}  {:>11}  {:>5}  {:>8}\n", "organ", width,
+                                 "tets", "min angle", "volume cm^3", "% of labels", "parts", "size mm");
   for (const OrganReport& report : reports) {
-    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>7.1f}%  {:>5}  {:>8.3g}\n",
+    text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>11.1f}  {:>5}  {:>8.3g}\n",
                         shortened(report.name, width), width, report.statistics.tets,
                         report.statistics.dihedral_angle.min, 1e-3 * report.statistics.volume,
                         100.0 * report.statistics.volume / report.input_volume, report.meshed.mesh_components,

@@ -179,8 +179,8 @@ class Mesher {
 
   [[noreturn]] void fail_volume(std::size_t organ) const {
     const Vec3& spacing = (*organs_)[organ].field.spacing;
-    throw Error((*organs_)[organ].name, "", "nothing inside",
-                fmt::format("a shape that is thicker than {:.3g} mm somewhere",
+    throw Error((*organs_)[organ].name, "", "a mesh without volume",
+                fmt::format("a shape thicker than {:.3g} mm in at least one place",
                             std::min({spacing.x, spacing.y, spacing.z})));
   }
 

@@ -25,7 +25,8 @@ CallgrindCounts count_with_callgrind(std::string_view kernel, int cells, int fra
 
 /// Counts of callgrind's output file with names that are not compressed. A loop is a function whose name
 /// has "parallel::for_chunks", its chunks are calls of the function within it. Throws Error on text without
-/// totals. \param name  of the file, for the error
+/// totals.
+/// \param name  of the file, for the error
 CallgrindCounts parse_callgrind(const std::string& text, const std::string& name);
 
 /// Instructions on the longest chain with so many threads, if all chunks of a loop cost alike: what is in no

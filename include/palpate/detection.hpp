@@ -133,7 +133,7 @@ struct DetectionCounts : DepthCounts {
   std::size_t cells = 0;   ///< cells of the domain
   double cell_size = 0.0;  ///< as used: the wanted one times 2^cell_doublings
   int cell_doublings = 0;  ///< of the wanted cell size, for a domain of more than 2^21 cells an axis
-  /// The cuckoo table of points; none: another structure.
+  /// The cuckoo table of points; none with other structures.
   std::optional<CuckooCounts> cuckoo_points;
   std::optional<CuckooCounts> cuckoo_edges;  ///< the table of border edges
 };
@@ -182,10 +182,10 @@ struct DetectorMemory {
 /// order, sort and thread count. Keeps its buffers from frame to frame.
 class Detector {
  public:
+  /// Throws Error where a setting is out of range.
   /// \param bodies     must outlive the detector
   /// \param immovable  per body; pairs of two immovable bodies are not tested. Empty: no body is.
-  /// \param threads  number of threads; 0 takes all
-  /// Throws Error where a setting is out of range.
+  /// \param threads    number of threads; 0 takes all
   Detector(const Bodies& bodies, const DetectionSettings& settings, std::vector<std::uint8_t> immovable = {},
            int threads = 0);
   ~Detector();

@@ -11,8 +11,10 @@ namespace palpate {
 class Error : public std::runtime_error {
  public:
   /// \param source    the file, or the function or parameter set that was given the bad value
-  /// \param where     line, index or key inside the source ("line 12", "tet 7", "bodies[2].density"), or
-  /// empty \param found     what was found there \param expected  what was expected in its place
+  /// \param where     line, index or key inside the source ("line 12", "tet 7", "bodies[2].density");
+  ///                  may be empty
+  /// \param found     what was found there
+  /// \param expected  what was expected in its place
   Error(std::string source, std::string where, std::string found, std::string expected);
 
   [[nodiscard]] const std::string& source() const { return source_; }  ///< as constructed

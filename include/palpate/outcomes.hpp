@@ -18,6 +18,7 @@ struct HalfSpace {
 /// Volume of the part of a body that is in all of these half-spaces, m^3: each tet is cut by the planes, so
 /// it is exact. An inverted tet counts as negative.
 /// \param positions  (n_points x 3)
+///
 /// Throws Error on a body out of range and a normal that is zero or not finite. O(tets of the body x planes).
 [[nodiscard]] double volume_in(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const HalfSpace> spaces);
@@ -43,7 +44,7 @@ struct Landmark {
 [[nodiscard]] Vec3 rotation_of(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const double> masses);
 
-/// The least distance of the surfaces of two bodies, m: between points, edges and triangles. It does not
+/// The minimum distance of the surfaces of two bodies, m: between points, edges and triangles. It does not
 /// detect penetration, so bodies must not overlap. O(triangles log triangles).
 [[nodiscard]] double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3> positions);
 

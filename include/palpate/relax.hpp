@@ -10,15 +10,15 @@ namespace palpate {
 
 /// Settings of the removal of overlaps: when they count as removed.
 struct RelaxSettings {
-  double depth = 0.01;  ///< no contact deeper than this fraction of the least mean edge length of a body; > 0
+  double depth = 0.01;  ///< allowed depth over the smallest mean edge length of a body; > 0
   int max_steps = 200;  ///< cap, > 0
 };
 
 /// The result of relax().
 struct RelaxReport {
   int steps = 0;  ///< number of steps made
-  bool relaxed =
-      false;  ///< no contact is deeper than allowed; false: the cap was reached, or nothing could move
+  /// True: no contact is deeper than allowed; false: the cap was reached, or nothing could move.
+  bool relaxed = false;
   std::size_t contacts_before = 0;  ///< at the positions given
   std::size_t contacts_after = 0;   ///< at the positions reached
   double deepest_before = 0.0;      ///< m, of contacts of which at least one side can move

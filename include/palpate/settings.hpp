@@ -61,8 +61,8 @@ enum class ToleranceOf {
 /// How a step computes velocities and positions at its end (docs/time-integration.md).
 enum class TimeIntegration {
   implicit_euler,  ///< first order; damps what vibrates within few steps
-  /// Second order, with less damping of motion, in steps in which contacts do not change. Others, and those
-  /// after a change from outside, are implicit Euler.
+  /// Second order, with less damping of motion, in steps in which contacts do not change. All other steps,
+  /// and those after a change from outside, are implicit Euler.
   bdf2,
 };
 
@@ -178,6 +178,7 @@ struct SimulationSettings {
   SolverSettings solver;          ///< solver
   RestSettings rest;              ///< when bodies count as at rest
   LimitSettings limits;           ///< when a run has blown up
+  /// Method of time integration.
   TimeIntegration time_integration = TimeIntegration::implicit_euler;
 };
 

@@ -59,11 +59,11 @@ struct StepMetrics {
 /// structure, order, sort and thread count.
 class Simulation {
  public:
-  /// \param model  bodies, materials, constraints and loads; prescribed points start at the pose of their
-  ///               motion at time 0
+  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays whose length
+  /// does not match the bodies.
+  /// \param model    bodies, materials, constraints and loads; prescribed points start at the pose of their
+  ///                 motion at time 0
   /// \param threads  number of threads; 0 takes all
-  /// Throws Error on a setting, material, motion, force, grab or tie out of range, and on arrays of another
-  /// length than the bodies have.
   Simulation(Model model, const SimulationSettings& settings, int threads = 0);
   ~Simulation();
   /// A moved-from simulation can only be assigned to or destroyed.
@@ -78,8 +78,8 @@ class Simulation {
 
   /// Changes the settings from the next step on; positions, velocities, grabs and the state of contacts stay.
   /// If detection settings differ, contacts at positions() are detected again. Throws Error, and changes
-  /// nothing, on a setting that the constructor would refuse, and on another time step, which must stay
-  /// constant. O(1); a new detector and a detection if detection settings differ.
+  /// nothing, on a setting that the constructor would refuse, and on a different time step, since it must
+  /// stay constant. O(1); a new detector and a detection if detection settings differ.
   void change(const SimulationSettings& settings);
   /// Changes constraints, motions, ties and loads from the next step on. Released points keep their velocity,
   /// fixed or removed ones stand still. Positions stay, except those of inserted prescribed bodies. Contacts
@@ -133,11 +133,11 @@ class Simulation {
   /// critically against the mass of the point. Throws Error on a point out of range, a stiffness that is not
   /// a number > 0 and a target that is not finite.
   Index grab(const Grab& grab);
-  /// Sets the target of a grab. Throws Error on a number that is no grab's.
+  /// Sets the target of a grab. Throws Error if it is not the number of a grab.
   void move_grab(Index number, const Vec3& target);
-  /// Removes a grab; its number is reused by a later grab(). Throws Error on a number that is no grab's.
+  /// Removes a grab; its number is reused by a later grab(). Throws Error if it is not the number of a grab.
   void release(Index number);
-  /// Force of a grab on its point over the last step, N. Throws Error on a number that is no grab's.
+  /// Force of a grab on its point over the last step, N. Throws Error if it is not the number of a grab.
   [[nodiscard]] Vec3 grab_force(Index number) const;
 
   [[nodiscard]] const Bodies& bodies() const;                ///< meshes and rest positions
@@ -209,7 +209,7 @@ class Simulation {
   /// Continues from the result of save(): further steps have the same bits as without the interruption, for
   /// every structure, order, sort and thread count. Loads, grabs and changes by ModelChange come from the
   /// saved state, so references are invalid as after change(). Throws Error, and changes nothing, on bytes
-  /// that are truncated, changed or of another version, and on the state of another simulation: with other
+  /// that are truncated, changed or of a different version, and on the state of a simulation with different
   /// bodies, materials, motions or settings that affect steps.
   void restore(std::span<const std::byte> saved);
 

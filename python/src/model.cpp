@@ -27,7 +27,7 @@ Model::Model(const Scene& scene)
           scene, [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); },
           io::read_cell_data)),
       self_collision_(scene.settings.detection.self_collision),
-      turned_(data_.bodies.tets().size()),
+      reoriented_(data_.bodies.tets().size()),
       units_(scene.units) {}
 
 const Body& Model::body_at(Index body, const char* what) const {
@@ -64,8 +64,8 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
   if (!data_.fibre_of_tet.empty()) data_.fibre_of_tet.resize(data_.bodies.tets().size());
   data_.obstacles.push_back(rigid ? 1 : 0);
   self_collision_.push_back(options.self_collision ? 1 : 0);
-  const std::vector<std::uint8_t> flags = turned_tets(given, data_.bodies, body);
-  turned_.insert(turned_.end(), flags.begin(), flags.end());
+  const std::vector<std::uint8_t> flags = reoriented_tets(given, data_.bodies, body);
+  reoriented_.insert(reoriented_.end(), flags.begin(), flags.end());
 
   const std::size_t all = data_.bodies.points_rest().size();
   data_.fixed_points.resize(all, rigid ? 1 : 0);

@@ -53,8 +53,8 @@ class Model {
   [[nodiscard]] const palpate::Model& data() const { return data_; }
   /// (n_bodies) 1 for bodies with self-collision.
   [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
-  /// (n_tets) 1: two corners are swapped against the mesh that was given.
-  [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }
+  /// (n_tets) 1: reoriented: two corners were swapped relative to the input mesh.
+  [[nodiscard]] const std::vector<std::uint8_t>& reoriented() const { return reoriented_; }
   /// Those of the scene that it was made of; none for a model built in code.
   [[nodiscard]] const std::optional<Units>& units() const { return units_; }
 
@@ -67,7 +67,7 @@ class Model {
 
   palpate::Model data_;
   std::vector<std::uint8_t> self_collision_;
-  std::vector<std::uint8_t> turned_;
+  std::vector<std::uint8_t> reoriented_;
   std::optional<Units> units_;
 };
 

@@ -46,7 +46,7 @@ Parted parted(std::span<const std::byte> saved) {
 }  // namespace
 
 Simulation::Simulation(const Model& model, const Scene& scene, int threads)
-    : turned_(model.turned()),
+    : reoriented_(model.reoriented()),
       self_collision_(model.self_collision()),
       units_(model.units().value_or(scene.units)) {
   palpate::Model data = model.data();
@@ -164,7 +164,7 @@ void Simulation::restore(std::span<const std::byte> saved) {
 ContactForces Simulation::acting_contacts() {
   ContactForces forces = idle().acting_contacts();
   for (std::size_t c = 0; c < forces.size(); ++c) {
-    if (forces.tet[c] >= 0 && at(turned_, forces.tet[c]) != 0)
+    if (forces.tet[c] >= 0 && at(reoriented_, forces.tet[c]) != 0)
       std::swap(forces.weights[c][2], forces.weights[c][3]);
   }
   return forces;
@@ -205,7 +205,7 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
 std::shared_ptr<const Contacts> Simulation::contacts() {
   if (!contacts_) {
     contacts_ = std::make_shared<Contacts>(idle().detector().contacts());
-    order_weights_as_given(*contacts_, turned_);
+    order_weights_as_given(*contacts_, reoriented_);
   }
   return contacts_;
 }

@@ -78,7 +78,7 @@ class Simulation {
   }
 
  private:
-  std::vector<std::uint8_t> turned_;          ///< (n_tets) 1: two corners are swapped
+  std::vector<std::uint8_t> reoriented_;      ///< (n_tets) 1: two corners are swapped
   std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
   std::vector<Index> motion_of_body_;         ///< (n_bodies), or -1
   std::vector<std::uint8_t> prescribed_;      ///< (n_points)

@@ -22,8 +22,8 @@ Index World::add(std::string name, TetMesh mesh, bool movable, bool self_collisi
   bodies_ = std::move(bodies);
   immovable_.push_back(movable ? 0 : 1);
   settings_.self_collision.push_back(self_collision ? 1 : 0);
-  const std::vector<std::uint8_t> flags = turned_tets(given, *bodies_, body);
-  turned_.insert(turned_.end(), flags.begin(), flags.end());
+  const std::vector<std::uint8_t> flags = reoriented_tets(given, *bodies_, body);
+  reoriented_.insert(reoriented_.end(), flags.begin(), flags.end());
   return body;
 }
 
@@ -63,7 +63,7 @@ std::shared_ptr<const Contacts> World::contacts() {
   if (!contacts_) {
     static_cast<void>(updated());
     contacts_ = std::make_shared<Contacts>(detector_->take_contacts());
-    order_weights_as_given(*contacts_, turned_);
+    order_weights_as_given(*contacts_, reoriented_);
   }
   return contacts_;
 }
@@ -102,20 +102,20 @@ Crossings crossings_of(const Detector& detector) {
   return result;
 }
 
-std::vector<std::uint8_t> turned_tets(std::span<const Tet> given, const Bodies& bodies, Index body) {
+std::vector<std::uint8_t> reoriented_tets(std::span<const Tet> given, const Bodies& bodies, Index body) {
   const auto& [points, tets] = std::pair{at(bodies.bodies(), body).points, at(bodies.bodies(), body).tets};
-  std::vector<std::uint8_t> turned;
-  turned.reserve(given.size());
+  std::vector<std::uint8_t> reoriented;
+  reoriented.reserve(given.size());
   for (Index t = 0; t < tets.size(); ++t) {
     // In a reordered tet, the third and the fourth corner are swapped, so the third tells.
-    turned.push_back(at(bodies.tets(), tets.begin + t)[2] - points.begin == at(given, t)[2] ? 0 : 1);
+    reoriented.push_back(at(bodies.tets(), tets.begin + t)[2] - points.begin == at(given, t)[2] ? 0 : 1);
   }
-  return turned;
+  return reoriented;
 }
 
-void order_weights_as_given(Contacts& contacts, std::span<const std::uint8_t> turned) {
+void order_weights_as_given(Contacts& contacts, std::span<const std::uint8_t> reoriented) {
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    if (at(turned, contacts.tet[c]) != 0) std::swap(contacts.weights[c][2], contacts.weights[c][3]);
+    if (at(reoriented, contacts.tet[c]) != 0) std::swap(contacts.weights[c][2], contacts.weights[c][3]);
   }
 }
 

@@ -52,7 +52,7 @@ class World {
   std::shared_ptr<Bodies> bodies_ = std::make_shared<Bodies>();
   DetectionSettings settings_;
   std::vector<std::uint8_t> immovable_;
-  std::vector<std::uint8_t> turned_;  ///< (n_tets) 1: two corners are swapped
+  std::vector<std::uint8_t> reoriented_;  ///< (n_tets) 1: two corners are swapped
   int threads_;
   std::unique_ptr<Detector> detector_;  ///< null: bodies or pairs changed since the last update
   bool has_results_ = false;
@@ -62,10 +62,10 @@ class World {
 };
 
 /// For each tet of a body, whether the order of its corners differs from the given mesh.
-std::vector<std::uint8_t> turned_tets(std::span<const Tet> given, const Bodies& bodies, Index body);
+std::vector<std::uint8_t> reoriented_tets(std::span<const Tet> given, const Bodies& bodies, Index body);
 
 /// Reorders weights to the given order of corners. O(contacts).
-void order_weights_as_given(Contacts& contacts, std::span<const std::uint8_t> turned);
+void order_weights_as_given(Contacts& contacts, std::span<const std::uint8_t> reoriented);
 
 /// Contacts with other indices of points, tets and bodies (each list: new index by old), in canonical order.
 /// Throws Error on a list that is too short. O(n log n).

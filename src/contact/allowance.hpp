@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// The rest of a budget in one detection. Queries check before each chunk whether they may continue.
+/// The remaining budget of one detection. Queries check before each chunk whether they may continue.
 ///
 /// A budget in tests is deterministic: queries spend the number of tests that they made. A budget in time
 /// reads the clock, and reserves time for the work that each find causes later: `seconds_per_find` for each.
@@ -50,7 +50,7 @@ class Allowance {
     seconds_per_find_ = seconds_per_find;
     finds_.store(0);
   }
-  /// From any thread, once for each chunk.
+  /// Counts the finds of a chunk. Call once for each chunk, from any thread.
   void add_finds(std::size_t finds) { finds_.fetch_add(finds, std::memory_order_relaxed); }
   /// Whether a chunk may begin, when this fraction of the budget may be spent.
   [[nodiscard]] bool time_left(double fraction) const {

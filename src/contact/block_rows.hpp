@@ -16,7 +16,7 @@ class BlockRows {
  public:
   BlockRows(simd::ClusterBlock& block, Finish& finish) : block_(block), finish_(finish) {}
 
-  /// Rows that follow are those of cluster c; clusters ascend.
+  /// Starts the rows of cluster c; clusters ascend.
   void begin(std::size_t c) {
     cluster_ = c;
     block_.first_row[c] = static_cast<std::uint32_t>(rows_);

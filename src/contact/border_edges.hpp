@@ -19,12 +19,12 @@ class BorderEdges {
  public:
   explicit BorderEdges(const Bodies& bodies);
 
-  /// O(contacts x edges at a point), parallel.
+  /// Finds both groups. O(contacts x edges at a point), parallel.
   /// \param without  (n_contacts) nonzero for contacts whose border edges are left out; empty: none
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const ContactTable& table, std::span<const std::uint8_t> without = {});
 
-  /// In order of (contact, edge).
+  /// The border edges, sorted by (contact, edge).
   [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
   /// Swaps edges() and this list.
   void swap_edges(std::vector<BorderEdge>& edges) { edges_.swap(edges); }

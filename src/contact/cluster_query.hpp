@@ -62,7 +62,7 @@ class ClusterQuery {
   [[nodiscard]] ClusterQueue& queue() { return queue_; }
   [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 
-  /// In arbitrary order, but the same for every thread count.
+  /// The points in tets, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
   /// A candidate is a pair of a point in the box of a cluster, or on its list, and one of its tets; corners
   /// of the tet count.

@@ -50,7 +50,7 @@ class ClusterQueue {
   [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
   /// The number of clusters at the front that found something last time.
   [[nodiscard]] std::size_t urgent() const { return urgent_; }
-  /// For each of ordered(): the flags below, set by the query.
+  /// The flags below of each cluster of ordered(), set by the query.
   [[nodiscard]] std::span<std::uint8_t> answers() { return answers_; }
   static constexpr std::uint8_t asked = 1;  ///< it was queried
   static constexpr std::uint8_t near = 2;   ///< it had candidates
@@ -103,9 +103,8 @@ struct QueuePart {
 
 /// Queries the clusters of a queue, chunk by chunk in their order, until the allowance is spent. While others
 /// wait, at most seven eighths of it are for clusters that found something last time, so that none waits for
-/// ever. `ask(clusters, answers, list)` queries some clusters, and returns its tally. With a budget for a
-/// budget in tests, the queried clusters are the same for every thread count: results beyond them are
-/// discarded.
+/// ever. `ask(clusters, answers, list)` queries some clusters, and returns its tally. With a budget in
+/// tests, the queried clusters are the same for every thread count: results beyond them are discarded.
 template <class T>
 class QueueRun {
  public:
@@ -129,7 +128,7 @@ class QueueRun {
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
 
  private:
-  /// So small that a chunk is a few microseconds: the clock is read before each.
+  /// Small enough that a chunk takes a few microseconds, since the clock is read before each.
   static constexpr std::size_t grain = 16;
   static constexpr std::size_t chunks_at_a_time = 16;  ///< for a budget in tests
 

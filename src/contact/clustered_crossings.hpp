@@ -41,7 +41,7 @@ class ClusteredCrossings {
             const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& lattice,
             const FixedPositions& fixed, std::vector<Index>& left);
 
-  /// In arbitrary order, but the same for every thread count.
+  /// The crossings found, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const EdgeInTriangle> found() const { return found_; }
   /// A candidate is a pair of an edge and a triangle of the penetrated body, where the box of the edge meets
   /// that of the triangle's cluster.

@@ -33,7 +33,7 @@ void resize_columns(Group& group, std::size_t rows) {
   std::apply([&](auto&... column) { (resize_with_room(column, rows), ...); }, group.columns());
 }
 
-/// The same for more rows: new values are undefined, all others stay.
+/// Adds rows: values of new rows are undefined, existing values stay.
 template <class T>
 void grow_column(std::vector<T>& column, std::size_t rows) {
   make_room(column, rows);

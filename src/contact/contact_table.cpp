@@ -151,7 +151,7 @@ void ContactTable::carry_states(const parallel::Threads& threads, const ContactT
   });
 }
 
-/// From the end, so that rows move to places whose values were already moved.
+/// Moves rows from the last to the first, so that each moves to a place whose values were already moved.
 void ContactTable::add_rows(std::span<const Key> keys) {
   new_keys_.clear();
   make_room(new_keys_, keys.size());

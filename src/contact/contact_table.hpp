@@ -70,10 +70,10 @@ class ContactTable {
   /// ended contacts.
   [[nodiscard]] std::span<const Index> previous() const { return previous_; }
 
-  /// (size() rows, or none) written by PlaneCache.
+  /// Cached planes, written by PlaneCache: (size()) rows, or none.
   [[nodiscard]] CachedPlanes& planes() { return planes_; }
   [[nodiscard]] const CachedPlanes& planes() const { return planes_; }
-  /// Rows in contact, then ended ones; none before the first begin_step() or set_history().
+  /// States of rows in contact, then of ended ones; none before the first begin_step() or set_history().
   [[nodiscard]] ContactStates& states() { return now_.states; }
   [[nodiscard]] const ContactStates& states() const { return now_.states; }
   [[nodiscard]] RimCache& rims() { return now_.rims; }

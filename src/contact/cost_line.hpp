@@ -9,9 +9,10 @@
 
 namespace palpate {
 
-/// Linear cost model, seconds = a + b work, of the last 32 samples: a fixed cost and a cost per unit, fitted
-/// to the last 32 times and raised until it is seldom too low: above all but the two highest, but at most 1.5
-/// times the median, so that times in which the system suspended the thread do not matter.
+/// Linear cost model, seconds = a + b work: a fixed cost and a cost per unit, fitted to the last 32 samples.
+/// The fitted line is then raised above all but the two highest samples, so that it is seldom too low; but by
+/// at most a factor of 1.5 over the median, so that times in which the system suspended the thread do not
+/// matter.
 ///
 /// A cost per unit alone does not suffice: after samples with little work the unit cost seems high, and then
 /// even less work is planned.

@@ -69,7 +69,7 @@ class CrossingQuery {
   [[nodiscard]] ClusteredCrossings& clustered() { return *clustered_; }
   [[nodiscard]] const ClusteredCrossings& clustered() const { return *clustered_; }
 
-  /// Sorted by (border edge, triangle).
+  /// The crossings, sorted by (border edge, triangle).
   [[nodiscard]] std::span<const Crossing> crossings() const { return crossings_; }
   /// Swaps crossings() and this list.
   void swap_crossings(std::vector<Crossing>& crossings) { crossings_.swap(crossings); }

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-/// A time after which an existing result is not refined any more.
+/// A time after which existing results are no longer refined.
 class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
@@ -16,7 +16,7 @@ class Deadline {
     return Deadline(Clock::now() +
                     std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
   }
-  /// From any thread. Reads the clock only where there is a deadline.
+  /// Reads the clock only if there is a deadline. May be called from any thread.
   [[nodiscard]] bool passed() const { return end_ != Clock::time_point::max() && Clock::now() >= end_; }
 
  private:

@@ -38,11 +38,11 @@ class DepthEstimate {
 
   /// Fills depth, direction and certainty of all contacts; returns how often it used a fallback (the
   /// DepthCounts). O(contacts x edges at a point x iterations + triangles + fallbacks x tets nearer than the
-  /// surface), parallel, without a deadline the same bits for
-  /// every thread count. Past the deadline, contacts use their cached plane if there is one, means are not
-  /// balanced, depths are not compared with the distance to the surface, and a depth without any plane is
-  /// zero. Only contacts whose plane is computed (by `cache`) have border edges. Others have depth and
-  /// direction of their cached plane, which is a given plane for their neighbours.
+  /// surface), parallel. Without a deadline the bits are the same for every thread count. Past the deadline,
+  /// contacts use their cached plane if there is one, means are not balanced, depths are not compared with
+  /// the distance to the surface, and a depth without any plane is zero. Only contacts whose plane is
+  /// computed (by `cache`) have border edges. Others have depth and direction of their cached plane, which is
+  /// a given plane for their neighbours.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                       ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
                       const PlaneCache& cache = {}, const Deadline& deadline = {});

@@ -28,7 +28,7 @@ constexpr double spared_fraction = 0.3;
 
 /// Fraction of the contacts whose depth is always computed: so that the age of cached planes is bounded, and
 /// new regions have some computed planes to propagate.
-constexpr double least_anew = 1.0 / 32.0;
+constexpr double least_recomputed_fraction = 1.0 / 32.0;
 
 /// Cost of contacts, in units of a contact whose depth is computed.
 double work_of(std::size_t contacts, std::size_t spared) {
@@ -98,13 +98,13 @@ void DetectionBudget::end_points(double seconds) {
   points_seconds_ = seconds;
 }
 
-std::size_t DetectionBudget::contacts_anew(std::size_t contacts) const {
+std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) const {
   if (!allowance_ || !allowance_->timed() || !after_.known()) return contacts;
   const double affordable =
       (allowance_->seconds_left(1.0) - after_.of(work_of(contacts, contacts))) / after_.each();
-  const double least = std::ceil(least_anew * static_cast<double>(contacts));
-  const double anew = std::max(least, affordable / (1.0 - spared_fraction));
-  return anew < static_cast<double>(contacts) ? static_cast<std::size_t>(anew) : contacts;
+  const double least = std::ceil(least_recomputed_fraction * static_cast<double>(contacts));
+  const double limit = std::max(least, affordable / (1.0 - spared_fraction));
+  return limit < static_cast<double>(contacts) ? static_cast<std::size_t>(limit) : contacts;
 }
 
 void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,

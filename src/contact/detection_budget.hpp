@@ -31,8 +31,8 @@ class DetectionBudget {
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
   /// Call after the query of points in tets, before that of border edges.
   void end_points(double seconds);
-  /// The number of contacts whose depth there is time to compute; all, unless the budget is in milliseconds.
-  [[nodiscard]] std::size_t contacts_anew(std::size_t contacts) const;
+  /// Maximum number of contacts whose depth is computed; `contacts` unless the budget is in milliseconds.
+  [[nodiscard]] std::size_t recomputed_contacts_limit(std::size_t contacts) const;
   /// The allowance of crossings; null: no limit. A budget in time does not limit them: a contact without
   /// crossings costs more in the depth estimate than the crossings would, so that ever fewer would be found.
   [[nodiscard]] Allowance* begin_crossings();

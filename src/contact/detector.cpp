@@ -147,7 +147,7 @@ void Detector::State::choose_planes(std::span<const Vec3> positions) {
   plane_cache.choose_none();
   if (!caches_planes()) return;
   const std::size_t contacts = tables.now().size();
-  const std::size_t most = limit() == nullptr ? contacts : budget->contacts_anew(contacts);
+  const std::size_t most = limit() == nullptr ? contacts : budget->recomputed_contacts_limit(contacts);
   plane_cache.choose(threads, bodies, positions, tables.now(), tables.last(), most, budget->region());
 }
 

@@ -94,7 +94,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.step = memory.detections - 1;
   s.recall_budget(memory);
   s.skips_coherence = true;
-  s.tables.now() = {};  // belongs to another time
+  s.tables.now() = {};  // its contacts are those of other positions
   s.plane_cache = {};
   detect(positions, memory.fraction);
   s.skips_coherence = false;

@@ -21,6 +21,7 @@ class EdgeContactQuery {
   explicit EdgeContactQuery(const Bodies& bodies);
 
   /// \param contacts  of the same positions
+  ///
   /// O(of EdgeQuery + edge contacts x triangles nearer to each than its depth), parallel.
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found);

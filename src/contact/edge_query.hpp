@@ -32,7 +32,7 @@ class EdgeQuery {
   /// \param contacts  of the same positions
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const ContactTable& contacts);
-  /// Sorted by (edge, triangle).
+  /// The edges and triangles that meet, sorted by (edge, triangle).
   [[nodiscard]] std::span<const EdgeTriangle> found() const { return found_; }
 
  private:

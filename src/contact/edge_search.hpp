@@ -49,7 +49,7 @@ class EdgeSearch {
   [[nodiscard]] const Clusters& clusters() const { return surface_.clusters; }
 
  private:
-  /// Rounded outwards.
+  /// A box in float, rounded outwards.
   struct FloatBox {
     FloatBox() = default;
     explicit FloatBox(const Box& box);

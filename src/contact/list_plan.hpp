@@ -82,7 +82,7 @@ class ListPlan {
   static constexpr std::int64_t all_cost = 100;
   static constexpr std::int64_t grid_cost = 20;
   static constexpr std::int64_t listed_cost = 45;
-  static constexpr std::int64_t listing_cost = 80;  ///< more than that of a frame without lists
+  static constexpr std::int64_t listing_cost = 80;  ///< in addition to that of a frame without lists
 
   FrameMode begin() {
     if (memory_.wait > 0) {

@@ -64,7 +64,7 @@ class PointsInTets {
     lists_.join(found_);
   }
 
-  /// In ascending order of tets.
+  /// The points in tets, sorted by tet.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
 

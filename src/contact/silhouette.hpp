@@ -46,6 +46,7 @@ class SilhouetteSearch {
   /// The nearest silhouette, with allowances, if below `limit`; else a result without a direction. At most
   /// 256 triangles are searched.
   /// \param triangle  crossed by the line
+  ///
   /// O(triangles nearer than the result, squared).
   LineExit nearest(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                    const EdgeLine& line, double limit);

@@ -57,7 +57,8 @@ struct LocalSweep {
   }
 };
 
-/// Least value, over the first `leading` points and the others, of direction . (first - other).
+/// Separation along a direction: the minimum of direction . (a - b) over all a of the first `leading` points
+/// and b of the others.
 template <std::size_t leading>
 double separation(const std::array<double, 4>& along) {
   double first = along[0];

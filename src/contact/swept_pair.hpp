@@ -32,16 +32,16 @@ struct SweptTouch {
 /// two come within swept_tolerance() of each other. If all advances (10^4) are used up, the distance is at
 /// most that, or 1e-4 of their relative motion.
 ///
-/// Method: advance in time from plane to plane. At a time, of the directions in which the two may be nearest
-/// (normal of the triangle or common normal of the edges; from each point to each edge) the one with the
-/// largest separation is used. Along it, differences of corners are linear in time. So the values at both
-/// ends of an interval prove that it is free of contact, with a bound of rounding errors. The next time is
-/// the end of that interval. As in conservative advancement (Mirtich 1996; additive CCD: Li et al. 2021), but
-/// only motion along the direction counts, so that sliding pairs are dismissed at once. Where advances are
-/// small, directions that rotate with the primitives give longer intervals, by Bernstein coefficients of
-/// cubics. As in Tight-Inclusion (Wang et al., "A Large Scale Benchmark and an Inclusion-Based Algorithm for
-/// Continuous Collision Detection", 2021), nothing is dismissed without an interval that holds all values and
-/// all rounding.
+/// Method: conservative advancement (Mirtich 1996; additive CCD: Li et al. 2021) with separating planes. At
+/// each time the candidate directions are the normal of the triangle or the common normal of the edges, and
+/// those between each point and each edge of the other. The one with the largest separation is used. Along
+/// it, differences of vertices are linear in time. So their values at both ends of an interval, with a bound
+/// of rounding errors, prove that the interval is free of contact. The search continues at its end. Motion
+/// perpendicular to the direction does not count, so sliding pairs are rejected early. If advances are small,
+/// directions that rotate with the primitives give longer intervals (Bernstein coefficients of cubics). As in
+/// Tight-Inclusion (Wang et al., "A Large Scale Benchmark and an Inclusion-Based Algorithm for Continuous
+/// Collision Detection", 2021), a pair is rejected only by intervals that bound all values and rounding
+/// errors.
 /// \param tolerance  m
 std::optional<SweptTouch> point_meets_triangle(const SweptPoints& points, double tolerance);
 std::optional<SweptTouch> edge_meets_edge(const SweptPoints& points, double tolerance);

@@ -39,10 +39,10 @@ struct SweptSettings {
 
 /// Counts of a query.
 struct SweptCounts {
-  std::size_t body_pairs = 0;     ///< pairs that could pass: swept boxes meet, motion above the least
+  std::size_t body_pairs = 0;     ///< pairs that could pass: swept boxes meet, motion above least_motion
   std::size_t cluster_pairs = 0;  ///< the same for clusters
   std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
-  double thinnest = 0.0;          ///< of the body pairs: least local thickness, m; 0 where there are none
+  double thinnest = 0.0;          ///< minimum local thickness in the body pairs, m; 0 where there are none
 };
 
 /// Finds primitives that pass or touch each other within a step: surface points of bodies against surface

@@ -34,6 +34,7 @@ class AxisHolds {
   AxisHolds() = default;
   /// \param axes  (n_points) bits, or empty. Used at free points that are not held along all axes
   /// \param free  (n_points) 1: moves
+  ///
   /// O(n_points + tets at held points).
   AxisHolds(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes,
             std::span<const std::uint8_t> free, std::span<const double> masses);

@@ -45,6 +45,7 @@ class BodyRotations {
  public:
   /// \param masses     of points (n_points), kg
   /// \param obstacles  per body, 1 if it never gets a rotated frame
+  ///
   /// O(n_points + n_tets).
   BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
                 std::span<const std::uint8_t> obstacles);
@@ -71,7 +72,8 @@ class BodyRotations {
             std::span<const Vec3> velocities, std::span<const std::uint8_t> held);
   /// From the end of the straight path of a point to that of its arc, m.
   [[nodiscard]] Vec3 arc(Index body, const Vec3& position) const;
-  /// The velocity of a point at the end of its arc. \param velocity  at the end of the straight path
+  /// The velocity of a point at the end of its arc.
+  /// \param velocity  at the end of the straight path
   [[nodiscard]] Vec3 bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
 
   /// Displacement of a point by its frame at the start of the step, x' - x, m.

@@ -13,22 +13,22 @@
 
 namespace palpate::fem {
 
-/// Parts of couplings at the nodes of a level: the relative velocity per unknown.
+/// Jacobians of couplings on a level: one 3x6 block (relative velocity per unknown) per coupling and node.
 struct CouplingParts {
   struct Part {
     std::uint32_t node = 0;
     Dense<3, 6> motion{};
   };
   std::vector<std::uint32_t> begin;  ///< (n_couplings + 1) into parts
-  std::vector<std::uint32_t> count;  ///< number of used parts from there
+  std::vector<std::uint32_t> count;  ///< (n_couplings) number of used parts from there
   std::vector<Part> parts;
 
   [[nodiscard]] std::span<const Part> of(std::size_t coupling) const {
     return std::span(parts).subspan(begin[coupling], count[coupling]);
   }
-  /// The part of a coupling at a node; added if there is none yet.
+  /// The Jacobian block of a coupling at a node; appended if missing.
   Part& part(std::size_t coupling, std::uint32_t node);
-  /// Reserves `most` parts for each coupling; none is used yet.
+  /// Reserves most[c] blocks for coupling c and marks all as unused.
   void reset(std::size_t couplings, const std::vector<std::uint32_t>& most);
 };
 

@@ -69,6 +69,7 @@ class ConjugateGradients {
   ///           guess that is worse than zero, by its residual, is dropped.
   /// \param multigrid  nullptr: no multigrid, regardless of the goal
   /// \param positions  (n_points), for its update()
+  ///
   /// Iteration stops early, unconverged, where p^T A p is not a positive number; x stays the last good
   /// iterate.
   SolveReport solve(const parallel::Threads& threads, LinearSystem& system, std::span<const simd::Padded3> b,

@@ -157,7 +157,7 @@ void ContactSolver::put_forces(const Run& run) {
   std::fill(forces_.begin(), forces_.begin() + static_cast<std::ptrdiff_t>(first), simd::Quad{});
   const double factor = run.problem.friction.time_step / run.scale;
   parallel::for_each(run.threads, run.problem.laws.size(), contact_grain, [&](std::size_t k) {
-    const Vec3 f = factor * reduced_.more_force(k);
+    const Vec3 f = factor * reduced_.force_change(k);
     forces_[first + k] = {static_cast<float>(f.x), static_cast<float>(f.y), static_cast<float>(f.z), 0.0F};
   });
 }

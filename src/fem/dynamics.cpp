@@ -176,7 +176,7 @@ void Dynamics::set_time_step(double time_step) {
 /// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces: at the
 /// positions at the start of the step, or at those of rotated bodies.
 void Dynamics::linearise() {
-  goes_on_ = false;
+  reuses_directions_ = false;
   at_end_ = false;
   set_base_velocities();
   if (rotations_.any() || refined_ || second_order_) {
@@ -293,7 +293,7 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
   begin_step(time_step, gravity, external_forces);
   Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   constexpr int max_rotation_solves = 8;
-  for (int round = 0; follow_rotations(); ++round) {
+  for (int round = 0; update_rotating_frames(); ++round) {
     if (round == max_rotation_solves) {
       report.converged = false;
       break;
@@ -301,7 +301,7 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
     report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   }
   constexpr int most_linearisations = 20;
-  for (int n = 0; follow_tissue(tolerance); ++n) {
+  for (int n = 0; relinearise_tissue(tolerance); ++n) {
     if (n == most_linearisations) {
       end_where_linearised();
       report.converged = false;
@@ -389,7 +389,7 @@ void Dynamics::check_solution(double residual) {
                        "a velocity that is not finite", "numbers within the range of double precision");
 }
 
-bool Dynamics::follow_rotations() {
+bool Dynamics::update_rotating_frames() {
   if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
   linearise();
   return true;

@@ -67,6 +67,7 @@ class Dynamics {
   /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
   /// \param fixed_points     per point, 1 if it does not move
   /// \param obstacle_bodies  per body, 1 if it does not move: its elements are not evaluated
+  ///
   /// Throws Error on a material out of range (naming body and key), an array of the wrong length, and a tet
   /// too thin for double precision. O(n_tets log).
   Dynamics(const Bodies& bodies, const Materials& materials, std::vector<std::uint8_t> fixed_points,
@@ -90,15 +91,16 @@ class Dynamics {
   /// viscous tissue (ViscousElements), f_elastic is the force at the end of the step without a motion, and
   /// the elastic K' is the stiffness over the step. Bodies with hyperelastic tets are linearised again at the
   /// end of the step until their forces there are those of the linear system, to `tolerance` of the solution:
-  /// Newton's method for implicit Euler (follow_tissue()).
+  /// Newton's method for implicit Euler (relinearise_tissue()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
   /// \param external_forces  (n_points x 3), N, or empty
   /// \param couplings        their points in range; summed in this order
   /// \param tolerance        residual at which the solve stops, >= 0, relative to the larger of the right
-  /// side and the impulse of gravity and external forces (SolveGoal)
+  ///                         side and the impulse of gravity and external forces (SolveGoal)
   /// \param max_iterations   cap, >= 0; if it is reached the report says so and the iterate is used
+  ///
   /// The solve starts from the last step's dv, or from free fall if that is zero. Throws Error and keeps the
   /// state if a parameter is out of range, or (naming body and tet) the right side or the solution is not
   /// finite. Plastic flow is computed at the end of the step, at the new positions.
@@ -135,20 +137,20 @@ class Dynamics {
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   /// The iteration counts of Preconditioner::automatic in earlier solves are part of the state.
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
-  /// jacobi_iterations from the state
+  ///              jacobi_iterations from the state
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
   /// Call between solve() and end_step(). If bodies rotate otherwise than their frames, rotates the frames
   /// with the solution and returns true: then solve() again. The frame has little effect on a body's
   /// rotation, so once per step usually suffices.
-  bool follow_rotations();
+  bool update_rotating_frames();
   /// Call between solve() and end_step(). Returns false if the forces of hyperelastic tissue at the end of
   /// the step are those of the linear system; elements are then updated there. Else linearises the tissue
   /// there (or on the line to there, if the energy exceeds the prediction of the linear system) and returns
   /// true: then solve() again. O(n_elements), nothing without hyperelastic tets.
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
-  bool follow_tissue(double tolerance);
-  /// Call after follow_tissue() has returned true, in place of another solve(). Hyperelastic bodies then end
-  /// the step where they were linearised: the total energy there is lower than at the start of that line.
+  bool relinearise_tissue(double tolerance);
+  /// Call after relinearise_tissue() has returned true, in place of another solve(). Hyperelastic bodies then
+  /// end the step where they were linearised: the total energy there is lower than at the start of that line.
   void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
   void set_activations(std::span<const double> activations);
@@ -292,7 +294,7 @@ class Dynamics {
   Multigrid second_order_multigrid_;  ///< of a system with another time step
   ConjugateGradients solver_;
   ContactSolver contact_solver_;
-  bool goes_on_ = false;                           ///< contact_solver_ has solved this linear system
+  bool reuses_directions_ = false;                 ///< contact_solver_ has solved this linear system
   std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass part of the matrix
@@ -311,10 +313,10 @@ class Dynamics {
   std::vector<std::uint8_t> held_bodies_;       ///< 1: not bent (BodyRotations): held or nonlinear
   std::vector<std::uint8_t> straight_bodies_;   ///< the same, or with prescribed points
   bool bent_ = false;                           ///< some body is bent
-  /// Positions that elements are linearised at, if not positions_: of rotated bodies, and of hyperelastic
-  /// bodies after follow_tissue().
+  /// Linearisation positions where they differ from positions_: bodies in rotated frames, steps of second
+  /// order, and hyperelastic bodies after relinearise_tissue().
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;                   ///< follow_tissue() has set them in this step
+  bool refined_ = false;                   ///< relinearise_tissue() has set them in this step
   bool at_end_ = false;                    ///< hyperelastic elements are updated at end_positions_
   std::vector<std::uint8_t> full_points_;  ///< (n_points) 1: of a body with a hyperelastic tet
   std::vector<double>

@@ -23,7 +23,7 @@ const Vec3& Dynamics::linear_position(std::size_t point) const {
 
 /// Sets the positions of rotated bodies, in a step of second order those without force: at the start of the
 /// step, the corotational tangent, which is not the true one, would leave an error of first order.
-/// Hyperelastic bodies stay where follow_tissue() has put them.
+/// Hyperelastic bodies stay where relinearise_tissue() has put them.
 void Dynamics::place_linear_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (refined_ && is_full(i)) return;
@@ -80,7 +80,7 @@ double Dynamics::tissue_error() {
   return std::sqrt(error) / std::max(std::sqrt(scale), load_scale_);
 }
 
-bool Dynamics::follow_tissue(double tolerance) {
+bool Dynamics::relinearise_tissue(double tolerance) {
   if (elements_.nonlinear_begin() == elements_.size()) return false;
   at_end_ = false;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -113,7 +113,7 @@ bool Dynamics::follow_tissue(double tolerance) {
     return false;
   }
   shorten_step(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
-  goes_on_ = false;
+  reuses_directions_ = false;
   form_system();
   return true;
 }

@@ -83,6 +83,7 @@ class Elements {
  public:
   /// \param materials  checked by the caller
   /// \param obstacles  per body, 1 if its tets are left out
+  ///
   /// Throws Error naming body and tet if rounding leaves a tet no positive volume or no finite inverse.
   /// O(n_tets).
   Elements(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
@@ -122,7 +123,7 @@ class Elements {
   /// Computes rotations, forces, energies and rotated gradients of every element at these positions (n_points
   /// x 3, m), several elements at a time (simd/element_pass.hpp). O(n_elements).
   /// \param corner_forces  empty, or output (4 n_elements): the force on corner k of element e, N, at 4 e +
-  /// k; the four sum to zero to rounding
+  ///                       k; the four sum to zero to rounding
   void update(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<simd::Padded3> corner_forces = {});
   /// The same without SIMD, one by one; equal to rounding.

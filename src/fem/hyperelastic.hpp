@@ -11,8 +11,8 @@ namespace palpate::fem {
 
 /// A hyperelastic law of one element: with H = F - I, I1 = |F|^2, I2 = |cof F|^2 and J = det F its energy per
 /// volume at rest is
-///   first/2 (I1 - 3 - ln((I1 + 1) / 4)) + second/2 (I2 - 3) + bulk/2 (J - 1)^2 - (3/4 first + 2 second) (J -
-///   1),
+///   first/2 (I1 - 3 - ln((I1 + 1) / 4)) + second/2 (I2 - 3) + bulk/2 (J - 1)^2
+///   - (3/4 first + 2 second) (J - 1),
 /// and of fibres along the unit vector `fibre`, with w = F fibre, I4 = |w|^2 and E = I4 - 1,
 ///   stiffness/(2 exponent) (exp(exponent E^2) - 1) where E > 0, and tension sqrt(I4).
 /// Smith, de Goes & Kim, "Stable neo-Hookean flesh simulation", ACM TOG 37 (2018), eq. 14, is second = 0; its

@@ -29,7 +29,7 @@ class ReducedStep {
   static constexpr std::size_t largest = 48;  ///< number of directions
 
   /// Removes all directions.
-  /// \param most  largest number of directions from now on; at most `largest`
+  /// \param most  capacity in directions from now on; <= `largest`
   void begin(std::size_t most);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
@@ -44,10 +44,11 @@ class ReducedStep {
   /// The relative velocity of a contact at the present c, after update() or solve().
   [[nodiscard]] const Vec3& velocity(std::size_t contact) const { return velocities_[contact]; }
   /// The force of a contact at the present c minus that at c = 0, N; after update() or solve().
-  [[nodiscard]] const Vec3& more_force(std::size_t contact) const { return forces_[contact]; }
+  [[nodiscard]] const Vec3& force_change(std::size_t contact) const { return forces_[contact]; }
   /// Call after set_base() of all contacts: sets c = 0 and computes the forces there.
   void update(const parallel::Threads& threads);
-  /// Sets the change of a contact's relative velocity by a direction. Returns the work of more_force() in it.
+  /// Sets the change of a contact's relative velocity by a direction. Returns the work that force_change()
+  /// does in it.
   double set_rate(std::size_t contact, std::size_t direction, const Vec3& rate);
   /// Adds a direction, after its rates.
   /// \param row   z^T A z_i with all directions and itself (directions() + 1)
@@ -59,8 +60,8 @@ class ReducedStep {
   /// Call at c = 0: replaces the directions by the combination sum_i a_i z_i, followed by the last `kept`
   /// ones. Then set the residuals again.
   void compress(std::span<const double> a, std::size_t kept);
-  /// Makes room for more directions and keeps the present ones.
-  /// \param most  more than most(), at most `largest`
+  /// Increases the capacity and keeps the present directions.
+  /// \param most  > most(), <= `largest`
   void grow(std::size_t most);
   /// False if the last direction depends linearly on the others, to rounding; then it is dropped. O(contacts
   /// directions^2) a round.

@@ -87,7 +87,8 @@ class SmoothingDomains {
   void add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const;
   /// Adds the energies of the last update() to those of elements, J.
   void add_energies(const parallel::Threads& threads, std::span<double> energies) const;
-  /// Adds K' times the vectors (n_points). \param weights  empty, or a factor per element
+  /// Adds K' times the vectors (n_points).
+  /// \param weights  empty, or a factor per element
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
                 std::span<const double> weights, std::span<simd::Padded3> products) const;
   /// Calls add(place, product) for the points of a domain: its K' times the vectors of its points, which

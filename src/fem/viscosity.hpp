@@ -31,7 +31,7 @@ class ViscousElements {
   ViscousElements() = default;
   /// \param material_of_element  into `materials`
   /// \param without_stress       per element, 1 if its stresses are stored elsewhere (smoothed tets); or
-  /// empty
+  ///                             empty
   ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element,
                   std::span<const std::uint8_t> without_stress = {});
 
@@ -55,7 +55,8 @@ class ViscousElements {
   /// sum_i q_i : C^-1 : q_i / (2 gamma_i) with Hooke's law C, J/m^3: the energy of Maxwell elements for a
   /// linear law. With mu = 0 only the spherical part of q_i counts.
   [[nodiscard]] double energy_density(std::size_t element, double mu, double lambda) const;
-  /// Ends a step of one element. \param elastic  T at its end
+  /// Ends a step of one element.
+  /// \param elastic  T at its end
   void advance(std::size_t element, const SymmetricMatrix3& elastic);
 
   /// T and q_i of each element in order: the state.

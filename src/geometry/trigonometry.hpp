@@ -15,7 +15,8 @@ namespace palpate {
 /// The angle of (x, y) from the x-axis, in [-pi, pi]; error below 3 units in the last place. 0 if both are 0.
 /// \param y,x  finite
 [[nodiscard]] double arc_tangent(double y, double x);
-/// The angle in [-pi/2, pi/2] with this sine; error below 5 units in the last place. \param x  in [-1, 1]
+/// The angle in [-pi/2, pi/2] with this sine; error below 5 units in the last place.
+/// \param x  in [-1, 1]
 [[nodiscard]] double arc_sine(double x);
 /// The angle in [0, pi] with this cosine; error below 5 units in the last place.
 [[nodiscard]] double arc_cosine(double x);

@@ -19,12 +19,12 @@ namespace palpate {
 /// Sizes and limits of a CuckooGrid. The defaults are those of Alcantara et al.; others are for tests.
 struct CuckooParameters {
   std::size_t bucket_target = 409;    ///< keys of a bucket on average: 80 % of its capacity
-  std::size_t bucket_capacity = 512;  ///< most keys of a bucket
+  std::size_t bucket_capacity = 512;  ///< maximum number of keys of a bucket
   std::size_t table_slots = 192;      ///< slots of each of the three sub-tables: 409 / (3 x 192) = 71 %
-  int most_rounds = 48;               ///< of eviction, before a bucket takes new hash functions
-  int most_functions = 16;            ///< sets of hash functions for a bucket, before the table grows
-  int most_distributions = 4;         ///< hash functions into buckets, before the table grows
-  int most_growths = 16;              ///< each by a quarter, before an Error
+  int most_rounds = 48;               ///< maximum rounds of eviction before a bucket takes new hash functions
+  int most_functions = 16;     ///< maximum sets of hash functions tried for a bucket before the table grows
+  int most_distributions = 4;  ///< maximum hash functions into buckets tried before the table grows
+  int most_growths = 16;       ///< maximum growths, each by a quarter, before an Error
   std::uint64_t seed = 0;
 };
 

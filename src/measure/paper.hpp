@@ -52,10 +52,9 @@ struct Finding {
   std::string why;
 };
 
-/// Finding on Fig. 7.
-/// \param insertion  time to insert points by cuckoo hashing over that of index sort, on one thread. The
-/// other arguments are speed-ups of both methods by threads. The paper: index sort inserts faster, and gains
-/// more by threads.
+/// Finding on Fig. 7. The paper: index sort inserts faster, and gains more by threads.
+/// \param insertion  time to insert points by cuckoo hashing over that of index sort, on one thread
+/// \param index_speed_up, cuckoo_speed_up  of both methods by threads
 Finding eye_finding(double insertion, double index_speed_up, double cuckoo_speed_up, int threads);
 
 /// Cell sizes in a scene: times with the mean edge length and with `auto`, over that of the fastest fixed

@@ -29,7 +29,7 @@ struct QueryScene {
 /// The paper's stack of 20 membranes, each of n x n x 1 cells of 5 tets, pressed into each other unevenly so
 /// that about 38 % of the points collide.
 /// \param movers  wanted fraction of points in another cell than in the frame before, for cells of the mean
-/// edge
+///                edge
 QueryScene stacking_scene(int cells, double movers = 0.02);
 /// The same stack at rest, for simulations.
 Model stacking_model(int cells);

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// Accumulates least, mean and largest value.
+/// Accumulates minimum, mean and maximum.
 class SpreadOf {
  public:
   void add(double x) {

@@ -17,9 +17,9 @@ class Threads {
  public:
   static constexpr int most = 1024;
 
-  /// \param count  threads including the caller; 0 takes as many as the process may use. Where the system
-  /// gives fewer,
-  ///               count() says so. Throws Error where count is negative or more than `most`.
+  /// Throws Error where count is negative or more than `most`.
+  /// \param count  threads including the caller; 0 takes as many as the process may use. If the system gives
+  ///               fewer, count() returns that number
   explicit Threads(int count = 0);
 
   [[nodiscard]] int count() const { return count_; }

@@ -11,6 +11,7 @@ namespace palpate {
 
 /// The surface of a body as points that are close to each other: corners of triangles, and places on them.
 /// \param spacing  largest distance of neighbours on a triangle, m, > 0
+///
 /// O(triangles + area / spacing^2).
 std::vector<Vec3> surface_samples(const Bodies& bodies, double spacing);
 

@@ -47,6 +47,7 @@ struct FirstScene {
 /// \param name  of the scene and the body
 /// \param file  path of the mesh file in the scene
 /// \param mesh  its points and tets, checked; in units of the file
+///
 /// Throws Error where the length of a unit is not positive, or the mesh is refused. O(n log n), and a step of
 /// a simulation.
 FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,

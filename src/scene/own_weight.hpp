@@ -13,6 +13,7 @@ namespace palpate {
 /// 1 / young_modulus.
 ///
 /// \param fixed  (n_points) 1: does not move
+///
 /// One step of a simulation.
 double sag_under_own_weight(const Bodies& bodies, const Material& material,
                             const std::vector<std::uint8_t>& fixed);

@@ -24,7 +24,7 @@ class PlacedOverlaps {
  public:
   PlacedOverlaps(const Scene& scene, const Bodies& bodies);
 
-  /// The pairs that overlap by more than 1 % of the least mean edge length of the two, in the order of the
+  /// The pairs that overlap by more than 1 % of the smaller mean edge length of the two, in the order of the
   /// bodies. A body counts as placed where it has a motion, or a stage inserts it or moves all of it; and
   /// only while it is there and held whole. O(a detection of these bodies).
   [[nodiscard]] std::vector<PlacedOverlap> find(const Simulation& simulation) const;

@@ -15,11 +15,10 @@ namespace palpate {
 /// resolved at the start, so that a stage cannot fail because of them after hours.
 class StageChanges {
  public:
+  /// Throws Error naming the scene and the key path: for an empty selection, the removal of an absent body,
+  /// the release of a rigid body without a material, the release or removal of a body to which tissue is
+  /// attached, and a motion that does not start at the body's place. O(points x selections).
   /// \param bodies  the scene's bodies at rest
-  /// Throws Error naming the scene and the key path: for an empty
-  ///                selection, the removal
-  /// of an absent body, the release of a rigid body without a material, the release or removal of a body to
-  /// which tissue is attached, and a motion that does not start at the body's place. O(points x selections).
   StageChanges(const Scene& scene, const Bodies& bodies);
 
   /// The changes at the start of a stage.

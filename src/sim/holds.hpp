@@ -28,7 +28,7 @@ struct Holds {
   std::vector<HeldTie> ties;
 };
 
-/// The constraints of a model, without ties. Throws Error on arrays of another length than the bodies have.
+/// The constraints of a model, without ties. Throws Error on arrays whose length does not match the bodies.
 [[nodiscard]] Holds holds_of(const Model& model);
 
 /// (n_bodies) 1: all points are fixed or prescribed, and nothing deforms.

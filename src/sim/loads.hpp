@@ -27,7 +27,7 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
 /// bodies.
 class Loads {
  public:
-  /// Throws Error naming the load: arrays of another length than the bodies have, an index out of range, a
+  /// Throws Error naming the load: arrays whose length does not match the bodies, an index out of range, a
   /// triangle of a rigid body or named twice, a number that is not finite, times of a ramp that do not grow.
   /// \param obstacles  (n_bodies) 1: rigid
   /// \param masses     (n_points), kg; must outlive this

@@ -12,7 +12,7 @@
 /// Completes the arrays of a model: empty ones are filled with default values.
 namespace palpate {
 
-/// `count` flags, all 0 if none are given. Throws Error on another number.
+/// Returns the flags, or `count` zeros if empty. Throws Error if their number is not `count`.
 inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& flags, std::size_t count,
                                                const char* name) {
   if (flags.empty()) return std::vector<std::uint8_t>(count, 0);

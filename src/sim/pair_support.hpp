@@ -21,6 +21,7 @@ namespace palpate {
 class PairSupport {
  public:
   /// \param scales  (n_contacts) 0 to 1
+  ///
   /// O(contacts log pairs). Contacts of a body with itself do not count.
   void measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                std::span<const double> scales);

@@ -15,6 +15,7 @@ class PrescribedMotions {
  public:
   /// \param motion_of_point  (n_points) or empty
   /// \param start  (n_points) positions before the motion is applied; copied
+  ///
   /// Throws Error naming motion and keyframe: no keyframe, times that do not grow, numbers that are not
   /// finite, a zero quaternion, an index out of range.
   PrescribedMotions(std::vector<Motion> motions, std::span<const Index> motion_of_point,

@@ -34,11 +34,12 @@ constexpr double stalled = 0.9;
 /// Bounds of the contact stiffness, over the stiffness of the scene.
 constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
-/// Fraction of its volume that every tet keeps, and how often a step that would leave less is halved.
+/// Fraction of its initial volume that every tet keeps.
 constexpr double least_volume = 0.1;
-/// Least stiffness of an edge, over that of a contact, to be counted.
-constexpr double least_part = 0.1;
+/// Limit on the halvings of a step that leaves a tet less than that.
 constexpr int most_halvings = 8;
+/// Stiffness of an edge contact, over the full contact stiffness, up to which its depth is ignored.
+constexpr double least_part = 0.1;
 
 double least_mean_edge(const Bodies& bodies) {
   double least = std::numeric_limits<double>::infinity();

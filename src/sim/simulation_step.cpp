@@ -134,7 +134,7 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
-    for (int i = 0; dynamics.follow_rotations(); ++i) {
+    for (int i = 0; dynamics.update_rotating_frames(); ++i) {
       if (i == max_rotation_solves || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
         metrics.solver_converged = false;
         break;
@@ -155,7 +155,7 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
     const bool solved = met == 0.0 && !passes && !loose;
-    if (solved && (fixed || !dynamics.follow_tissue(settings.solver.tolerance))) break;
+    if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
     if (solved && !searches_again) {
       dynamics.end_where_linearised();
       metrics.solver_converged = false;

@@ -56,6 +56,7 @@ class StepForces {
  public:
   /// \param response  made the contacts' couplings; in its state after the last solve()
   /// \param velocities  mean ones over the step (n_points x 3): fem::end_force()
+  ///
   /// O(couplings), parallel.
   void take(const parallel::Threads& threads, std::span<const fem::Coupling> couplings,
             const CouplingRanges& ranges, const ContactResponse& response, double time_step,

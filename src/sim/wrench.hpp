@@ -21,6 +21,7 @@ void check_about(const Vec3& about);
 
 /// The wrenches between each two bodies in contact, sorted by (body_a, body_b).
 /// \param centers  (n_bodies x 3) reference points of torques, m
+///
 /// O(contacts log).
 [[nodiscard]] std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts,
                                                         const Bodies& bodies, std::span<const Vec3> positions,

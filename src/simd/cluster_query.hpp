@@ -122,7 +122,8 @@ ClusterKernels cluster_kernels();
 }  // namespace scalar
 
 /// Bound of the error of the volumes that `test` compares with zero, for all tets of a cluster
-/// (docs/query.md). \param extent  longest side of the cluster's box
+/// (docs/query.md).
+/// \param extent  longest side of the cluster's box
 inline float volume_bound(float extent) {
   constexpr float u = 0x1p-24F;
   constexpr float slack = 1.001F;  // for the rounding of the bound itself

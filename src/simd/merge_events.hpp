@@ -14,6 +14,7 @@ inline constexpr std::uint64_t removal = std::uint64_t{1} << 31;
 /// sorted. `merged` must have exactly words + insertions - removals places.
 /// \param words   sorted
 /// \param events  sorted with the mark cleared; each removal is one of `words`, no insertion is
+///
 /// O(words + events).
 void merge_events(std::span<const std::uint64_t> words, std::span<const std::uint64_t> events,
                   std::span<std::uint64_t> merged);

@@ -28,13 +28,13 @@ class PointSort {
 
   explicit PointSort(Sort method = Sort::adaptive) : method_(method) {}
 
-  /// Sorts one frame.
+  /// Sorts one frame. Allocates nothing after frames of this size with at least half as many movers.
+  /// O(references x digits of the keys) at most for radix.
   /// \param keys  key of each reference, < key_count, or no_key for those without a word; fewer than 2^31
   /// \param words  in: what the last call gave (in the first call, or with another size, its content is
   ///               ignored); out: one word for each reference with a key, sorted
   /// \param cell_begin  optional, (key_count + 1): in: what the last call gave, out: where each key's words
-  /// begin Allocates nothing once frames of this size, and with at least half as many movers, were seen.
-  /// O(references x digits of the keys) at most for radix.
+  ///                    begin
   Result update(const parallel::Threads& threads, std::span<const std::uint32_t> keys,
                 std::uint32_t key_count, std::vector<std::uint64_t>& words,
                 std::vector<std::uint32_t>* cell_begin = nullptr);

@@ -24,6 +24,7 @@ struct ColourField {
 [[nodiscard]] const ColourField* find_colour_field(std::string_view name);
 
 /// \param rows  (n x components) numbers of the field
+///
 /// Its numbers, (n).
 [[nodiscard]] std::vector<double> colour_values(const ColourField& field, std::vector<double> rows);
 

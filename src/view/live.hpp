@@ -20,6 +20,7 @@ class LiveSource : public Source {
  public:
   /// \param scene    for name, units, colours and settings
   /// \param model  the result of load_model(); overlaps may have been removed
+  ///
   /// Throws Error where Simulation does.
   LiveSource(const Scene& scene, Model model, int threads);
 

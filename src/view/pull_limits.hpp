@@ -26,6 +26,7 @@ class PullLimits {
 
   /// \param of_bodies  (n_bodies) mean material of each
   /// \param edges      (n_bodies) mean length of an edge
+  ///
   /// O(points + triangles + tets + bodies^2).
   PullLimits(const Model& model, std::span<const Material> of_bodies, std::span<const double> edges,
              double time_step);

@@ -16,6 +16,7 @@ class StoredForces {
  public:
   StoredForces() = default;
   /// \param names  of the bodies, in their order.
+  ///
   /// Without the file, or if it is for other bodies, there are no forces. A truncated row is left out.
   StoredForces(const std::filesystem::path& file, std::span<const std::string> names);
 

@@ -361,11 +361,12 @@ TEST(DetectionBudget, SomeAreAlwaysFoundAnew) {
   DetectionCounts counts;
   counts.contacts = 1000;
   budget.begin(1.0);
-  EXPECT_EQ(budget.contacts_anew(1000), 1000U) << "the first detection is not limited";
+  EXPECT_EQ(budget.recomputed_contacts_limit(1000), 1000U) << "the first detection is not limited";
   budget.end({.depth = 1e-3}, 0, nullptr, nullptr, counts);
   budget.begin(1.0);
-  for (const std::size_t contacts : {1U, 10U, 31U, 32U}) EXPECT_EQ(budget.contacts_anew(contacts), 1U);
-  EXPECT_EQ(budget.contacts_anew(1000), 32U);
+  for (const std::size_t contacts : {1U, 10U, 31U, 32U})
+    EXPECT_EQ(budget.recomputed_contacts_limit(contacts), 1U);
+  EXPECT_EQ(budget.recomputed_contacts_limit(1000), 32U);
 }
 
 TEST(CostLine, FindsTheLineThatWorkLiesOn) {

@@ -8,8 +8,8 @@
 
 namespace palpate::test {
 
-/// Every way to find candidates that differs from the others: structure x order x sort. Only the compact grid
-/// sorts its points, and only it and the numbered structures have an order.
+/// All distinct combinations of structure, cell order and sort. Only the compact grid sorts; hash and brute
+/// have no cell order.
 inline std::vector<DetectionSettings> every_variant() {
   std::vector<DetectionSettings> variants;
   for (std::size_t structure = 0; structure < structure_names.size(); ++structure) {

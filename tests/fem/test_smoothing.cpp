@@ -255,7 +255,7 @@ TEST(Smoothing, WhatHoldsAHangingBodyIsItsWeight) {
         before = momentum(dynamics);
         dynamics.begin_step(0.01, gravity, {});
         dynamics.solve(std::span<const Coupling>(), {.tolerance = 1e-10, .max_iterations = 2000});
-        for (int k = 0; k < 8 && dynamics.follow_tissue(1e-10); ++k)
+        for (int k = 0; k < 8 && dynamics.relinearise_tissue(1e-10); ++k)
           dynamics.solve(std::span<const Coupling>(), {.tolerance = 1e-10, .max_iterations = 2000});
         dynamics.holding_forces(gravity, {}, forces);
         dynamics.end_step();

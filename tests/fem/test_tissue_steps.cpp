@@ -146,7 +146,7 @@ TEST(MaterialSteps, EndAtTheSolutionOfTheNonlinearProblem) {
     }
     last = std::sqrt(error / size);
     if (++solves == 1) first = last;
-  } while (solves < 20 && dynamics.follow_tissue(1e-8));
+  } while (solves < 20 && dynamics.relinearise_tissue(1e-8));
   dynamics.end_step();
   EXPECT_GT(first, 0.05);
   EXPECT_LT(last, 1e-6);

@@ -95,7 +95,7 @@ class HeldBar {
     do {
       dynamics_.solve({}, {.tolerance = 1e-12, .max_iterations = 20000});
       EXPECT_LT(++solves, 40);
-    } while (solves < 40 && dynamics_.follow_tissue(1e-3));
+    } while (solves < 40 && dynamics_.relinearise_tissue(1e-3));
     most_solves_ = std::max(most_solves_, solves);
     const double force = end_force(dynamics_, bodies_);
     dynamics_.end_step();
@@ -314,7 +314,7 @@ TEST(Prony, StepsThatStretchFarConverge) {
       int solves = 0;
       do {
         dynamics.solve({}, {.tolerance = 1e-8, .max_iterations = 2000});
-      } while (++solves < 30 && dynamics.follow_tissue(1e-6));
+      } while (++solves < 30 && dynamics.relinearise_tissue(1e-6));
       EXPECT_LT(solves, 10);
       dynamics.end_step();
       for (const Vec3& p : dynamics.positions()) stretch = std::max(stretch, p.x / box.x);

@@ -86,7 +86,7 @@ Covered make_covered(int kind, std::uint64_t seed) {
       case 3:  // nothing at all, or primitives without a cell
         covered.cells.emplace_back();
         break;
-      case 4:  // all in one cell, and one neighbour
+      case 4:  // all in one cell, except one primitive in the next cell
         covered.cells.push_back({p == count / 2 ? moved(centre, {1, 0, 0}, size) : centre});
         break;
       case 5: {  // corners, edges and walls of the domain

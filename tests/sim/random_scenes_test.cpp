@@ -58,7 +58,7 @@ Outcome run(std::uint64_t seed, ElementKind elements, TimeIntegration integratio
 }
 
 /// \param most_inverted  allowed number of scenes with inverted tets: soft bodies below heavy ones are
-/// crushed
+///                       crushed
 void run_all(std::uint64_t first, std::uint64_t count, int most_inverted,
              ElementKind elements = ElementKind::linear, int steps_of_one_failure = 100,
              TimeIntegration integration = TimeIntegration::implicit_euler) {
