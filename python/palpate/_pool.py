@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
 from typing import Any, Protocol
 
+from . import _arrays
 from ._error import Error, typed
 
 _TRIES = 3
@@ -204,7 +205,7 @@ class DaskRunner:
 
 def local_runner(workers: int | None, runs: int) -> Runner:
     """Processes of this machine: `workers`, or one per core, but at most one per run."""
-    if workers is not None and workers < 1:
+    if workers is not None and _arrays.integer(workers, "workers") < 1:
         raise Error("sweep", "workers", str(workers), "1 or more")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return LocalRunner(max(1, min(workers or cores, runs)))

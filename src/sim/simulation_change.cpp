@@ -132,6 +132,13 @@ bool Simulation::is_present(Index body) const {
   return at(absent, body) == 0;
 }
 
+bool Simulation::is_rigid(Index body) const {
+  const std::vector<std::uint8_t>& rigid = state_->holds.obstacles;
+  if (body < 0 || static_cast<std::size_t>(body) >= rigid.size())
+    throw Error("simulation", "body", std::to_string(body), "less than " + std::to_string(rigid.size()));
+  return at(rigid, body) != 0;
+}
+
 std::vector<Tie> Simulation::ties() const {
   std::vector<Tie> ties;
   for (const HeldTie& held : state_->holds.ties) ties.push_back(held.tie);

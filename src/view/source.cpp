@@ -47,15 +47,6 @@ Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
   return json;
 }
 
-bool can_be_colours(const FieldInfo& field) {
-  return field.components <= 3;
-}
-
-Json field_json(const FieldInfo& field) {
-  const Dimension& d = field.dimension;
-  return {{"name", field.name}, {"title", field.title}, {"dimension", {d.mass, d.length, d.time}}};
-}
-
 Json detection_json(const DetectionCounts& counts) {
   return {{"contacts", counts.contacts},           {"border_edges", counts.border_edges},
           {"crossings", counts.crossings},         {"edge_contacts", counts.edge_contacts},

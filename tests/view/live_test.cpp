@@ -2,6 +2,7 @@
 // Hooke's law, the path of a motion.
 #include "view/live.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -44,6 +45,38 @@ TEST(LiveSource, HasTheBitsOfARunThatNobodyLooksAt) {
   EXPECT_EQ(source->time(), 0.0);
   run(*source, 20);
   EXPECT_EQ(source->simulation().state_hash(), alone.state_hash()) << "a reset begins the same run again";
+}
+
+TEST(LiveSource, HasOneNumberAPointOfEachField) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const TissueState tissue = source->simulation().tissue_at_points();
+  std::vector<std::string> names;
+  for (const auto& field : source->stage().about["fields"]) {
+    names.push_back(field["name"]);
+    EXPECT_EQ(source->field(names.back()).size(), source->positions().size()) << names.back();
+  }
+  for (const char* name :
+       {"von_mises", "contact_force", "strain_xy", "plastic_strain_zz", "principal_stress_1"})
+    EXPECT_EQ(std::ranges::count(names, name), 1) << name;
+  EXPECT_EQ(std::ranges::count(names, "stress"), 0) << "six numbers are no colour";
+  EXPECT_EQ(std::ranges::count(names, "deformation_gradient"), 0);
+  EXPECT_TRUE(source->field("stress").empty());
+  const std::vector<double> first = source->field("principal_stress_1");
+  const std::vector<double> third = source->field("principal_stress_3");
+  const std::vector<double> xx = source->field("stress_xx");
+  const std::vector<double> yy = source->field("stress_yy");
+  const std::vector<double> zz = source->field("stress_zz");
+  std::size_t compared = 0;
+  for (std::size_t p = 0; p < first.size(); ++p) {
+    if (std::isnan(tissue.pressure[p])) continue;
+    EXPECT_GE(first[p], third[p]);
+    EXPECT_NEAR(xx[p] + yy[p] + zz[p], -3.0 * tissue.pressure[p],
+                1e-9 * (1.0 + std::abs(tissue.pressure[p])));
+    EXPECT_LE(zz[p], first[p] + 1e-9 * (1.0 + std::abs(first[p]))) << "no direction has more than the first";
+    ++compared;
+  }
+  EXPECT_GT(compared, 8U);
 }
 
 TEST(LiveSource, SendsTheSurfaceAsItIs) {
