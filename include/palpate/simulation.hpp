@@ -38,6 +38,7 @@ struct StepMetrics {
   bool looks_ahead = true;       ///< whether there was time to search for speculative contacts
   int solver_iterations = 0;     ///< of all solves
   bool solver_converged = true;  ///< whether each solve converged
+  int order = 1;                 ///< of the time integration: 2 where the step was BDF2
   double kinetic_energy = 0.0;   ///< J
   double elastic_energy = 0.0;   ///< J
   double largest_speed = 0.0;    ///< m/s, over all points

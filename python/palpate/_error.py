@@ -8,12 +8,6 @@ from difflib import get_close_matches
 from typing import Any
 
 
-def typed(value: Any) -> str:
-    """The type of a value with its article: "an int"."""
-    name = type(value).__name__
-    return f"{'an' if name[0] in 'aeioAEIO' else 'a'} {name}"
-
-
 class Error(ValueError):
     """A bad file, mesh, scene, array or parameter, or a simulation that cannot continue.
 
@@ -193,4 +187,5 @@ def shown(value: Any) -> str:
         text = repr(value)
         if len(text) <= 40 and "\n" not in text:
             return text
-    return typed(value)
+    name = type(value).__name__
+    return f"{'an' if name[0] in 'aeioAEIO' else 'a'} {name}"

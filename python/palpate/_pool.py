@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from . import _arrays
-from ._error import Error, typed
+from ._error import Error, shown
 
 _TRIES = 3
 
@@ -214,5 +214,5 @@ def local_runner(workers: int | None, runs: int) -> Runner:
 def dask_runner(client: Any) -> Runner:
     """The workers of a client of dask.distributed."""
     if not hasattr(client, "submit") or not hasattr(client, "nthreads"):
-        raise Error("sweep", "client", typed(client), "a dask.distributed.Client")
+        raise Error("sweep", "client", shown(client), "a dask.distributed.Client")
     return DaskRunner(client)

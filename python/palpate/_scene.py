@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
-from ._error import Error, typed
+from ._error import Error, shown
 from ._settings import scene_text
 
 
@@ -59,7 +59,7 @@ def scene_of(scene: str | os.PathLike[str] | Mapping[str, Any]) -> _core.Scene:
         return _core.Scene.read(os.fspath(scene))
     if isinstance(scene, Mapping):
         return _core.Scene.parse(scene_text(scene, "scene"), "scene")
-    raise Error("scene", "", typed(scene), "the path of a scene file, or a mapping")
+    raise Error("scene", "", shown(scene), "the path of a scene file, or a mapping")
 
 
 class Model(_core.Model):

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _arrays, _core
 from ._bodies import SimulationBodies, pose_of
-from ._error import Error, NotConverged, typed
+from ._error import Error, NotConverged, shown
 from ._names import Field
 from ._progress import bar
 from ._scene import Model, scene_dict, scene_of
@@ -395,7 +395,7 @@ class Simulation(_core.Simulation):
         if isinstance(fields, str):
             raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, as [{fields!r}]")
         if not isinstance(fields, Iterable):
-            raise Error("Simulation.to_pyvista", "fields", typed(fields), "a list of names")
+            raise Error("Simulation.to_pyvista", "fields", shown(fields), "a list of names")
         grid = grid_of(self.positions, self._bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
         length, speed = self._units()

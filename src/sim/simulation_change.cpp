@@ -74,6 +74,8 @@ void Simulation::State::copy_from(const State& from) {
   if (!dynamics.plastic_strains().empty())
     d.plastic_strains = for_elements(d.plastic_strains, before, after, tets);
   if (dynamics.plastic_strains().empty()) d.plastic_strains.clear();
+  d.past_positions.clear();
+  d.past_velocities.clear();
   d.viscous_stresses = for_bodies(d.viscous_stresses, from.dynamics.elements().body_of_viscous_stress(),
                                   dynamics.elements().body_of_viscous_stress(), bodies.body_count());
   const std::vector<Index> motions = motions_of_present(holds, bodies);

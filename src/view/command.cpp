@@ -98,6 +98,7 @@ void describe(Visitor& v, DisplayOptions& display) {
   v.field("contacts", display.contacts);
   v.field("borders", display.borders);
   v.field("cells", display.cells);
+  v.field("inside", display.inside);
   v.field("forces", display.forces);
   ColourNames names{display.fields};
   v.field("fields", names);

@@ -37,6 +37,7 @@ TEST(Command, ReadsEachAsDocumented) {
   EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"borders": true}})"), (DisplayOptions{false, true, false}));
   EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"fields": ["von_mises", "stress_xy"]}})").fields,
             (std::vector<std::string>{"von_mises", "stress_xy"}));
+  EXPECT_TRUE(parsed<DisplayOptions>(R"({"look": {"inside": true}})").inside);
   EXPECT_EQ(parsed<Shown>(R"({"shown": {"frame": 12}})").frame, 12.0);
 }
 

@@ -125,6 +125,48 @@ TEST(LiveSource, SendsTheSurfaceAsItIs) {
   }
 }
 
+TEST(LiveSource, SendsTheInsideWhereItIsAskedFor) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const Surface surface(source->bodies());
+  const test::Read stage = test::read_message(stage_message(*source, surface));
+  const test::Read without = test::read_message(frame_message(*source, surface, {.fields = {"velocity"}}, {}));
+  EXPECT_FALSE(without.floats.contains("inner"));
+  const test::Read frame =
+      test::read_message(frame_message(*source, surface, {.inside = true, .fields = {"velocity"}}, {}));
+  const auto& vertices = frame.floats.at("positions");
+  const auto& inner = frame.floats.at("inner");
+  ASSERT_EQ(inner.size(), 3U * 8U) << "4 x 4 x 4 points of the box, of which 2 x 2 x 2 are inside";
+  EXPECT_EQ(stage.floats.at("inner_rest").size(), inner.size());
+  ASSERT_EQ(frame.floats.at("velocity").size(), (vertices.size() + inner.size()) / 3);
+  ASSERT_EQ(without.floats.at("velocity").size(), vertices.size() / 3);
+  // The tets of the bodies again, from what was sent.
+  const auto& corners = stage.integers.at("tets");
+  ASSERT_EQ(corners.size(), 4 * source->bodies().tets().size());
+  const Vec3 origin = source->stage().origin;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const auto corner = static_cast<std::size_t>(corners[c]);
+    const std::size_t count = vertices.size() / 3;
+    const float* const sent = corner < count ? &vertices[3 * corner] : &inner[3 * (corner - count)];
+    const auto point = static_cast<std::size_t>(source->bodies().tets()[c / 4][c % 4]);
+    const Vec3 p = source->positions()[point] - origin;
+    EXPECT_EQ(sent[0], static_cast<float>(p.x));
+    EXPECT_EQ(sent[1], static_cast<float>(p.y));
+    EXPECT_EQ(sent[2], static_cast<float>(p.z));
+    EXPECT_EQ(frame.floats.at("velocity")[corner],
+              static_cast<float>(length(source->simulation().velocities()[point])));
+  }
+}
+
+TEST(LiveSource, SendsTheColoursOfPictures) {
+  const auto source = test::small_source();
+  const test::Read stage = test::read_message(stage_message(*source, Surface(source->bodies())));
+  const std::vector<double> grey{0.72, 0.72, 0.74};
+  const std::vector<double> orange{0.93, 0.65, 0.15};  // the second one of pictures
+  for (const auto& body : stage.header.at("bodies"))
+    EXPECT_EQ(body.at("color"), body.at("name") == "box" ? orange : grey) << body;
+}
+
 TEST(LiveSource, SendsContactsOfEdges) {
   const Scene scene = test::crossed_bars();
   LiveSource source(scene, test::small_model(scene), 1);
