@@ -51,30 +51,42 @@ async function showMouse(page) {
 /** The orbit, cut open: a plate lifts the bulb; a hand pulls at the bulb, and lets go. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
-  const page = await open(address, { width: 800, height: 560 });
+  const page = await open(address, { width: 1200, height: 800 });
   await page.selectOption("#scene-view", "tissues");
+  // The bulb is stiff: a weak spring, with which a hand can tell 10 mN from 30.
+  await page.locator("#strength").fill("0");
   await page.click("#panel-toggle");
   await page.click("#fit");
   await showMouse(page);
   const place = mkdtempSync(join(tmpdir(), "palpate-pictures-"));
   const files = [];
   const box = await page.locator("#canvas").boundingBox();
-  const at = (x, y) => page.mouse.move(box.x + x * box.width, box.y + y * box.height);
-  const from = [0.36, 0.57];
-  await page.click("#play");
-  for (let step = 0; step < 34; ++step) {
-    const t = 0.04 * step;
-    await waitFor(page, async () => (await time(page)) >= t - 1e-9);
-    const pull = Math.min(1, (step - 12) / 8);
-    if (step === 11) await at(...from);
+  const at = (x, y) => page.mouse.move(box.x + x, box.y + y);
+  const [x, y] = [0.36 * box.width, 0.57 * box.height];
+  const force = async () => {
+    const [, amount, unit] = /([\d.]+) (m?)N/.exec((await page.locator(".tag").allTextContents()).join()) ?? [0, "0", "m"];
+    return Number(amount) * (unit === "m" ? 1 : 1000);
+  };
+  let far = 0;
+  for (let step = 0; step < 38; ++step) {
+    // By single steps, so that each picture has all its pixels: while it runs, a slow machine draws fewer.
+    while ((await time(page)) < 0.04 * step - 1e-9) {
+      const before = await page.textContent("#clock");
+      await page.keyboard.press("n");
+      await waitFor(page, async () => (await page.textContent("#clock")) !== before);
+    }
+    if (step === 11) await at(x, y);
     if (step === 12) await page.mouse.down();
-    if (step > 12 && step < 29) await at(from[0] - 0.22 * pull, from[1] - 0.2 * pull);
-    if (step === 29) await page.mouse.up();
+    // Further until the hand feels 30 mN, which the tissue can bear.
+    if (step > 12 && step < 32 && (await force()) < 30) far += 5;
+    if (step > 12 && step < 32) await at(x - 0.8 * far, y - 0.6 * far);
+    if (step === 32) await page.mouse.up();
+    await page.waitForTimeout(700);
     const file = join(place, `${String(files.length).padStart(3, "0")}.png`);
     await page.locator("#view").screenshot({ path: file });
     files.push(file);
   }
-  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "70", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "88", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
   if (process.env.KEEP) spawnSync("cp", [...files, process.env.KEEP]);
   rmSync(place, { recursive: true });

@@ -6,12 +6,14 @@
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "geometry/vector.hpp"
 #include "io/picture.hpp"
 #include "io/picture_cut.hpp"
 #include "numbers.hpp"
+#include "scene/body_colour.hpp"
 #include "scene/field_values.hpp"
 #include "status_line.hpp"
 
@@ -27,21 +29,23 @@ std::string caption(const RunImages& run) {
                      run.outcome.at_rest ? ", at rest" : "");
 }
 
-io::Colour colour(const std::optional<std::array<double, 3>>& given, const io::Colour& otherwise) {
-  if (!given) return otherwise;
-  io::Colour result{};
-  std::ranges::transform(*given, result.begin(), [](double c) { return static_cast<float>(c); });
-  return result;
-}
-
 /// Of the bodies, then of the regions: in the order of the model's materials.
 std::vector<io::Colour> colours(const Scene& scene) {
   std::vector<io::Colour> list;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    list.push_back(colour(scene.bodies[b].color, io::default_colour(static_cast<Index>(b))));
+    list.push_back(body_colour(scene.bodies[b], static_cast<Index>(b)));
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    for (const Region& region : scene.bodies[b].regions) list.push_back(colour(region.color, list[b]));
+    for (const Region& region : scene.bodies[b].regions)
+      list.push_back(region.color ? io::to_colour(*region.color) : list[b]);
   }
+  return list;
+}
+
+/// The same where values are shown: what has none. Grey, so that nothing looks like a value.
+std::vector<io::Colour> colours_without_values(const Scene& scene, std::span<const std::uint8_t> coloured) {
+  std::vector<io::Colour> list;
+  for (const std::uint8_t one : coloured) list.push_back(one != 0 ? io::no_value_colour : io::neutral_colour);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) list.insert(list.end(), scene.bodies[b].regions.size(), list[b]);
   return list;
 }
 
@@ -72,35 +76,49 @@ std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
 struct Coloured {
   std::vector<double> values;  ///< (n_points), NaN where the view does not show it
   std::optional<io::ColourScale> scale{};
+  std::vector<std::uint8_t> bodies{};  ///< (n_bodies) 1 where it does; empty without a scale
 };
 
+std::vector<std::uint8_t> coloured_bodies(const Scene& scene, const BodyNames& bodies) {
+  return flags(scene, bodies, [](const SceneBody& body) { return !is_rigid(body); });
+}
+
 /// Blanks the points of bodies that are not coloured.
-void keep_coloured(const RunImages& run, const BodyNames& bodies, std::vector<double>& values) {
-  const auto coloured = flags(run.scene, bodies, [](const SceneBody& body) { return !is_rigid(body); });
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    if (at(coloured, run.simulation.bodies().body_of_point()[p]) == 0)
-      values[p] = std::numeric_limits<double>::quiet_NaN();
+void keep_coloured(const RunImages& run, Coloured& shown) {
+  for (std::size_t p = 0; p < shown.values.size(); ++p) {
+    if (at(shown.bodies, run.simulation.bodies().body_of_point()[p]) == 0)
+      shown.values[p] = std::numeric_limits<double>::quiet_NaN();
   }
+}
+
+/// The largest value of the bodies that are coloured and seen.
+double largest_seen(const RunImages& run, const Coloured& shown, const BodyNames& seen) {
+  const auto is_seen = flags(run.scene, seen, [](const SceneBody&) { return true; });
+  double most = 0.0;
+  for (std::size_t p = 0; p < shown.values.size(); ++p) {
+    if (at(is_seen, run.simulation.bodies().body_of_point()[p]) != 0 && shown.values[p] > most)
+      most = shown.values[p];
+  }
+  return most;
 }
 
 /// Lengths of displacements from rest.
 Coloured displacements(const RunImages& run, const DisplacementMap& map, std::span<const Vec3> positions) {
-  Coloured shown{.values = std::vector<double>(positions.size())};
+  Coloured shown{.values = std::vector<double>(positions.size()),
+                 .bodies = coloured_bodies(run.scene, map.bodies)};
   for (std::size_t p = 0; p < positions.size(); ++p)
     shown.values[p] = length(positions[p] - run.simulation.bodies().points_rest()[p]);
-  keep_coloured(run, map.bodies, shown.values);
+  keep_coloured(run, shown);
   shown.scale = io::ColourScale{map.most, "displacement, " + run.scene.units.length};
   return shown;
 }
 
 /// A field at the end of the run.
-Coloured field(const RunImages& run, const FieldMap& map) {
-  Coloured shown{.values = point_scalars(run.simulation, map.name)};
-  keep_coloured(run, map.bodies, shown.values);
-  double most = map.most.value_or(map.least);
-  for (const double value : shown.values) {
-    if (!map.most && value > most) most = value;
-  }
+Coloured field(const RunImages& run, const FieldMap& map, const BodyNames& seen) {
+  Coloured shown{.values = point_scalars(run.simulation, map.name),
+                 .bodies = coloured_bodies(run.scene, map.bodies)};
+  keep_coloured(run, shown);
+  double most = map.most ? *map.most : io::nice_above(largest_seen(run, shown, seen));
   if (!(most > map.least)) most = map.least + 1.0;  // all values are equal: any scale is right
   const UnitForPeople unit = unit_for_people(most, run.scene.units, find_field(map.name)->dimension);
   for (double& value : shown.values) value *= unit.factor;
@@ -112,7 +130,7 @@ Coloured field(const RunImages& run, const FieldMap& map) {
 
 Coloured coloured(const RunImages& run, const View& view, bool at_start, std::span<const Vec3> positions) {
   if (view.displacement) return displacements(run, *view.displacement, positions);
-  if (view.field && !at_start) return field(run, *view.field);
+  if (view.field && !at_start) return field(run, *view.field, view.bodies);
   return {.values = std::vector<double>(positions.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
@@ -147,7 +165,7 @@ io::Image render_view(const RunImages& run, const View& view, bool at_start, int
                              .triangles = surface.triangles,
                              .body_of_point = surface.body_of_point,
                              .contact_points = dots,
-                             .body_colours = colours(run.scene),
+                             .body_colours = shown.scale ? colours_without_values(run.scene, shown.bodies) : colours(run.scene),
                              .values = surface.values,
                              .colour_of_triangle = colour_of_triangle,
                              .edges = surface.edges},

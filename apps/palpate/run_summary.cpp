@@ -65,16 +65,28 @@ std::string notes_lines(const RunReport& report) {
   return text;
 }
 
-/// Forces on held bodies at the end, and the largest of the run, in N.
+/// Bodies that contacts acted on in the run, in the order of the scene: first those that are held, which
+/// people ask for, then free ones.
+std::vector<std::size_t> touched_bodies(const RunReport& report) {
+  std::vector<std::size_t> held;
+  std::vector<std::size_t> free;
+  for (std::size_t b = 0; b < report.outcome.largest_forces.size(); ++b) {
+    if (report.outcome.largest_forces[b].force == 0.0) continue;
+    (report.probe.is_held(b) ? held : free).push_back(b);
+  }
+  held.insert(held.end(), free.begin(), free.end());
+  return held;
+}
+
+/// Forces on bodies at the end, and the largest of the run, in N.
 std::string forces_lines(const RunReport& report) {
   constexpr std::size_t most_lines = 8;
   const Units& units = report.scene.units;
   const std::vector<BodyForces> forces = report.probe.forces(report.simulation).bodies;
+  const std::vector<std::size_t> bodies = touched_bodies(report);
   std::string text;
-  std::size_t lines = 0;
-  for (std::size_t b = 0; b < forces.size(); ++b) {
+  for (const std::size_t b : std::span(bodies).first(std::min(most_lines, bodies.size()))) {
     const LargestForce& largest = report.outcome.largest_forces[b];
-    if (!report.probe.is_held(b) || largest.force == 0.0 || ++lines > most_lines) continue;
     text += fmt::format("{:<14}{}: contacts {} at the end, {} at most (step {})", "force",
                         shown_name(report.probe.names()[b]),
                         in_words(length(forces[b].contact.force), units, dimension::force),
@@ -85,6 +97,8 @@ std::string forces_lines(const RunReport& report) {
     }
     text += '\n';
   }
+  if (bodies.size() > most_lines)
+    text += fmt::format("{:<14}... and {} more, in forces.csv\n", "force", bodies.size() - most_lines);
   return text;
 }
 

@@ -17,7 +17,7 @@ struct Wrench {
   Vec3 about{};   ///< m
 };
 
-/// The same force, with its torque about another point. O(1).
+/// The same force, with its torque about another point. Throws Error on a point that is not finite. O(1).
 [[nodiscard]] Wrench moved_to(const Wrench& wrench, const Vec3& about);
 
 /// What a contact did in a step.
@@ -66,7 +66,8 @@ struct PairWrench {
   Index body_b = -1;    ///< the higher one
   Index contacts = 0;   ///< number of contacts that are not open
   double normal = 0.0;  ///< sum of the normal forces regardless of direction, N
-  Wrench on_b{};        ///< of a on b, about the centre of mass of b; on a it is the opposite
+  /// Of a on b, about the centre of mass of b or the point that was given; on a it is the opposite.
+  Wrench on_b{};
 };
 
 /// The forces of contacts as loads on the surface triangles, at the positions after the step.

@@ -58,9 +58,18 @@ enum class ToleranceOf {
   solution,
 };
 
+/// How a step computes velocities and positions at its end (docs/time-integration.md).
+enum class TimeIntegration {
+  implicit_euler,  ///< first order; damps what vibrates within few steps
+  /// Second order, with less damping of motion, in steps in which contacts do not change. Others, and those
+  /// after a change from outside, are implicit Euler.
+  bdf2,
+};
+
 /// The names that scenes and command lines use; index = enum value.
 inline constexpr std::array<std::string_view, 3> preconditioner_names{"auto", "jacobi", "multigrid"};
 inline constexpr std::array<std::string_view, 2> tolerance_of_names{"residual", "solution"};
+inline constexpr std::array<std::string_view, 2> time_integration_names{"implicit-euler", "bdf2"};
 inline constexpr std::array<std::string_view, 5> structure_names{"uniform", "compact", "hash", "cuckoo",
                                                                  "brute"};
 inline constexpr std::array<std::string_view, 2> order_names{"linear", "z"};
@@ -169,6 +178,7 @@ struct SimulationSettings {
   SolverSettings solver;          ///< solver
   RestSettings rest;              ///< when bodies count as at rest
   LimitSettings limits;           ///< when a run has blown up
+  TimeIntegration time_integration = TimeIntegration::implicit_euler;
 };
 
 }  // namespace palpate

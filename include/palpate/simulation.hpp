@@ -38,6 +38,7 @@ struct StepMetrics {
   bool looks_ahead = true;       ///< whether there was time to search for speculative contacts
   int solver_iterations = 0;     ///< of all solves
   bool solver_converged = true;  ///< whether each solve converged
+  int order = 1;                 ///< of the time integration: 2 where the step was BDF2
   double kinetic_energy = 0.0;   ///< J
   double elastic_energy = 0.0;   ///< J
   double largest_speed = 0.0;    ///< m/s, over all points
@@ -89,6 +90,8 @@ class Simulation {
   void change(const ModelChange& change);
   /// Whether a body is present: Model::absent, ModelChange. Throws Error on a body out of range.
   [[nodiscard]] bool is_present(Index body) const;
+  /// Whether a body is rigid: Model::obstacles, until it is released. Throws Error on a body out of range.
+  [[nodiscard]] bool is_rigid(Index body) const;
   /// The present ties.
   [[nodiscard]] std::vector<Tie> ties() const;
   /// (n_points) the motion of each point, or -1.
@@ -116,9 +119,12 @@ class Simulation {
   /// Error, and changes nothing, on a triangle out of range, one of a rigid body, and a pressure that is not
   /// finite. O(triangles).
   void set_pressure(std::span<const Index> triangles, double pressure);
+  /// The same with a pressure for each: pressures[i] on triangles[i]; for a repeated triangle the last one
+  /// holds. Throws Error also where lengths differ.
+  void set_pressure(std::span<const Index> triangles, std::span<const double> pressures);
   /// Sets positions of points (m), values[i] to points[i], and detects the contacts there. Throws Error, and
-  /// changes nothing, on a point out of range, a prescribed one, a value that is not finite, and different
-  /// lengths. O(all points), and a detection.
+  /// changes nothing, on a point out of range, a prescribed one, one of a rigid body (it would deform: give
+  /// it a motion), a value that is not finite, and different lengths. O(all points), and a detection.
   void set_positions(std::span<const Index> points, std::span<const Vec3> positions);
   /// Sets velocities of points (m/s) like set_positions(), without a detection. Throws Error also on a fixed
   /// point, and on a velocity along a fixed axis.
@@ -150,10 +156,13 @@ class Simulation {
   /// Force and torque on a body by contacts during the last step, about its centre of mass or another point.
   /// Arms are those at positions(). Throws Error on a body out of range. O(contacts).
   [[nodiscard]] Wrench contact_wrench(Index body) const;
-  /// The same about a given point, m.
+  /// The same about a given point, m. Throws Error also on a point that is not finite.
   [[nodiscard]] Wrench contact_wrench(Index body, const Vec3& about) const;
-  /// The same for each two bodies in contact, sorted by (body_a, body_b). O(contacts log).
+  /// The same for each two bodies in contact, sorted by (body_a, body_b), torques about the centre of mass of
+  /// body_b. O(contacts log).
   [[nodiscard]] std::vector<PairWrench> pair_wrenches() const;
+  /// The same with all torques about a given point, m. Throws Error on a point that is not finite.
+  [[nodiscard]] std::vector<PairWrench> pair_wrenches(const Vec3& about) const;
   /// The same as loads on the surface triangles at positions(). O(contacts + triangles).
   [[nodiscard]] SurfaceTractions tractions() const;
   /// Force of each of ties() on its point during the last step, N: (n_ties x 3).
@@ -167,7 +176,7 @@ class Simulation {
   /// last step did not compute them.
   [[nodiscard]] std::span<const Vec3> reactions() const;
   /// Sum of reactions() over the points of a body, with the torque at positions(). Throws Error as
-  /// reactions() does, and on an index out of range. O(points).
+  /// reactions() does, on an index out of range and on a point that is not finite. O(points).
   [[nodiscard]] Wrench reaction_of_body(Index body, const Vec3& about) const;
   /// The same over the points on a motion: the force and torque of its motor, for the body and the tissue
   /// attached to it.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import operator
+import os
 from typing import Any, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._error import Error
+from ._error import Error, shown
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int32]
@@ -15,11 +17,15 @@ Indices = NDArray[np.int32]
 _LARGEST = int(np.iinfo(np.int32).max)
 
 
-def _array(values: ArrayLike, name: str) -> NDArray[Any]:
+def array_of(values: ArrayLike, name: str) -> NDArray[Any]:
+    """An array of any shape and type."""
     try:
-        return np.asarray(values)
+        array = np.asarray(values)
     except (ValueError, TypeError) as error:
         raise Error(name, "", f"{type(values).__name__} that is no array ({error})", "an array of numbers") from None
+    if array.shape == () and array.dtype.kind not in "fiub":
+        raise Error(name, "", shown(values), "numbers, or an array of them")
+    return array
 
 
 def _check_columns(array: NDArray[Any], columns: int, name: str, row: str) -> None:
@@ -31,7 +37,8 @@ def _check_columns(array: NDArray[Any], columns: int, name: str, row: str) -> No
     raise Error(name, "", found, f"shape (n, {columns}), a row for each {row}")
 
 
-def _reals(array: NDArray[Any], name: str) -> Floats:
+def reals(array: NDArray[Any], name: str) -> Floats:
+    """The same array with real numbers. The compiled part checks that they are finite."""
     if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:
         raise Error(name, "", f"numbers of type {array.dtype}", "real numbers (float64, float32 or integers)")
     return np.ascontiguousarray(array, dtype=np.float64)
@@ -39,26 +46,58 @@ def _reals(array: NDArray[Any], name: str) -> Floats:
 
 def points(values: ArrayLike, name: str) -> Floats:
     """An (n, 3) array of positions. The compiled part checks that they are finite."""
-    array = _array(values, name)
+    array = array_of(values, name)
     _check_columns(array, 3, name, "point")
-    return _reals(array, name)
+    return reals(array, name)
 
 
 def vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
     """Three finite numbers."""
-    array = _array(values, name)
+    array = array_of(values, name)
     if array.shape != (3,):
         raise Error(name, "", f"an array of shape {array.shape}", "three numbers")
-    x, y, z = _reals(array, name).tolist()
+    x, y, z = reals(array, name).tolist()
     return x, y, z
 
 
 def number(value: Any, name: str) -> float:
     """One real number. The compiled part checks that it is finite."""
-    array = _array(value, name)
+    array = array_of(value, name)
     if array.shape != ():
         raise Error(name, "", f"an array of shape {array.shape}", "one number")
-    return float(_reals(array.reshape(1), name)[0])
+    return float(reals(array.reshape(1), name)[0])
+
+
+def path(value: Any, name: str) -> str:
+    """The path of a file."""
+    try:
+        return os.fsdecode(value)
+    except TypeError:
+        raise Error(name, "", shown(value), "a path") from None
+
+
+def integer(value: Any, name: str) -> int:
+    """One integer."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise Error(name, "", shown(value), "an integer") from None
+
+
+def vectors(values: ArrayLike, name: str, count: int) -> Floats:
+    """A (count, 3) array, or three numbers for all rows."""
+    array = array_of(values, name)
+    if array.shape == (3,):
+        return np.ascontiguousarray(np.broadcast_to(reals(array, name), (count, 3)))
+    return points(array, name)
+
+
+def numbers(values: ArrayLike, name: str, count: int) -> Floats:
+    """One real number, shape (), or `count` of them. The compiled part checks that they are finite."""
+    array = array_of(values, name)
+    if array.shape not in ((), (count,)):
+        raise Error(name, "", f"an array of shape {array.shape}", f"one number, or shape ({count},)")
+    return reals(array.reshape(-1), name).reshape(array.shape)
 
 
 def _integers(array: NDArray[Any], name: str) -> Indices:
@@ -75,14 +114,14 @@ def _integers(array: NDArray[Any], name: str) -> Indices:
 
 def tets(values: ArrayLike, name: str) -> Indices:
     """An (m, 4) array of point indices. The compiled part checks their range."""
-    array = _array(values, name)
+    array = array_of(values, name)
     _check_columns(array, 4, name, "tet")
     return _integers(array, name)
 
 
 def indices(values: ArrayLike, name: str, length: int | None = None) -> Indices:
     """An (n) array of indices, of a given length if any."""
-    array = _array(values, name)
+    array = array_of(values, name)
     if array.ndim != 1 or (length is not None and array.shape[0] != length):
         raise Error(name, "", f"an array of shape {array.shape}", f"shape ({'n' if length is None else length},)")
     return _integers(array, name)
@@ -90,7 +129,7 @@ def indices(values: ArrayLike, name: str, length: int | None = None) -> Indices:
 
 def selection(values: ArrayLike, name: str, count: int) -> Indices:
     """Indices from a list of indices, or from a mask of `count` truth values."""
-    array = _array(values, name)
+    array = array_of(values, name)
     if array.dtype == np.bool_:
         if array.shape != (count,):
             raise Error(name, "", f"a mask of shape {array.shape}", f"shape ({count},), or indices")

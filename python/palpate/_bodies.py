@@ -89,6 +89,11 @@ class SimulationBody:
         """Whether it is present: neither absent at the start nor removed."""
         return self._simulation._is_present(self._number)
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it is rigid: an obstacle or a body with a motion, until it is released."""
+        return self._simulation._is_rigid(self._number)
+
     def release(self, points: ArrayLike | None = None) -> None:
         """Frees its points (indices or a mask; None: all of them) from all constraints and motions; they keep their
         velocity. A rigid body can only be released as a whole: it deforms from then on.
@@ -136,8 +141,8 @@ class SimulationBody:
         """
         self._simulation.set_forces(self._of_all(points), forces)
 
-    def set_pressure(self, pressure: float, triangles: ArrayLike | None = None) -> None:
-        """Loads its surface triangles (indices or a mask; None: all of them) with a pressure, Pa:
+    def set_pressure(self, pressure: ArrayLike, triangles: ArrayLike | None = None) -> None:
+        """Loads its surface triangles (indices or a mask; None: all of them) with a pressure, one number or (n), Pa:
         Simulation.set_pressure().
         """
         rows = self.triangles
@@ -187,9 +192,10 @@ class SimulationBodies:
             if body not in names:
                 raise KeyError(body)
             return SimulationBody(self._simulation, names.index(body))
-        if not 0 <= body < len(self):
+        number = _arrays.integer(body, "body")
+        if not 0 <= number < len(self):
             raise IndexError("no body of this number")
-        return SimulationBody(self._simulation, body)
+        return SimulationBody(self._simulation, number)
 
     def __iter__(self) -> Iterator[SimulationBody]:
         return (self[number] for number in range(len(self)))
@@ -233,16 +239,16 @@ def pose_of(
         x, y, z = pose.translate
         w, i, j, k = pose.quaternion
         return _alone((x, y, z), (w, i, j, k), quaternion, "a Keyframe")
-    array = np.asarray(pose)
+    array = _arrays.array_of(pose, "pose")
     if array.shape == (4, 4):
-        shift, rotation = _of_matrix(np.asarray(array, dtype=np.float64), np.asarray(center, dtype=np.float64))
+        shift, rotation = _of_matrix(_arrays.reals(array, "pose"), np.asarray(center, dtype=np.float64))
         return _alone(shift, rotation, quaternion, "a matrix")
     if array.shape != (3,):
         raise Error("move_to", "pose", f"an array of shape {array.shape}", "a shift (3), a matrix (4, 4) or a Keyframe")
-    given = np.asarray((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, dtype=np.float64)
+    given = _arrays.array_of((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, "quaternion")
     if given.shape != (4,):
         raise Error("move_to", "quaternion", f"an array of shape {given.shape}", "four numbers")
-    w, i, j, k = given.tolist()
+    w, i, j, k = _arrays.reals(given, "quaternion").tolist()
     return _arrays.vector(array, "pose"), (w, i, j, k)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _arrays, _core
 from ._arrays import Floats, Indices
-from ._error import Error
+from ._error import Error, shown
 from ._progress import needed
 
 
@@ -23,7 +23,7 @@ def read_mesh(file: str | os.PathLike[str]) -> tuple[Floats, Indices]:
     installed. Hexahedra, wedges and pyramids are cut into tets, higher-order cells are used as linear ones. Raises Error
     naming the file.
     """
-    path = os.fspath(file)
+    path = _arrays.path(file, "file")
     extension = os.path.splitext(path)[1].lower()
     if extension in _core.mesh_extensions():
         try:
@@ -80,11 +80,14 @@ def write_mesh(
 
     point_data: arrays of a row for each point. cell_data: arrays of a row for each tet.
     """
-    path = os.fspath(file)
+    path = _arrays.path(file, "file")
     try:
         import meshio
     except ImportError:
         raise needed("meshio", path, "mesh") from None
+    for name, data in (("point_data", point_data), ("cell_data", cell_data)):
+        if not isinstance(data, (Mapping, type(None))):
+            raise Error("write_mesh", name, shown(data), "a mapping of arrays")
     mesh = meshio.Mesh(
         _arrays.points(points, "points"), [("tetra", _arrays.tets(tets, "tets"))], point_data=dict(point_data or {}),
         cell_data={name: [np.asarray(values)] for name, values in (cell_data or {}).items()},

@@ -14,7 +14,8 @@ from concurrent.futures.process import BrokenProcessPool
 from types import TracebackType
 from typing import Any, Protocol
 
-from ._error import Error, typed
+from . import _arrays
+from ._error import Error, shown
 
 _TRIES = 3
 
@@ -204,7 +205,7 @@ class DaskRunner:
 
 def local_runner(workers: int | None, runs: int) -> Runner:
     """Processes of this machine: `workers`, or one per core, but at most one per run."""
-    if workers is not None and workers < 1:
+    if workers is not None and _arrays.integer(workers, "workers") < 1:
         raise Error("sweep", "workers", str(workers), "1 or more")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return LocalRunner(max(1, min(workers or cores, runs)))
@@ -213,5 +214,5 @@ def local_runner(workers: int | None, runs: int) -> Runner:
 def dask_runner(client: Any) -> Runner:
     """The workers of a client of dask.distributed."""
     if not hasattr(client, "submit") or not hasattr(client, "nthreads"):
-        raise Error("sweep", "client", typed(client), "a dask.distributed.Client")
+        raise Error("sweep", "client", shown(client), "a dask.distributed.Client")
     return DaskRunner(client)

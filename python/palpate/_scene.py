@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
-from ._error import Error, typed
+from ._error import Error, shown
 from ._settings import scene_text
 
 
@@ -26,11 +26,12 @@ def read_scene(scene: str | os.PathLike[str]) -> dict[str, Any]:
 
 def write_scene(scene: Mapping[str, Any], file: str | os.PathLike[str]) -> None:
     """Writes a scene as JSON, after the same checks as reading one. Raises Error, and writes nothing, on a bad one."""
+    path = _arrays.path(file, "file")
     text = scene_of(scene).text
-    beside = f"{os.fspath(file)}.{os.getpid()}.part"
+    beside = f"{path}.{os.getpid()}.part"
     with open(beside, "w", encoding="utf-8") as stream:
         stream.write(text)
-    os.replace(beside, file)
+    os.replace(beside, path)
 
 
 def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), seed: int = 1) -> dict[str, Any]:
@@ -58,7 +59,7 @@ def scene_of(scene: str | os.PathLike[str] | Mapping[str, Any]) -> _core.Scene:
         return _core.Scene.read(os.fspath(scene))
     if isinstance(scene, Mapping):
         return _core.Scene.parse(scene_text(scene, "scene"), "scene")
-    raise Error("scene", "", typed(scene), "the path of a scene file, or a mapping")
+    raise Error("scene", "", shown(scene), "the path of a scene file, or a mapping")
 
 
 class Model(_core.Model):
@@ -135,7 +136,7 @@ class Model(_core.Model):
     @staticmethod
     def _velocities(positions: _arrays.Floats, velocity: ArrayLike, angular_velocity: ArrayLike) -> _arrays.Floats:
         """Velocity of each point: one for all or one for each, plus a rotation about their mean."""
-        each = np.asarray(velocity, dtype=np.float64)
+        each = _arrays.reals(_arrays.array_of(velocity, "velocity"), "velocity")
         if each.shape == (3,):
             each = np.broadcast_to(each, positions.shape)
         if each.shape != positions.shape:
@@ -209,7 +210,8 @@ class Model(_core.Model):
 
     def _selection(self, body: int, chosen: ArrayLike, what: str) -> _arrays.Indices:
         bodies = self.bodies
-        if not 0 <= body < len(bodies):
-            raise Error("Model", "body", str(body), f"0 to {len(bodies) - 1}")
-        rows = bodies[body].points if what == "points" else bodies[body].tets
+        number = _arrays.integer(body, "body")
+        if not 0 <= number < len(bodies):
+            raise Error("Model", "body", str(number), f"0 to {len(bodies) - 1}")
+        rows = bodies[number].points if what == "points" else bodies[number].tets
         return _arrays.selection(chosen, what, rows.stop - rows.start)

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _arrays, _core
 from ._bodies import SimulationBodies, pose_of
-from ._error import Error, NotConverged
+from ._error import Error, NotConverged, shown
 from ._names import Field
 from ._progress import bar
 from ._scene import Model, scene_dict, scene_of
@@ -147,7 +147,7 @@ class Simulation(_core.Simulation):
         if callback is not None and not callable(callback):
             raise Error("Simulation.run", "callback", type(callback).__name__, "a function, or None")
         staged = steps is None and not self.stages_done
-        wanted = self._steps_left() if steps is None else steps
+        wanted = self._steps_left() if steps is None else _arrays.integer(steps, "steps")
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
@@ -231,9 +231,10 @@ class Simulation(_core.Simulation):
             if body not in names:
                 raise Error("Simulation", "body", repr(body), f"one of {names}")
             return names.index(body)
-        if not 0 <= body < len(bodies):
-            raise Error("Simulation", "body", str(body), f"0 to {len(bodies) - 1}")
-        return body
+        number = _arrays.integer(body, "body")
+        if not 0 <= number < len(bodies):
+            raise Error("Simulation", "body", str(number), f"0 to {len(bodies) - 1}")
+        return number
 
     def set_motion(self, body: int | str, motion: _core.Motion) -> None:
         """Replaces the motion of a body. At the end of the next step, its points are at the new pose, from wherever
@@ -268,31 +269,39 @@ class Simulation(_core.Simulation):
 
     def set_force(self, point: int, force: ArrayLike) -> None:
         """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before."""
-        self._set_forces(np.array([point], np.int32), np.array([_arrays.vector(force, "force")]))
+        self._set_forces(np.array([_arrays.integer(point, "point")], np.int32), np.array([_arrays.vector(force, "force")]))
 
     def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
         """Sets forces on points (indices or a mask, of all points), (n, 3) or (3) for each of them, N, from the next
-        step on; replaces those set before. Raises Error, and changes nothing, on a bad one.
+        step on; replaces those set before. For a point that is given twice the last force holds; they are not added.
+        Raises Error, and changes nothing, on a bad one.
         """
         chosen = self._points(points)
-        self._set_forces(chosen, self._rows(forces, len(chosen), "forces"))
+        self._set_forces(chosen, _arrays.vectors(forces, "forces", len(chosen)))
 
-    def set_pressure(self, triangles: ArrayLike, pressure: float) -> None:
-        """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), Pa, against their outward
-        normals, from the next step on; replaces the one set before, and 0 removes it. It follows the surface.
+    def set_pressure(self, triangles: ArrayLike, pressure: ArrayLike) -> None:
+        """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), one number for all or (n), Pa,
+        against their outward normals, from the next step on; replaces the one set before, and 0 removes it. It follows
+        the surface. For a triangle that is given twice the last value holds. Raises Error, and changes nothing, on a bad
+        one.
         """
         chosen = _arrays.selection(triangles, "triangles", len(self._bodies.triangles))
-        self._set_pressure(chosen, _arrays.number(pressure, "pressure"))
+        values = _arrays.numbers(pressure, "pressure", len(chosen))
+        if values.ndim == 0:
+            self._set_pressure(chosen, float(values))
+        else:
+            self._set_pressures(chosen, values)
 
     def set_positions(self, positions: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Sets positions of points (indices or a mask; None: all but prescribed ones), (n, 3), m, and detects the
-        contacts there. Raises Error, and changes nothing, on a prescribed point and a number that is not finite.
+        """Sets positions of points (indices or a mask; None: all but prescribed ones and those of rigid bodies), (n, 3),
+        m, and detects the contacts there. Raises Error, and changes nothing, on a prescribed point, one of a rigid body,
+        which would deform (move_to() moves one with a motion), and a number that is not finite.
         """
         chosen = self._free() if points is None else self._points(points)
         values = _arrays.points(positions, "positions")
         if points is None and len(values) == len(self._bodies.points_rest):
             values = values[chosen]
-        self._set_positions(chosen, self._rows(values, len(chosen), "positions"))
+        self._set_positions(chosen, _arrays.vectors(values, "positions", len(chosen)))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
         """Sets velocities of points (indices or a mask, of all points), (n, 3) or (3) for all, m/s. Raises Error, and
@@ -300,7 +309,7 @@ class Simulation(_core.Simulation):
         not finite.
         """
         chosen = self._points(points)
-        self._set_velocities(chosen, self._rows(velocities, len(chosen), "velocities"))
+        self._set_velocities(chosen, _arrays.vectors(velocities, "velocities", len(chosen)))
 
     def contact_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
         """Force and torque on a body (number or name) by contacts during the last step, N and N m, about a point, or its
@@ -308,6 +317,12 @@ class Simulation(_core.Simulation):
         """
         number = self.body_number(body)
         return self._contact_wrench(number, self._about(number, about))
+
+    def pair_wrenches(self, about: ArrayLike | None = None) -> list[_core.PairWrench]:
+        """The wrench between each two bodies in contact during the last step, sorted by (body_a, body_b): `on_b` is that
+        of a on b, N and N m, about a point, or the centre of mass of b; that on a is its opposite.
+        """
+        return self._pair_wrenches(None if about is None else _arrays.vector(about, "about"))
 
     def reaction(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
         """Reaction at the fixed or prescribed points of a body during the last step: force and torque about a point,
@@ -356,12 +371,9 @@ class Simulation(_core.Simulation):
         return _arrays.selection(points, "points", len(self._bodies.points_rest))
 
     def _free(self) -> _arrays.Indices:
-        return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool)).astype(np.int32)
-
-    @staticmethod
-    def _rows(values: ArrayLike, count: int, name: str) -> _arrays.Floats:
-        array = np.asarray(values, dtype=np.float64)
-        return np.ascontiguousarray(np.broadcast_to(array, (count, 3))) if array.shape == (3,) else _arrays.points(array, name)
+        bodies = self._bodies
+        rigid = np.array([self._is_rigid(number) for number in range(len(bodies))], dtype=bool)
+        return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool) & ~rigid[bodies.body_of_point]).astype(np.int32)
 
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
         """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.
@@ -375,13 +387,21 @@ class Simulation(_core.Simulation):
 
         fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,
         those of contacts and reactions as data of points. Symmetric tensors have six components: xx, yy, zz, xy, yz, xz.
+        The units are in field_data["units"], as "von_mises [Pa]", and in each array's metadata (UNITS_LABEL), as frames
+        of `palpate run` have them.
         """
-        from ._view import grid_of
+        from ._view import grid_of, set_units
 
         if isinstance(fields, str):
             raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, as [{fields!r}]")
+        if not isinstance(fields, Iterable):
+            raise Error("Simulation.to_pyvista", "fields", shown(fields), "a list of names")
         grid = grid_of(self.positions, self._bodies, self.contacts)
         grid.point_data["velocity"] = self.velocities
-        for name, on_points, values in self._fields(list(fields)):
+        length, speed = self._units()
+        units = {"points": length, "depth": length, "velocity": speed}
+        for name, on_points, unit, values in self._fields(list(fields)):
             (grid.point_data if on_points else grid.cell_data)[name] = values
+            units[name] = unit
+        set_units(grid, units)
         return grid

@@ -15,12 +15,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import _core
-from ._error import Error, NotConverged
+from . import _arrays, _core
+from ._error import Error, NotConverged, shown as shown_value
 from ._pool import Runner, RunLost, dask_runner, local_runner
 from ._progress import bar, needed
 from ._scene import scene_dict, scene_of
-from ._settings import scene_text
+from ._settings import scene_text, threads_or_default
 from ._simulation import Simulation
 
 if TYPE_CHECKING:
@@ -208,9 +208,10 @@ def _samples(parameters: Any) -> list[Row]:
                 raise Error("sweep", f"parameters[{name!r}]", f"{values!r}", "a list of values")
             lists[str(name)] = list(values.tolist() if hasattr(values, "tolist") else values)
         return [dict(zip(lists, values)) for values in itertools.product(*lists.values())]
-    rows = list(parameters)
+    rows = list(parameters) if isinstance(parameters, Iterable) else [parameters]
     if not all(isinstance(row, Mapping) for row in rows):
-        raise Error("sweep", "parameters", "rows that are no mappings", "a mapping of lists, mappings, or a DataFrame")
+        found = "rows that are no mappings" if isinstance(parameters, Iterable) else shown_value(parameters)
+        raise Error("sweep", "parameters", found, "a mapping of lists, mappings, or a DataFrame")
     return [_plain_row(row) for row in rows]
 
 
@@ -255,6 +256,8 @@ def sweep_rows(
     """Like sweep(), with a list of mappings in place of a DataFrame; needs no pandas."""
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
+    steps = None if steps is None else _arrays.integer(steps, "steps")
+    threads_or_default(threads)
     text = scene_text(base, "scene")
     same = json.dumps([_core.version, text, _digest_of_meshes(base), steps, until_rest, _name_of(apply),
                        _name_of(measure)])

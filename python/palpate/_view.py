@@ -42,6 +42,18 @@ def grid_of(points: _arrays.Floats, bodies: _core.Bodies, contacts: _core.Contac
     return grid
 
 
+def set_units(grid: pyvista.UnstructuredGrid, units: dict[str, str]) -> None:
+    """Stores the units of arrays in field_data["units"], and as frames of the command have them: in their metadata."""
+    from vtkmodules.vtkCommonCore import vtkDataArray
+
+    for data in (grid.GetPointData(), grid.GetCellData()):
+        for name, unit in units.items():
+            array = data.GetArray(name)
+            if array is not None and unit:
+                array.GetInformation().Set(vtkDataArray.UNITS_LABEL(), unit)
+    grid.field_data["units"] = [f"{name} [{unit}]" for name, unit in units.items() if unit]
+
+
 def _columns(table: Any, names: tuple[str, ...]) -> dict[str, Any]:
     """Columns of a table from arrays: a vector gives NAME_x, NAME_y, NAME_z, other rows NAME_0, NAME_1 ..."""
     columns: dict[str, Any] = {}

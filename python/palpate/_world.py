@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
-from ._error import Error
+from ._error import Error, shown
 from ._names import CellSizeRule, Order, Sort, Structure
 from ._scene import Model, scene_of
 from ._settings import settings, threads_or_default
@@ -128,7 +128,9 @@ class World(_core.World):
         if callable(ignored):
             pairs = [(a, b) for a in range(count) for b in range(a + 1, count) if ignored(a, b)]
         else:
-            values: Any = ignored if hasattr(ignored, "__array__") else list(ignored)  # type: ignore[arg-type]
+            if not isinstance(ignored, Iterable):
+                raise Error("ignored", "", shown(ignored), "a function, an array or pairs of bodies")
+            values: Any = ignored if hasattr(ignored, "__array__") else list(ignored)
             pairs = _pairs_of(np.asarray(values), count)
         self._set_ignored_pairs([[a, b] for a, b in pairs])
 

@@ -41,6 +41,10 @@ void bind_changes(Bound& simulation) {
            })
       .def("_set_pressure", [](Simulation& s, const IndicesIn& triangles,
                                double pressure) { s.idle().set_pressure(values_of(triangles), pressure); })
+      .def("_set_pressures",
+           [](Simulation& s, const IndicesIn& triangles, const ArrayIn<double, -1>& pressures) {
+             s.idle().set_pressure(values_of(triangles), values_of(pressures));
+           })
       .def("_set_positions",
            [](Simulation& s, const IndicesIn& points, const PointsIn& values) {
              s.set_positions(values_of(points), points_of(values));
@@ -49,8 +53,10 @@ void bind_changes(Bound& simulation) {
            [](Simulation& s, const IndicesIn& points, const PointsIn& values) {
              s.idle().set_velocities(values_of(points), points_of(values));
            })
-      .def("_set_motion",
-           [](Simulation& s, Index number, Motion motion) { s.idle().set_motion(number, std::move(motion)); })
+      .def(
+          "_set_motion",
+          [](Simulation& s, Index number, Motion motion) { s.idle().set_motion(number, std::move(motion)); },
+          nb::arg("number"), nb::arg("motion"))
       .def("_move_to",
            [](Simulation& s, Index number, const Three& translate, const std::array<double, 4>& quaternion) {
              s.idle().move_to(number, {0.0, vector_of_three(translate), quaternion});
@@ -67,11 +73,13 @@ void bind_changes(Bound& simulation) {
              const auto all = values_of(points);
              s.change(ModelChange{.fix = {all.begin(), all.end()}});
            })
-      .def("_move",
-           [](Simulation& s, const IndicesIn& points, Motion motion) {
-             const auto all = values_of(points);
-             return s.move({all.begin(), all.end()}, std::move(motion));
-           })
+      .def(
+          "_move",
+          [](Simulation& s, const IndicesIn& points, Motion motion) {
+            const auto all = values_of(points);
+            return s.move({all.begin(), all.end()}, std::move(motion));
+          },
+          nb::arg("points"), nb::arg("motion"))
       .def(
           "_tie",
           [](Simulation& s, const IndicesIn& points, Index to, std::optional<double> stiffness) {
@@ -83,13 +91,16 @@ void bind_changes(Bound& simulation) {
       .def("_remove", [](Simulation& s, Index body) { s.change(ModelChange{.remove = {body}}); })
       .def("_insert", [](Simulation& s, Index body) { s.change(ModelChange{.insert = {body}}); })
       .def("_is_present", [](Simulation& s, Index body) { return s.idle().is_present(body); })
+      .def("_is_rigid", [](Simulation& s, Index body) { return s.idle().is_rigid(body); })
       .def("_motion_of", &Simulation::motion_of)
       .def("_motion", [](Simulation& s, Index number) { return s.idle().motion(number); })
       .def("_change", [](Simulation& s, const Scene& scene) { s.change(scene); })
-      .def("_grab",
-           [](Simulation& s, Index point, const Three& target, double stiffness) {
-             return s.idle().grab({point, vector_of_three(target), stiffness});
-           })
+      .def(
+          "_grab",
+          [](Simulation& s, Index point, const Three& target, double stiffness) {
+            return s.idle().grab({point, vector_of_three(target), stiffness});
+          },
+          nb::arg("point"), nb::arg("target"), nb::arg("stiffness"))
       .def("_move_grab", [](Simulation& s, Index number,
                             const Three& target) { s.idle().move_grab(number, vector_of_three(target)); })
       .def("_release", [](Simulation& s, Index number) { s.idle().release(number); })
@@ -106,8 +117,11 @@ void bind_forces_of(Bound& simulation) {
           "acting_contacts", [](Simulation& s) { return s.acting_contacts(); },
           doc::Simulation_acting_contacts)
       .def(
-          "pair_wrenches", [](Simulation& s) { return s.idle().pair_wrenches(); },
-          doc::Simulation_pair_wrenches)
+          "_pair_wrenches",
+          [](Simulation& s, const std::optional<Three>& about) {
+            return about ? s.idle().pair_wrenches(vector_of_three(*about)) : s.idle().pair_wrenches();
+          },
+          nb::arg("about").none())
       .def(
           "tractions", [](Simulation& s) { return s.idle().tractions(); }, doc::Simulation_tractions)
       .def_prop_ro(
@@ -140,20 +154,28 @@ void bind_forces_of(Bound& simulation) {
             const FieldArrays arrays = field_arrays(s.idle(), names);
             const auto add = [&](const FieldArray& array, bool on_points) {
               list.append(nb::make_tuple(std::string(array.info->name), on_points,
+                                         unit_name(s.units(), array.info->dimension),
                                          moved_rows(array.values, array.info->components)));
             };
             for (const FieldArray& array : arrays.of_points) add(array, true);
             for (const FieldArray& array : arrays.of_tets) add(array, false);
             return list;
           },
-          nb::sig("def _fields(self, names: list[str]) -> list[tuple[str, bool, typing.Any]]"))
+          nb::arg("fields"),
+          nb::sig("def _fields(self, fields: list[str]) -> list[tuple[str, bool, str, typing.Any]]"))
       .def(
           "_field",
           [](Simulation& s, const std::string& name, bool of_tets) {
             FieldArray field = field_array(s.idle(), name, of_tets);
             return moved_rows(std::move(field.values), field.info->components);
           },
+          nb::arg("name"), nb::arg("of_tets"),
           nb::sig("def _field(self, name: str, of_tets: bool) -> numpy.typing.NDArray[numpy.float64]"))
+      .def("_units",
+           [](const Simulation& s) {
+             return std::array{unit_name(s.units(), dimension::length),
+                               unit_name(s.units(), dimension::speed)};
+           })
       .def("_prescribed", [](Simulation& s) { return s.prescribed(); })
       .def("_center_of_mass",
            [](Simulation& s, Index body) {

@@ -27,7 +27,8 @@ Model::Model(const Scene& scene)
           scene, [](const std::filesystem::path& path) { return read_checked_mesh(path.string()); },
           io::read_cell_data)),
       self_collision_(scene.settings.detection.self_collision),
-      turned_(data_.bodies.tets().size()) {}
+      turned_(data_.bodies.tets().size()),
+      units_(scene.units) {}
 
 const Body& Model::body_at(Index body, const char* what) const {
   if (body < 0 || body >= data_.bodies.body_count()) {

@@ -55,6 +55,8 @@ class Model {
   [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
   /// (n_tets) 1: two corners are swapped against the mesh that was given.
   [[nodiscard]] const std::vector<std::uint8_t>& turned() const { return turned_; }
+  /// Those of the scene that it was made of; none for a model built in code.
+  [[nodiscard]] const std::optional<Units>& units() const { return units_; }
 
  private:
   void tie(const Body& tissue, std::span<const Index> points, Index to, std::optional<double> stiffness);
@@ -66,6 +68,7 @@ class Model {
   palpate::Model data_;
   std::vector<std::uint8_t> self_collision_;
   std::vector<std::uint8_t> turned_;
+  std::optional<Units> units_;
 };
 
 /// Reads the tets of a mesh file and checks them; errors name the file.

@@ -6,6 +6,7 @@
 
 #include "bind.hpp"
 #include "parallel/threads.hpp"
+#include "wrong_arguments.hpp"
 
 namespace palpate::python {
 namespace {
@@ -39,4 +40,5 @@ NB_MODULE(_core, m) {
   bind_model(m);
   bind_forces(m);
   bind_simulation(m);
+  report_wrong_arguments(m);
 }

@@ -46,7 +46,9 @@ Parted parted(std::span<const std::byte> saved) {
 }  // namespace
 
 Simulation::Simulation(const Model& model, const Scene& scene, int threads)
-    : turned_(model.turned()), self_collision_(model.self_collision()) {
+    : turned_(model.turned()),
+      self_collision_(model.self_collision()),
+      units_(model.units().value_or(scene.units)) {
   palpate::Model data = model.data();
   for (const Body& body : data.bodies.bodies()) {
     const bool has = !data.motion_of_point.empty() && body.points.size() > 0;

@@ -64,6 +64,8 @@ class Simulation {
   TissueState tissue(bool at_points);
   /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;
+  /// Of its scene; SI for a model built in code.
+  [[nodiscard]] const Units& units() const { return units_; }
   /// (n_points) 1 for points that follow a motion.
   [[nodiscard]] const std::vector<std::uint8_t>& prescribed() const { return prescribed_; }
   void change(const Scene& scene);
@@ -80,6 +82,7 @@ class Simulation {
   std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
   std::vector<Index> motion_of_body_;         ///< (n_bodies), or -1
   std::vector<std::uint8_t> prescribed_;      ///< (n_points)
+  Units units_;
   std::optional<RelaxReport> relaxed_;
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;

@@ -105,6 +105,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       system_(matrix_, couplings_, free_),
       stiff_system_(matrix_, stiff_couplings_, free_),
       multigrid_(matrix_),
+      second_order_multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
       rotations_(bodies, materials, masses_, obstacle_bodies) {
   const std::size_t points = masses_.size();
@@ -178,8 +179,9 @@ void Dynamics::linearise() {
   goes_on_ = false;
   at_end_ = false;
   set_base_velocities();
-  if (rotations_.any() || refined_) {
+  if (rotations_.any() || refined_ || second_order_) {
     place_linear_positions();
+    refined_ = refined_ || second_order_;
     elements_.update(threads_, linear_positions_);
     updated_ = false;
   } else {
@@ -337,14 +339,15 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   check_step(time_step, gravity);
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
-  set_time_step(time_step);
+  duration_ = time_step;
+  set_time_step(second_order_ ? 2.0 / 3.0 * time_step : time_step);
   if (elements_.is_viscous()) {
     elements_.find_history(threads_);
     updated_ = false;
   }
-  multigrid_.begin_step();
+  multigrid().begin_step();
   refined_ = false;
-  rotations_.begin(threads_, positions_, velocities_, time_step);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step);
   set_loads(gravity, external_forces);
   linearise();
   set_initial_guess(time_step, gravity);
@@ -361,7 +364,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   compute_right_side();
   check_right_side();
   const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid_, positions_);
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid(), positions_);
   jacobi_iterations_ = report.jacobi_iterations;
   check_solution(report.relative_residual);
   find_end();
@@ -387,7 +390,7 @@ void Dynamics::check_solution(double residual) {
 }
 
 bool Dynamics::follow_rotations() {
-  if (!rotations_.follow(threads_, positions_, mean_velocities_)) return false;
+  if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
   linearise();
   return true;
 }
@@ -402,7 +405,7 @@ void Dynamics::find_end() {
   });
   straight_bodies_ = held_bodies_;
   for (const Index p : prescribed_points_) at(straight_bodies_, at(body_of_point_, p)) = 1;
-  bent_ = rotations_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
+  bent_ = !second_order_ && rotations_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
   if (bent_) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       end_positions_[i] += rotations_.arc(body_of_point_[i], positions_[i]);
@@ -416,6 +419,7 @@ void Dynamics::find_end() {
 }
 
 void Dynamics::end_step() {
+  store_past();
   prescribed_points_.clear();
   std::swap(velocities_, mean_velocities_);
   if (bent_ || rotations_.any()) {
@@ -432,8 +436,9 @@ void Dynamics::end_step() {
   std::ranges::transform(solution_, velocity_changes_.begin(), unpadded);
   elements_.relax(threads_, positions_);
   advance_inversion_clocks();
-  elements_.flow(threads_, positions_, time_step_, plastic_strains_next_);
+  elements_.flow(threads_, positions_, duration_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
+  second_order_ = false;
 }
 
 bool Dynamics::all_finite(std::span<const Vec3> values) {
@@ -455,6 +460,7 @@ void Dynamics::set_positions(std::span<const Vec3> positions) {
   check_points(positions, "positions");
   std::copy(positions.begin(), positions.end(), positions_.begin());
   updated_ = false;
+  forget_past();
 }
 
 void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
@@ -465,10 +471,12 @@ void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::v
 
 void Dynamics::set_velocities(std::span<const Vec3> velocities) {
   set_moving(velocities, "velocities", velocities_);
+  forget_past();
 }
 
 void Dynamics::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
   for (std::size_t i = 0; i < points.size(); ++i) at(velocities_, points[i]) = velocities[i];
+  forget_past();
 }
 
 void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
@@ -501,7 +509,12 @@ DynamicsState Dynamics::state() const {
           .jacobi_iterations = jacobi_iterations_,
           .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
           .multigrid_reference = multigrid_.reference(),
-          .multigrid_stale_iterations = multigrid_.stale_iterations()};
+          .multigrid_stale_iterations = multigrid_.stale_iterations(),
+          .past_positions = past_positions_,
+          .past_velocities = past_velocities_,
+          .past_duration = past_duration_,
+          .second_order_multigrid_reference = second_order_multigrid_.reference(),
+          .second_order_multigrid_stale_iterations = second_order_multigrid_.stale_iterations()};
 }
 
 void Dynamics::set_state(const DynamicsState& state) {
@@ -512,7 +525,15 @@ void Dynamics::set_state(const DynamicsState& state) {
                 "element that can yield");
   check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
                 "element and term");
-  if (!state.multigrid_reference.empty()) check_points(state.multigrid_reference, "multigrid_reference");
+  const auto check_optional = [&](std::span<const Vec3> values, const char* name) {
+    if (!values.empty()) check_points(values, name);
+  };
+  check_optional(state.multigrid_reference, "multigrid_reference");
+  check_optional(state.second_order_multigrid_reference, "second_order_multigrid_reference");
+  check_optional(state.past_positions, "past_positions");
+  if (state.past_positions.size() != state.past_velocities.size())
+    check_length("past_velocities", state.past_velocities.size(), state.past_positions.size(), "point");
+  check_optional(state.past_velocities, "past_velocities");
   set_inversion_clocks(state.inversion_clocks);  // the last call that can throw
   std::ranges::copy(state.positions, positions_.begin());
   // set_velocities() would drop those of prescribed points, which friction depends on.
@@ -523,6 +544,11 @@ void Dynamics::set_state(const DynamicsState& state) {
   jacobi_iterations_ = state.jacobi_iterations;
   jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
   multigrid_.set_reference(state.multigrid_reference, state.multigrid_stale_iterations);
+  second_order_multigrid_.set_reference(state.second_order_multigrid_reference,
+                                        state.second_order_multigrid_stale_iterations);
+  past_positions_ = state.past_positions;
+  past_velocities_ = state.past_velocities;
+  past_duration_ = state.past_duration;
   updated_ = false;
 }
 

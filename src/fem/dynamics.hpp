@@ -34,6 +34,11 @@ struct DynamicsState {
   int jacobi_iterations_of_contacts = 0;  ///< the same for ContactSolver
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_stale_iterations = 0;     ///< Multigrid::stale_iterations()
+  std::vector<Vec3> past_positions;       ///< (n_points x 3), m, of the step before; or empty
+  std::vector<Vec3> past_velocities;      ///< the same, m/s
+  double past_duration = 0.0;             ///< of that step, s
+  std::vector<Vec3> second_order_multigrid_reference;  ///< as multigrid_reference, of steps of second order
+  int second_order_multigrid_stale_iterations = 0;
 };
 
 /// The contacts of a step.
@@ -103,6 +108,25 @@ class Dynamics {
   /// Moves points that are not free to these positions in the next step, at constant velocity. The points
   /// are not checked; the positions (one for each) are copied.
   void prescribe(std::span<const Index> points, std::span<const Vec3> positions);
+
+  /// Keeps positions and velocities of the step before, for steps of second order. Off at first.
+  void keep_past(bool on);
+  /// Makes the next step BDF2 (Gear's method of second order) in place of implicit Euler:
+  ///   M (3 v1 - 4 v0 + v-1) / 2 = h f(x1, v1),  3 x1 - 4 x0 + x-1 = 2 h v1,
+  /// which is the step of implicit Euler of length 2 h / 3 from x* = x0 + (x0 - x-1) / 3 and v* = v0 + (v0 -
+  /// v-1) / 3. Until end_step() or cancel_step(), positions(), velocities() and step_length() are these, and
+  /// couplings are to be made for them. Call it after prescribe(): points that are not free go on at constant
+  /// velocity. Returns false, and changes nothing, where no step is before this one (keep_past(); none since
+  /// positions, velocities or the state were set), where it had another length, and where a body rotates so
+  /// fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous. O(n_points).
+  bool start_second_order(double time_step);
+  /// Back to the start of the step after start_second_order(); else nothing.
+  void cancel_step();
+  /// Where the step started: positions() but for start_second_order().
+  [[nodiscard]] std::span<const Vec3> start_positions() const {
+    return second_order_ ? start_positions_ : positions_;
+  }
+  [[nodiscard]] bool is_second_order() const { return second_order_; }
 
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().
@@ -204,6 +228,9 @@ class Dynamics {
 
  private:
   void set_time_step(double time_step);
+  void store_past();
+  void forget_past();
+  [[nodiscard]] Multigrid& multigrid() { return second_order_ ? second_order_multigrid_ : multigrid_; }
   void linearise();
   void form_system();
   void place_linear_positions();
@@ -262,6 +289,7 @@ class Dynamics {
   CouplingSystem stiff_couplings_;  ///< with linearised contacts, for preconditioners
   LinearSystem stiff_system_;
   Multigrid multigrid_;
+  Multigrid second_order_multigrid_;  ///< of a system with another time step
   ConjugateGradients solver_;
   ContactSolver contact_solver_;
   bool goes_on_ = false;                           ///< contact_solver_ has solved this linear system
@@ -302,8 +330,16 @@ class Dynamics {
   std::vector<simd::Padded3> rotation_velocities_;  ///< scratch
   std::vector<simd::Padded3> base_velocities_;      ///< at the start of the step; as prescribed if not free
   double load_impulse_ = 0.0;                       ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;                ///< norm by mass of dv for gravity and external forces alone
-  double time_step_ = 0.0;                 ///< of the present step, diagonal_ and factors_
+  double load_scale_ = 0.0;  ///< norm by mass of dv for gravity and external forces alone
+  double time_step_ = 0.0;   ///< of the present step, diagonal_ and factors_
+  double duration_ = 0.0;    ///< of the present step, of which BDF2 has 2/3 as time_step_
+  bool keeps_past_ = false;
+  double past_duration_ = 0.0;         ///< of the step before
+  std::vector<Vec3> past_positions_;   ///< at its start; or empty
+  std::vector<Vec3> past_velocities_;  ///< the same
+  bool second_order_ = false;          ///< start_second_order()
+  std::vector<Vec3> start_positions_;  ///< of a step of second order
+  std::vector<Vec3> start_velocities_;
   int jacobi_iterations_ = 0;              ///< of block Jacobi, which did not suffice
   int jacobi_iterations_of_contacts_ = 0;  ///< the same for contact_solver_, which needs more
   bool updated_ = false;  ///< elements_ are updated at the present positions and plastic strains

@@ -95,7 +95,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   check_right_side();
   stiff_couplings_.set(contacts.couplings, time_step_, free_);
   stiff_system_.update_preconditioner(threads_);
-  multigrid_.begin_step();
+  multigrid().begin_step();
   Report report = contact_solver_.solve(threads_,
                                         {.system = &system_,
                                          .stiffened = &stiff_system_,
@@ -103,7 +103,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
                                          .couplings = contacts.couplings,
                                          .friction = contacts.friction,
                                          .base = base_velocities_},
-                                        right_side_, solution_, goal, multigrid_, positions_, goes_on_);
+                                        right_side_, solution_, goal, multigrid(), positions_, goes_on_);
   goes_on_ = true;
   jacobi_iterations_of_contacts_ = report.jacobi_iterations;
   check_solution(report.relative_residual);

@@ -53,9 +53,9 @@ void Dynamics::advance_inversion_clocks() {
     if (!inverted && before == 0.0) return;
     double& clock = inversion_clocks_[e];
     if (inverted) {
-      clock = std::max(0.0, before) + time_step_;
+      clock = std::max(0.0, before) + duration_;
     } else {
-      clock = before > 0.0 ? -bulk_return_time : std::min(0.0, before + time_step_);
+      clock = before > 0.0 ? -bulk_return_time : std::min(0.0, before + duration_);
     }
     set_bulk_fraction(e);
   });

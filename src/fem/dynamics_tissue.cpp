@@ -21,11 +21,15 @@ const Vec3& Dynamics::linear_position(std::size_t point) const {
   return rotations_.any() || refined_ ? linear_positions_[point] : positions_[point];
 }
 
-/// Sets the positions of rotated bodies. Hyperelastic bodies stay where follow_tissue() has put them.
+/// Sets the positions of rotated bodies, in a step of second order those without force: at the start of the
+/// step, the corotational tangent, which is not the true one, would leave an error of first order.
+/// Hyperelastic bodies stay where follow_tissue() has put them.
 void Dynamics::place_linear_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (refined_ && is_full(i)) return;
-    linear_positions_[i] = positions_[i] + rotations_.displacement(body_of_point_[i], positions_[i]);
+    linear_positions_[i] =
+        positions_[i] + (second_order_ ? time_step_ * unpadded(base_velocities_[i])
+                                       : rotations_.displacement(body_of_point_[i], positions_[i]));
   });
 }
 

@@ -34,6 +34,16 @@ std::string number(double value) {
 
 }  // namespace
 
+double nice_above(double value) {
+  if (!(value > 0.0) || !std::isfinite(value)) return 0.0;
+  constexpr double rounding = 1e-9;
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= value * (1.0 - rounding)) return factor * power;
+  }
+  return 10.0 * power;
+}
+
 Rgb scale_colour(double value, const ColourScale& scale) {
   const double fraction =
       std::isfinite(value) ? std::clamp((value - scale.least) / (scale.most - scale.least), 0.0, 1.0) : 0.0;

@@ -14,6 +14,10 @@ struct ColourScale {
   double least = 0.0;  ///< smaller values have its colour
 };
 
+/// The smallest of 1, 2 and 5 times a power of ten that is not below a positive number; 0 for others. Ends of
+/// scales that nobody chose are such numbers, in pictures and on the page.
+double nice_above(double value);
+
 /// The colour of a value: viridis (van der Walt & Smith 2015), whose brightness grows evenly, so that it can
 /// be read with any colour blindness and in grey prints. Interpolated between eleven of its colours.
 std::array<float, 3> scale_colour(double value, const ColourScale& scale);

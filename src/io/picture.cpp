@@ -160,16 +160,6 @@ void paint_tile(const Painter& painter, int left, int top, int height, Image& im
 
 }  // namespace
 
-Colour default_colour(Index body) {
-  constexpr std::array<Colour, 6> colours{{{0.34F, 0.71F, 0.91F},    // sky blue
-                                           {0.93F, 0.65F, 0.15F},    // orange
-                                           {0.10F, 0.62F, 0.47F},    // bluish green
-                                           {0.94F, 0.89F, 0.45F},    // yellow
-                                           {0.12F, 0.45F, 0.70F},    // blue
-                                           {0.80F, 0.60F, 0.74F}}};  // purple
-  return at(colours, body % 6);
-}
-
 Image render_picture(const PictureSubject& subject, const PictureSettings& settings,
                      const parallel::Threads& threads) {
   check(subject, settings);

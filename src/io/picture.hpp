@@ -10,18 +10,12 @@
 #include <palpate/mesh.hpp>
 #include <palpate/types.hpp>
 
+#include "io/body_colours.hpp"
 #include "io/colour_scale.hpp"
 #include "io/picture_image.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate::io {
-
-/// Red, green and blue in sRGB, each in [0, 1].
-using Colour = std::array<float, 3>;
-
-/// The colour that a body has unless it is given one: six colours that can be distinguished with the usual
-/// kinds of colour blindness (after Okabe & Ito 2008), repeated. None is close to the red of contact points.
-Colour default_colour(Index body);
 
 /// The red of contact points, which have a white rim.
 inline constexpr Colour contact_colour{0.82F, 0.06F, 0.10F};

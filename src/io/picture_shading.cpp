@@ -14,6 +14,7 @@ namespace {
 constexpr double offset = 1e-4;           // secondary rays start this far above a surface
 constexpr double occlusion_reach = 0.45;  // distance within which surfaces darken a corner
 constexpr int occlusion_rays = 4;         // rays per sample
+constexpr int sun_rays = 4;               // rays per sample; with fewer, soft edges of shadows are speckled
 constexpr double sun_size = 0.10;         // radius of the light as a slope: how soft shadows are
 constexpr double sun = 0.80;
 constexpr double sky = 0.47;
@@ -225,15 +226,19 @@ double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& p
   return static_cast<double>(open) / occlusion_rays;
 }
 
-/// 1 where a place is lit, 0 in shadow; the mean over the samples of a pixel gives soft shadows.
+/// The fraction of the light that a place sees: soft shadows.
 double Painter::lit(const Vec3& place, const Pattern& pattern) const {
-  const auto [u, v] = pattern.at(0, 1);
-  const double radius = sun_size * std::sqrt(v);
-  const double angle = 2.0 * std::numbers::pi * u;
   const Vec3 side = normalized(cross(to_light_, in_.camera.forward));
-  const Vec3 direction =
-      to_light_ + (radius * std::cos(angle)) * side + (radius * std::sin(angle)) * cross(to_light_, side);
-  return surfaces_.blocked(place, normalized(direction), 8.0) ? 0.0 : 1.0;
+  const Vec3 other = cross(to_light_, side);
+  int open = 0;
+  for (int ray = 0; ray < sun_rays; ++ray) {
+    const auto [u, v] = pattern.at(ray, sun_rays);
+    const double radius = sun_size * std::sqrt(v);
+    const double angle = 2.0 * std::numbers::pi * u;
+    const Vec3 direction = to_light_ + (radius * std::cos(angle)) * side + (radius * std::sin(angle)) * other;
+    if (!surfaces_.blocked(place, normalized(direction), 8.0)) ++open;
+  }
+  return static_cast<double>(open) / sun_rays;
 }
 
 }  // namespace palpate::io

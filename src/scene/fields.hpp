@@ -383,6 +383,7 @@ void describe(Visitor& v, Scene& scene) {
   v.rule(!scene.axes || names_three_sides(*scene.axes), "axes", scene.axes.value_or(""),
          "three letters, one of each pair L or R, A or P, S or I, as \"LPS\"");
   v.field("time_step", scene.settings.time_step, above(0).in(dimension::time));
+  v.choice("time_integration", scene.settings.time_integration, time_integration_names);
   v.field("duration", scene.duration, above(0).in(dimension::time));
   v.field("gravity", scene.settings.gravity, any.in(dimension::acceleration));
   ContactBlock contact{scene.settings.detection, scene.settings.response};

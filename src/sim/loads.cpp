@@ -183,6 +183,21 @@ void Loads::set_pressure(const Bodies& bodies, std::span<const Index> triangles,
   for (const Index triangle : triangles) at(loads_.pressures, triangle) = pressure;
 }
 
+void Loads::set_pressure(const Bodies& bodies, std::span<const Index> triangles,
+                         std::span<const double> pressures) {
+  check_count("simulation", "pressure", pressures.size(), triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    check_soft("simulation", "triangles", triangles[i], bodies, rigid_);
+    if (!std::isfinite(pressures[i])) {
+      throw Error("simulation", "pressure",
+                  "a number that is not finite, for triangle " + std::to_string(triangles[i]),
+                  "finite numbers");
+    }
+  }
+  if (loads_.pressures.empty()) loads_.pressures.resize(bodies.triangles().size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) at(loads_.pressures, triangles[i]) = pressures[i];
+}
+
 void Loads::restore(std::vector<Vec3> forces, std::vector<double> pressures) {
   loads_.forces = std::move(forces);
   loads_.pressures = std::move(pressures);

@@ -37,6 +37,8 @@ class Loads {
   /// Replace the loads; they throw Error like Simulation's functions of the same names.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure);
+  void set_pressure(const Bodies& bodies, std::span<const Index> triangles,
+                    std::span<const double> pressures);
 
   /// Forces on points in a step (n_points x 3), N, at the positions at its start; empty without loads. Ramps
   /// are evaluated at the end of the step, since it is implicit. Valid until the next call. O(points + loaded

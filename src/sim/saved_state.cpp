@@ -39,8 +39,9 @@ void describe(Archive& archive, Budget& budget) {
 
 template <class Archive>
 void describe(Archive& archive, SimulationSettings& s) {
-  archive(s.time_step, s.gravity, s.detection.cells_per_primitive, s.detection.self_collision,
-          s.detection.budget, s.detection.ignored_pairs, s.detection.edge_contacts, s.detection.continuous);
+  archive(s.time_step, s.time_integration, s.gravity, s.detection.cells_per_primitive,
+          s.detection.self_collision, s.detection.budget, s.detection.ignored_pairs,
+          s.detection.edge_contacts, s.detection.continuous);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
           s.solver.fixed_iterations, s.solver.max_solves);

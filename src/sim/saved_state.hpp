@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 8};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 9};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
@@ -92,7 +92,8 @@ template <class Archive>
 void describe(Archive& archive, StepMetrics& m) {
   archive(m.step, m.time, m.detection, m.solves, m.detections, m.speculative_contacts, m.stopped_passes,
           m.passes, m.pairs_that_could_pass, m.thinnest, m.looks_ahead, m.solver_iterations,
-          m.solver_converged, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest);
+          m.solver_converged, m.order, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body,
+          m.deepest);
 }
 
 template <class Archive>
@@ -120,7 +121,8 @@ template <class Archive>
 void describe(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.viscous_stresses,
           s.inversion_clocks, s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference,
-          s.multigrid_stale_iterations);
+          s.multigrid_stale_iterations, s.past_positions, s.past_velocities, s.past_duration,
+          s.second_order_multigrid_reference, s.second_order_multigrid_stale_iterations);
 }
 
 /// Column by column, like the table.

@@ -74,6 +74,8 @@ void Simulation::State::copy_from(const State& from) {
   if (!dynamics.plastic_strains().empty())
     d.plastic_strains = for_elements(d.plastic_strains, before, after, tets);
   if (dynamics.plastic_strains().empty()) d.plastic_strains.clear();
+  d.past_positions.clear();
+  d.past_velocities.clear();
   d.viscous_stresses = for_bodies(d.viscous_stresses, from.dynamics.elements().body_of_viscous_stress(),
                                   dynamics.elements().body_of_viscous_stress(), bodies.body_count());
   const std::vector<Index> motions = motions_of_present(holds, bodies);
@@ -130,6 +132,13 @@ bool Simulation::is_present(Index body) const {
   if (body < 0 || static_cast<std::size_t>(body) >= absent.size())
     throw Error("simulation", "body", std::to_string(body), "less than " + std::to_string(absent.size()));
   return at(absent, body) == 0;
+}
+
+bool Simulation::is_rigid(Index body) const {
+  const std::vector<std::uint8_t>& rigid = state_->holds.obstacles;
+  if (body < 0 || static_cast<std::size_t>(body) >= rigid.size())
+    throw Error("simulation", "body", std::to_string(body), "less than " + std::to_string(rigid.size()));
+  return at(rigid, body) != 0;
 }
 
 std::vector<Tie> Simulation::ties() const {

@@ -60,6 +60,9 @@ void Simulation::set_forces(std::span<const Index> points, std::span<const Vec3>
 void Simulation::set_pressure(std::span<const Index> triangles, double pressure) {
   state_->loads.set_pressure(state_->bodies, triangles, pressure);
 }
+void Simulation::set_pressure(std::span<const Index> triangles, std::span<const double> pressures) {
+  state_->loads.set_pressure(state_->bodies, triangles, pressures);
+}
 
 void Simulation::set_positions(std::span<const Index> points, std::span<const Vec3> positions) {
   State& s = *state_;
@@ -68,6 +71,14 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
       "positions", points, positions, s.bodies.points_rest().size(),
       [&](Index p) { return !is_prescribed(p); }, ", which has a prescribed motion",
       "points that no motion moves");
+  for (const Index p : points) {
+    const Index body = at(s.bodies.body_of_point(), p);
+    if (at(s.holds.obstacles, body) == 0) continue;
+    throw Error(
+        "simulation", "positions",
+        "point " + std::to_string(p) + " of the rigid body '" + at(s.bodies.bodies(), body).name + "'",
+        "points of bodies that deform, or a motion that moves the whole body");
+  }
   std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
   for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
   const StepMetrics before = s.metrics;

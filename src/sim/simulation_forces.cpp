@@ -27,7 +27,7 @@ void Simulation::State::collect_forces() {
   step_forces.take(
       threads, couplings,
       {.first_tie = first_tie, .first_contact = first_contact, .first_speculative = first_speculative},
-      response, settings.time_step, dynamics.mean_velocities());
+      response, step_length, dynamics.mean_velocities());
   step_forces.sum_over_bodies(bodies, contact_forces);
   if (!records_reactions) {
     reactions.clear();
@@ -72,6 +72,7 @@ Wrench Simulation::contact_wrench(Index body) const {
 }
 Wrench Simulation::contact_wrench(Index body, const Vec3& about) const {
   check_index("body", body, bodies().body_count());
+  check_about(about);
   return wrench_on(state_->step_forces.contacts(), bodies(), positions(), body, about);
 }
 
@@ -79,6 +80,11 @@ std::vector<PairWrench> Simulation::pair_wrenches() const {
   std::vector<Vec3> centers;
   centers.reserve(bodies().bodies().size());
   for (Index b = 0; b < bodies().body_count(); ++b) centers.push_back(center_of_mass(b));
+  return wrenches_of_pairs(state_->step_forces.contacts(), bodies(), positions(), centers);
+}
+std::vector<PairWrench> Simulation::pair_wrenches(const Vec3& about) const {
+  check_about(about);
+  const std::vector<Vec3> centers(bodies().bodies().size(), about);
   return wrenches_of_pairs(state_->step_forces.contacts(), bodies(), positions(), centers);
 }
 
@@ -100,6 +106,7 @@ std::span<const Vec3> Simulation::reactions() const {
 
 Wrench Simulation::reaction_of_body(Index body, const Vec3& about) const {
   check_index("body", body, bodies().body_count());
+  check_about(about);
   return wrench_of_points(reactions(), positions(), at(bodies().bodies(), body).points, about,
                           [](Index) { return true; });
 }
@@ -107,6 +114,7 @@ Wrench Simulation::reaction_of_body(Index body, const Vec3& about) const {
 Wrench Simulation::reaction_of_motion(Index motion, const Vec3& about) const {
   const PrescribedMotions& prescribed = state_->prescribed;
   check_index("motion", motion, prescribed.motion_count());
+  check_about(about);
   const std::span<const Vec3> all = reactions();
   Wrench sum{.force = {}, .torque = {}, .about = about};
   for (std::size_t i = 0; i < prescribed.points().size(); ++i) {

@@ -55,6 +55,8 @@ struct Simulation::State {
   void measure();
   /// See StepMetrics::deepest. O(contacts log pairs of bodies).
   [[nodiscard]] double deepest();
+  void set_end();
+  void reset_counts();
   void begin_step();
   void activate_fibres(double time);
   bool solve(bool loose, bool steady);
@@ -66,6 +68,9 @@ struct Simulation::State {
   bool stop_passes();
   void count_passes();
   void solve_with_speculative_contacts(const StepMetrics& last);
+  void solve_step(const StepMetrics& last);
+  void undo_step(bool detected);
+  bool solve_second_order(const StepMetrics& last);
   void advance();
   void collect_forces();
   [[nodiscard]] SavedState saved_state() const;
@@ -87,6 +92,7 @@ struct Simulation::State {
   PrescribedMotions prescribed;
   fem::Dynamics dynamics;
   Loads loads;
+  double step_length = 0.0;          ///< s, of the present step: the time step, of BDF2 2/3 of it
   std::span<const Vec3> step_loads;  ///< forces on points of the step, N; or empty
   Grabs grabs;
   Detector detector;

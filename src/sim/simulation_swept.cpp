@@ -5,7 +5,7 @@
 namespace palpate {
 
 PredictedStep Simulation::State::predicted() const {
-  return {.start = dynamics.positions(),
+  return {.start = dynamics.start_positions(),
           .end = dynamics.end_positions(),
           .velocities = dynamics.mean_velocities(),
           .time_step = settings.time_step,

@@ -3,9 +3,17 @@
 #include <algorithm>
 #include <utility>
 
+#include <palpate/error.hpp>
+
 namespace palpate {
 
+void check_about(const Vec3& about) {
+  if (!is_finite(about))
+    throw Error("wrench", "about", "a number that is not finite", "three finite numbers");
+}
+
 Wrench moved_to(const Wrench& wrench, const Vec3& about) {
+  check_about(about);
   return {wrench.force, wrench.torque + cross(wrench.about - about, wrench.force), about};
 }
 

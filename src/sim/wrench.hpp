@@ -12,6 +12,9 @@
 /// Sums of contact forces. Arms are those of the points that are inside, for the force and for its reaction.
 namespace palpate {
 
+/// Throws Error on a reference point that is not finite.
+void check_about(const Vec3& about);
+
 /// The wrench of contacts on a body, about a point. O(contacts).
 [[nodiscard]] Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
                                std::span<const Vec3> positions, Index body, const Vec3& about);

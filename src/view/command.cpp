@@ -9,7 +9,9 @@
 
 #include "scene/fields.hpp"
 #include "scene/reader.hpp"
+#include "scene/suggest.hpp"
 #include "scene/writer.hpp"
+#include "view/colour_field.hpp"
 
 namespace palpate::view {
 namespace {
@@ -20,6 +22,24 @@ using namespace nlohmann::literals;
 
 const std::string source = "message from the page";
 constexpr std::size_t most_fields = 4;
+
+/// Names of fields that a page can colour by.
+struct ColourNames {
+  std::vector<std::string> names;
+};
+void decode(const Context& context, const std::string& path, const nlohmann::json& json, ColourNames& value,
+            const Limits& limits) {
+  if (!json.is_array()) scene_format::fail(context, path, describe_json(json), "an array of names of fields");
+  value.names.resize(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const std::string here = element_path(path, i);
+    decode(context, here, json[i], value.names[i], limits);
+    if (find_colour_field(value.names[i]) != nullptr) continue;
+    std::vector<std::string_view> known;
+    for (const ColourField& field : colour_fields()) known.push_back(field.name);
+    scene_format::fail(context, here, describe_json(json[i]), expected_name(value.names[i], known));
+  }
+}
 
 /// Settings of a simulation that can change while it runs.
 struct LiveSettings {
@@ -78,8 +98,9 @@ void describe(Visitor& v, DisplayOptions& display) {
   v.field("contacts", display.contacts);
   v.field("borders", display.borders);
   v.field("cells", display.cells);
+  v.field("inside", display.inside);
   v.field("forces", display.forces);
-  FieldNames names{display.fields};
+  ColourNames names{display.fields};
   v.field("fields", names);
   v.rule(names.names.size() <= most_fields, "fields", std::to_string(names.names.size()),
          "at most " + std::to_string(most_fields));

@@ -57,6 +57,7 @@ struct DisplayOptions {
   bool contacts = false;
   bool borders = false;
   bool cells = false;
+  bool inside = false;  ///< inner points too: their positions, and their values of fields
   bool forces = false;  ///< of contacts, on each body
   std::vector<std::string>
       fields{};  ///< names of fields, sent as a number for each vertex; for vectors the length

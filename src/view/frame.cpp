@@ -32,10 +32,10 @@ class Writer {
   const Vec3& origin_;
 };
 
-void add_positions(Message& message, const char* name, const Surface& surface,
+void add_positions(Message& message, const char* name, std::span<const Index> points,
                    std::span<const Vec3> positions, const Vec3& origin) {
-  Writer writer(message.add_floats(name, 3 * surface.points().size()), origin);
-  for (const Index point : surface.points()) writer.add_position(at(positions, point));
+  Writer writer(message.add_floats(name, 3 * points.size()), origin);
+  for (const Index point : points) writer.add_position(at(positions, point));
 }
 
 /// For each contact: position, direction, depth; vertex (-1 for an inner point), its body, penetrated body.
@@ -102,14 +102,27 @@ void add_borders(Message& message, const Source& source) {
   }
 }
 
-/// For each field of this source, a number for each vertex; NaN where it has no value.
-void add_fields(Message& message, const Source& source, const Surface& surface,
+/// For each field of this source, a number for each vertex, then for each of `inner`; NaN where it has no
+/// value.
+void add_fields(Message& message, const Source& source, const Surface& surface, std::span<const Index> inner,
                 std::span<const std::string> names) {
   for (const std::string& name : names) {
     const std::vector<double> values = source.field(name);
     if (values.empty()) continue;
-    Writer writer(message.add_floats(name, surface.points().size()), source.stage().origin);
+    const std::size_t count = surface.points().size() + inner.size();
+    Writer writer(message.add_floats(name, count), source.stage().origin);
     for (const Index point : surface.points()) writer.add(at(values, point));
+    for (const Index point : inner) writer.add(at(values, point));
+  }
+}
+
+/// For each tet its corners, as Surface::corner_of().
+void add_tets(Message& message, const Source& source, const Surface& surface) {
+  const std::span<const Tet> tets = source.bodies().tets();
+  const std::span<std::int32_t> corners = message.add_integers("tets", 4 * tets.size());
+  std::size_t next = 0;
+  for (const Tet& tet : tets) {
+    for (const Index point : tet) corners[next++] = surface.corner_of(point);
   }
 }
 
@@ -144,7 +157,10 @@ void add_cells(Message& message, const Source& source, nlohmann::ordered_json& h
 
 std::string stage_message(const Source& source, const Surface& surface) {
   Message message;
-  add_positions(message, "rest", surface, source.bodies().points_rest(), source.stage().origin);
+  const std::span<const Vec3> rest = source.bodies().points_rest();
+  add_positions(message, "rest", surface.points(), rest, source.stage().origin);
+  add_positions(message, "inner_rest", surface.inner_points(), rest, source.stage().origin);
+  add_tets(message, source, surface);
   const std::span<std::int32_t> corners = message.add_integers("triangles", 3 * surface.triangles().size());
   for (std::size_t t = 0; t < surface.triangles().size(); ++t) {
     std::copy(surface.triangles()[t].begin(), surface.triangles()[t].end(),
@@ -164,14 +180,16 @@ std::string frame_message(const Source& source, const Surface& surface, const Di
   header["time"] = source.time();
   header["counts"] = source.counts();
   if (display.forces) header["forces"] = source.forces();
-  add_positions(message, "positions", surface, source.positions(), source.stage().origin);
+  const std::span<const Index> inner = display.inside ? surface.inner_points() : std::span<const Index>{};
+  add_positions(message, "positions", surface.points(), source.positions(), source.stage().origin);
+  if (display.inside) add_positions(message, "inner", inner, source.positions(), source.stage().origin);
   if (display.contacts) {
     add_contacts(message, source, surface);
     add_edge_contacts(message, source);
   }
   if (display.borders) add_borders(message, source);
   if (display.cells) add_cells(message, source, header);
-  add_fields(message, source, surface, display.fields);
+  add_fields(message, source, surface, inner, display.fields);
   return message.finish(std::move(header));
 }
 

@@ -33,12 +33,11 @@ Json vector_json(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// The fields for colours on the page: numbers and vectors that exist in every step.
+/// The fields for colours on the page: those that exist in every step.
 Json fields_json() {
   Json list = Json::array();
-  for (const FieldInfo& field : field_infos()) {
-    if (can_be_colours(field) && field.name != "reaction") list.push_back(field_json(field));
-  }
+  for (const ColourField& field : colour_fields())
+    if (field.name != "reaction") list.push_back(field_json(field));
   return list;
 }
 

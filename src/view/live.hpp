@@ -7,6 +7,7 @@
 
 #include "scene/field_values.hpp"
 #include "scene/scene.hpp"
+#include "view/colour_field.hpp"
 #include "view/motion_control.hpp"
 #include "view/pull_limits.hpp"
 #include "view/source.hpp"
@@ -34,7 +35,9 @@ class LiveSource : public Source {
   [[nodiscard]] nlohmann::ordered_json counts() const override;
   [[nodiscard]] nlohmann::ordered_json forces() const override;
   [[nodiscard]] std::vector<double> field(const std::string& name) const override {
-    return point_scalars(simulation_, name);
+    const ColourField* const colour = find_colour_field(name);
+    if (colour == nullptr) return {};
+    return colour_values(*colour, field_array(simulation_, std::string(colour->info->name), false).values);
   }
   [[nodiscard]] nlohmann::ordered_json settings() const override {
     return settings_json(simulation_.settings());

@@ -10,8 +10,8 @@
 #include "geometry/vector.hpp"
 #include "io/file_bytes.hpp"
 #include "io/point_arrays.hpp"
-#include "scene/field_values.hpp"
 #include "scene/json_text.hpp"
+#include "view/colour_field.hpp"
 
 namespace palpate::view {
 namespace {
@@ -125,19 +125,21 @@ Json ReplaySource::about() const {
 Json ReplaySource::stored_fields_json() const {
   Json list = Json::array();
   for (const io::PointArrayInfo& array : io::list_point_arrays(frames_.front().file)) {
-    const FieldInfo* const info = find_field(array.name);
-    if (info != nullptr && info->components == array.components && can_be_colours(*info))
-      list.push_back(field_json(*info));
+    for (const ColourField& field : colour_fields()) {
+      if (field.info->name == array.name && field.info->components == array.components)
+        list.push_back(field_json(field));
+    }
   }
   return list;
 }
 
 std::vector<double> ReplaySource::field(const std::string& name) const {
-  const FieldInfo* const info = find_field(name);
-  if (info == nullptr || !can_be_colours(*info)) return {};
-  std::vector<double> values = io::read_point_array(frames_[frame_].file, name);
-  if (values.size() != static_cast<std::size_t>(info->components) * positions_.size()) return {};
-  return row_sizes(std::move(values), info->components);
+  const ColourField* const colour = find_colour_field(name);
+  if (colour == nullptr) return {};
+  const FieldInfo& info = *colour->info;
+  std::vector<double> values = io::read_point_array(frames_[frame_].file, std::string(info.name));
+  if (values.size() != static_cast<std::size_t>(info.components) * positions_.size()) return {};
+  return colour_values(*colour, std::move(values));
 }
 
 Json ReplaySource::counts() const {

@@ -123,6 +123,7 @@ void Hub::display() {
     all.contacts = all.contacts || page->display().contacts;
     all.borders = all.borders || page->display().borders;
     all.cells = all.cells || page->display().cells;
+    all.inside = all.inside || page->display().inside;
     all.forces = all.forces || page->display().forces;
     for (const std::string& name : page->display().fields) {
       if (std::ranges::find(all.fields, name) == all.fields.end()) all.fields.push_back(name);

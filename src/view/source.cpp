@@ -1,7 +1,10 @@
 #include "view/source.hpp"
 
+#include <cmath>
+
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
+#include "scene/body_colour.hpp"
 
 namespace palpate::view {
 
@@ -18,7 +21,10 @@ Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scen
                     {"points", body.points.size()},
                     {"tets", body.tets.size()},
                     {"rigid", is_rigid(at(scene.bodies, b))}});
-    if (at(scene.bodies, b).color) list.back()["color"] = *at(scene.bodies, b).color;
+    const SceneBody& of_scene = at(scene.bodies, b);
+    // Colours are in steps of a byte on the page; a float as text would have digits that mean nothing.
+    list.back()["color"] = Json::array();
+    for (const float c : body_colour(of_scene, b)) list.back()["color"].push_back(std::round(1e4 * c) / 1e4);
   }
   return list;
 }
@@ -45,15 +51,6 @@ Json about_json(const Scene& scene, const Json& bodies, double diagonal) {
       {"bodies", bodies}};
   if (scene.axes) json["axes"] = *scene.axes;
   return json;
-}
-
-bool can_be_colours(const FieldInfo& field) {
-  return field.components <= 3;
-}
-
-Json field_json(const FieldInfo& field) {
-  const Dimension& d = field.dimension;
-  return {{"name", field.name}, {"title", field.title}, {"dimension", {d.mass, d.length, d.time}}};
 }
 
 Json detection_json(const DetectionCounts& counts) {

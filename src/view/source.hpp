@@ -12,7 +12,6 @@
 #include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
-#include "scene/field_list.hpp"
 #include "scene/scene.hpp"
 #include "view/command.hpp"
 #include "view/surface.hpp"
@@ -60,7 +59,7 @@ class Source {
   /// For each body the wrench of its contacts (wrenches_json()), and as "held" its reaction if known; empty
   /// if nothing is known.
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
-  /// (n_points) numbers of a field; empty where this source does not have it.
+  /// (n_points) numbers of a field, by the name of its ColourField; empty where this source does not have it.
   [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }
   /// The current values of settings that can be changed.
   [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
@@ -82,11 +81,6 @@ nlohmann::ordered_json bodies_json(const Bodies& bodies, const Surface& surface,
 
 /// Entries of Stage::about that every source has.
 nlohmann::ordered_json about_json(const Scene& scene, const nlohmann::ordered_json& bodies, double diagonal);
-
-/// Whether a page can colour by a field: numbers and vectors.
-[[nodiscard]] bool can_be_colours(const FieldInfo& field);
-/// Name, title and dimension of a field, for Stage::about.
-nlohmann::ordered_json field_json(const FieldInfo& field);
 
 /// The counts of a detection, for Source::counts().
 nlohmann::ordered_json detection_json(const DetectionCounts& counts);

@@ -11,7 +11,10 @@ Surface::Surface(const Bodies& bodies) : vertices_(bodies.points_rest().size(), 
   for (const Body& body : bodies.bodies()) {
     const auto begin = static_cast<Index>(points_.size());
     for (Index point = body.points.begin; point < body.points.end; ++point) {
-      if (at(vertices_, point) < 0) continue;
+      if (at(vertices_, point) < 0) {
+        inner_points_.push_back(point);
+        continue;
+      }
       at(vertices_, point) = static_cast<Index>(points_.size());
       points_.push_back(point);
     }
@@ -20,6 +23,9 @@ Surface::Surface(const Bodies& bodies) : vertices_(bodies.points_rest().size(), 
   for (const auto& [a, b, c] : bodies.triangles()) {
     triangles_.push_back({vertex_of(a), vertex_of(b), vertex_of(c)});
   }
+  corners_ = vertices_;
+  Index next = vertex_count();
+  for (const Index point : inner_points_) at(corners_, point) = next++;
 }
 
 }  // namespace palpate::view

@@ -96,6 +96,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
+                                       "order",
                                        "inverted_tets",
                                        "kinetic_energy [J]",
                                        "elastic_energy [J]",

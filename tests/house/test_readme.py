@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import struct
 import textwrap
 import unittest
 
@@ -48,6 +49,18 @@ class Readme(unittest.TestCase):
         for name in named:
             with self.subTest(name=name):
                 self.assertTrue((ROOT / name).exists())
+
+
+class Pictures(unittest.TestCase):
+    def test_pictures_of_the_gallery_have_all_their_shades(self):
+        """A palette of 256 colours shows bands, and its scale of a field is not the one of the page."""
+        for file in (ROOT / "docs/gallery").glob("*.png"):
+            head = file.read_bytes()[:29]
+            width, height, bits, kind = struct.unpack(">IIBB", head[16:26])
+            with self.subTest(picture=file.name):
+                self.assertEqual((bits, kind), (8, 2), "8 bits of red, green and blue (RFC 2083, 4.1.1)")
+                self.assertGreaterEqual(width, 960)
+                self.assertLessEqual(file.stat().st_size, 800_000)
 
 
 if __name__ == "__main__":

@@ -166,7 +166,7 @@ def test_fields_have_the_names_of_scenes():
     np.testing.assert_array_equal(simulation.field("reaction"), simulation.reactions)
     # The docstring names every field with its shape, and nothing else.
     text = palpate.Simulation.field.__doc__
-    for name in [n for n, _, _ in simulation._fields([
+    for name in [n for n, *_ in simulation._fields([
             "contact_force", "contact_traction", "contact_pressure", "reaction", "deformation_gradient", "strain", "stress",
             "von_mises", "pressure", "principal_stress", "principal_directions", "energy_density", "plastic_strain", "volume_ratio"])]:
         values = simulation.field(name)

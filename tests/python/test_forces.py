@@ -304,3 +304,151 @@ def test_settings_change_between_steps():
             simulation.change(**{key: {}})
     with pytest.raises(palpate.Error, match="frction"):
         simulation.change(contact={"frction": 1})
+
+
+def test_pair_wrenches_about_a_point_are_transported(simulation):
+    """M' = M + (a - b) x F, by NumPy; of the only pair the wrench is that of the body."""
+    about = np.array([0.3, -0.2, 0.1])
+    (pair,), (centered,) = simulation.pair_wrenches(about), simulation.pair_wrenches()
+    np.testing.assert_array_equal(centered.on_b.about, simulation.center_of_mass("plate"))
+    np.testing.assert_array_equal(pair.on_b.about, about)
+    np.testing.assert_array_equal(pair.on_b.force, centered.on_b.force)
+    moved = centered.on_b.torque + np.cross(centered.on_b.about - about, centered.on_b.force)
+    np.testing.assert_allclose(pair.on_b.torque, moved, rtol=1e-12)
+    assert np.linalg.norm(pair.on_b.torque - centered.on_b.torque) > 0.1 * np.linalg.norm(pair.on_b.force) * np.linalg.norm(about)
+    np.testing.assert_allclose(pair.on_b.torque, simulation.contact_wrench("plate", about).torque, rtol=1e-12)
+
+
+def test_points_of_torques_must_be_finite(simulation):
+    plate = simulation.bodies["plate"]
+    for about in [(np.nan, 0, 0), [0, np.inf, 0], np.array([0, 0, -np.inf])]:
+        for call in [simulation.pair_wrenches, plate.contact_wrench, plate.reaction, plate.motor, simulation.contact_wrench("block").moved_to,
+                     lambda a: simulation.contact_wrench("plate", about=a), lambda a: simulation.reaction("block", about=a),
+                     lambda a: simulation.motor("plate", about=a), lambda a: simulation.reaction_of_prescribed(0, about=a)]:
+            with pytest.raises(palpate.Error, match="^wrench: about: found a number that is not finite, expected three finite numbers$"):
+                call(about)
+
+
+def test_of_forces_on_a_point_given_twice_the_last_holds():
+    _, _, twice = free_block()
+    _, _, once = free_block()
+    _, _, added = free_block()
+    twice.set_forces([3, 4, 3], [[5.0, 0, 0], [0, 1.0, 0], [0, 0, 2.0]])
+    once.set_forces([4, 3], [[0, 1.0, 0], [0, 0, 2.0]])
+    added.set_forces([4, 3], [[0, 1.0, 0], [5.0, 0, 2.0]])
+    for simulation in (twice, once, added):
+        simulation.step()
+    assert twice.state_hash == once.state_hash != added.state_hash
+    assert "last force holds" in palpate.Simulation.set_forces.__doc__
+
+
+def test_a_pressure_for_each_triangle_gives_the_sum_of_its_forces():
+    """Newton: the momentum after a step is that of the sum of - p A n, by NumPy."""
+    rng = np.random.default_rng(5)
+    model = palpate.Model()
+    points, tets = palpate.box((3, 3, 3), (0.1, 0.1, 0.1))
+    model.add_body(points, tets, material=palpate.Material(young_modulus=5e4))
+    simulation = palpate.Simulation(model, **WEIGHTLESS)
+    corners = points[simulation.bodies.triangles]
+    normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    pressures = rng.uniform(-50.0, 100.0, len(normals))
+    simulation.set_pressure(np.arange(len(normals)), pressures)
+    simulation.step()
+    tet_masses = 1000.0 * np.abs(np.linalg.det(points[tets][:, 1:] - points[tets][:, :1])) / 6
+    lumped = np.zeros(len(points))
+    np.add.at(lumped, tets, tet_masses[:, None] / 4)
+    np.testing.assert_allclose(lumped @ simulation.velocities / 0.01, -pressures @ normals, rtol=1e-7)
+    # The same in two parts, of which the later replaces the first, and by the body.
+    other = palpate.Simulation(model, **WEIGHTLESS)
+    other.bodies[0].set_pressure(7.0)
+    other.bodies[0].set_pressure(pressures, np.ones(len(normals), dtype=bool))
+    other.step()
+    assert other.state_hash == simulation.state_hash
+    before = simulation.save()
+    for wrong in [pressures[:-1], np.full(len(normals), np.nan), pressures[:, None], ["a"] * len(normals)]:
+        with pytest.raises(palpate.Error, match="pressure"):
+            simulation.set_pressure(np.arange(len(normals)), wrong)
+    assert simulation.save() == before
+
+
+def test_rigid_bodies_keep_their_shape():
+    points, tets = palpate.box((2, 2, 2), (0.1, 0.1, 0.1))
+    model = palpate.Model()
+    model.add_body(points, tets, name="block", material=TISSUE)
+    model.add_body(points + [0, 0, 0.5], tets, name="wall", material=TISSUE, obstacle=True)
+    simulation = palpate.Simulation(model, **WEIGHTLESS)
+    block, wall = simulation.bodies
+    assert (block.is_rigid, wall.is_rigid) == (False, True)
+    before = simulation.state_hash
+    for wrong in [lambda: wall.set_positions(points[:1], [0]), lambda: wall.set_positions(points), lambda: simulation.set_positions(points[:2], [26, 27])]:
+        with pytest.raises(palpate.Error, match="of the rigid body 'wall', expected points of bodies that deform"):
+            wrong()
+    assert simulation.state_hash == before
+    # Without `points` those of all bodies can be given: what is rigid stays.
+    simulation.set_positions(simulation.positions + [0.1, 0, 0])
+    np.testing.assert_array_equal(block.positions, points + [0.1, 0, 0])
+    np.testing.assert_array_equal(wall.positions, points + [0, 0, 0.5])
+    simulation.set_positions(points)
+    np.testing.assert_array_equal(block.positions, points)
+    wall.release()
+    assert not wall.is_rigid
+    wall.set_positions(points[:1] + [0, 0, 0.51], [0])
+    assert wall.positions[0, 2] == points[0, 2] + 0.51
+
+
+def test_grids_have_units(tmp_path, command):
+    """In SI, in millimetres, and in the metadata of arrays where frames of the command have them."""
+    import subprocess
+
+    import pyvista
+    from vtkmodules.vtkCommonCore import vtkDataArray
+
+    def metadata(grid):
+        found = {}
+        for data in (grid.GetPointData(), grid.GetCellData()):
+            for i in range(data.GetNumberOfArrays()):
+                found[data.GetArrayName(i)] = data.GetArray(i).GetInformation().Get(vtkDataArray.UNITS_LABEL())
+        return found
+
+    _, _, simulation = free_block()
+    grid = simulation.to_pyvista(["von_mises", "contact_force", "volume_ratio"])
+    assert list(grid.field_data["units"]) == ["points [m]", "depth [m]", "velocity [m/s]", "von_mises [Pa]", "contact_force [N]"]
+    assert metadata(grid) == {"body": None, "depth": "m", "velocity": "m/s", "von_mises": "Pa", "contact_force": "N", "volume_ratio": None}
+    grid.save(tmp_path / "grid.vtu")
+    assert metadata(pyvista.read(tmp_path / "grid.vtu")) == metadata(grid)
+    scene = {"name": "units", "units": {"length": "mm", "mass": "g"}, "duration": 0.01, "output": {"fields": ["stress", "contact_force"]},
+             "bodies": [{"name": "ball", "ball": {"radius": 10, "resolution": 2}, "material": {}}]}
+    made = palpate.Simulation(scene)
+    made.run()
+    units = ["points [mm]", "depth [mm]", "velocity [mm/s]", "stress [g/(mm s^2) = Pa]", "contact_force [g mm/s^2 = uN]"]
+    assert list(made.to_pyvista(["stress", "contact_force"]).field_data["units"]) == units
+    model = palpate.Simulation(palpate.Model.from_scene(scene))
+    assert list(model.to_pyvista(["stress", "contact_force"]).field_data["units"]) == units
+    palpate.write_scene(scene, tmp_path / "scene.json")
+    subprocess.run([command, "run", tmp_path / "scene.json", "--out", tmp_path / "out", "--no-picture", "--quiet"], check=True)
+    frame = metadata(pyvista.read(sorted((tmp_path / "out/frames").glob("*.vtu"))[-1]))
+    of_grid = metadata(made.to_pyvista(["stress", "contact_force"]))
+    for name in ("depth", "velocity", "stress", "contact_force"):
+        assert frame[name] == of_grid[name] is not None
+
+
+def test_the_summary_has_the_forces_of_free_bodies(tmp_path, command):
+    """Ten blocks that lie on a plate: their weights, by hand; what is held comes first, and the list is cut."""
+    import re
+    import subprocess
+
+    blocks = [{"name": f"block {i}", "box": {"cells": [2, 2, 2], "size": [10, 10, 10]}, "translate": [20 * i, 0, 5 - 0.001],
+               "material": {"young_modulus": 50000, "density": 0.001 * (1 + i), "mass_damping": 20}} for i in range(10)]
+    plate = {"name": "plate", "obstacle": True, "box": {"cells": [1, 1, 1], "size": [400, 40, 10]}, "translate": [90, 0, -5]}
+    scene = {"name": "blocks", "units": {"length": "mm", "mass": "g"}, "duration": 5, "rest": {"speed": 0.01, "time": 0.05}, "bodies": [*blocks, plate]}
+    palpate.write_scene(scene, tmp_path / "scene.json")
+    done = subprocess.run([command, "run", tmp_path / "scene.json", "--out", tmp_path / "out", "--no-picture", "--until-rest"], check=True,
+                          capture_output=True, text=True)
+    lines = re.findall(r"(?m)^force +(.*)$", done.stdout)
+    shown = [re.match(r"(.*): contacts ([\d.]+) mN at the end, ([\d.]+) mN at most \(step \d+\)$", line) for line in lines[:-1]]
+    assert [match[1] for match in shown] == ["plate", *(f"block {i}" for i in range(7))]
+    for i, match in enumerate(shown[1:]):
+        assert float(match[2]) == pytest.approx(9.81 * (1 + i), rel=0.01)  # mN: a cubic centimetre of 1 g and more
+        assert float(match[3]) >= float(match[2])
+    assert float(shown[0][2]) == pytest.approx(9.81 * 55, rel=0.01)
+    assert lines[-1] == "... and 3 more, in forces.csv"

@@ -176,7 +176,7 @@ def test_what_is_no_callback_is_refused_before_a_step():
     with pytest.raises(palpate.Error, match="callback: found int"):
         simulation.run(1, callback=3)
     with pytest.raises(palpate.Error, match="pressure: found an array of shape"):
-        simulation.set_pressure([0, 1], [1.0, 2.0])
+        simulation.set_pressure([0, 1], [1.0, 2.0, 3.0])
     assert simulation.metrics.step == 0
 
 

@@ -440,6 +440,12 @@ TEST_F(PictureTest, TrianglesOfACutKnowTheirTets) {
   }
 }
 
+TEST(ColourScale, EndsThatNobodyChoseAreRound) {
+  const std::vector<std::array<double, 2>> expected{{0.3, 0.5}, {1.0, 1.0}, {1.0001, 2.0}, {2.9, 5.0}, {5.1, 10.0},
+                                                    {2e-7, 2e-7}, {740.0, 1000.0}, {0.0, 0.0}, {-3.0, 0.0}};
+  for (const auto& [value, end] : expected) EXPECT_NEAR(io::nice_above(value), end, 1e-12 * end) << value;
+}
+
 /// Colours of triangles replace those of bodies.
 TEST_F(PictureTest, TrianglesMayHaveColoursOfTheirOwn) {
   const std::vector<io::Colour> colours{{1, 0, 0}, {0, 0, 1}};

@@ -23,7 +23,8 @@ const Material material{
 const double plane_modulus = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
 
 /// A ball whose mesh is finer at both poles, by a factor of five along the surface and into the depth.
-TetMesh graded_ball(int layers, const Vec3& center) {
+/// \param turn  angle about z, rad
+TetMesh graded_ball(int layers, const Vec3& center, double turn = 0.0) {
   constexpr double fine = 0.2;
   const auto graded = [](double x, double end) { return x * (fine + (1.0 - fine) * x / end); };
   TetMesh mesh = make_ball(1.0, layers);
@@ -37,14 +38,18 @@ TetMesh graded_ball(int layers, const Vec3& center) {
     const double angle = graded(std::atan2(across, std::abs(p.z)), 0.5 * std::numbers::pi);
     const double depth = graded(1.0 - r, 1.0);
     const double s = across > 0.0 ? std::sin(angle) / across : 0.0;
-    const Vec3 direction{s * p.x, s * p.y, std::copysign(std::cos(angle), p.z)};
+    const double c = std::cos(turn);
+    const double d = std::sin(turn);
+    const Vec3 direction{s * (c * p.x - d * p.y), s * (d * p.x + c * p.y),
+                         std::copysign(std::cos(angle), p.z)};
     p = center + (radius * (1.0 - depth)) * direction;
   }
   return mesh;
 }
 
 /// Rigid plates at distance `height` that each approach by half of `closing`, and balls between them.
-Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing) {
+/// \param rest  speed below which they are at rest, m/s
+Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing, double rest = 2e-6) {
   Model model;
   model.bodies.add("lower", test::box_mesh({1, 1, 1}, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0}));
   model.bodies.add("upper", test::box_mesh({1, 1, 1}, {-0.06, -0.06, height}, {0.06, 0.06, height + 0.02}));
@@ -63,13 +68,14 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
-  // Balls on each other without friction would buckle, so their centres are held on the axis.
+  // Balls on each other without friction would buckle, and coarse ones tip from triangle to triangle. So
+  // points on the axis are held on it; by symmetry they would stay there.
   constexpr std::uint8_t across = 3;  // x and y
   for (const Vec3& p : model.bodies.points_rest())
-    model.fixed_axes.push_back(p == Vec3{0, 0, radius} || p == Vec3{0, 0, 3.0 * radius} ? across : 0);
+    model.fixed_axes.push_back(p.x == 0.0 && p.y == 0.0 ? across : 0);
   SimulationSettings settings;
   settings.gravity = {};
-  settings.rest.speed = 2e-6;
+  settings.rest.speed = rest;
   settings.solver.tolerance = 1e-6;
   settings.solver.max_iterations = 2000;
   settings.response.stiffness = 10.0 * material.young_modulus * radius;
@@ -111,8 +117,8 @@ struct Errors {
   double pressure;  ///< root mean square over the contact, relative to the largest
 };
 
-/// Points of the lower side of a body with their pressures.
-Errors errors_of(const Simulation& simulation, Index body, double force, double expected_force) {
+/// Errors at the lower side of a ball (side -1) or at its upper one (+1), about a middle at height R.
+Errors errors_of(const Simulation& simulation, Index body, double side, double force, double expected_force) {
   const double a = std::cbrt(0.75 * force * radius / plane_modulus);
   const double largest = 1.5 * force / (std::numbers::pi * a * a);
   const SurfaceTractions surface = simulation.tractions();
@@ -127,10 +133,10 @@ Errors errors_of(const Simulation& simulation, Index body, double force, double 
   }
   for (Index p = points.begin; p < points.end; ++p) {
     const Vec3& place = at(simulation.positions(), p);
-    if (place.z > radius) continue;
+    if (side * (place.z - radius) < 0.0) continue;
     const double r = std::hypot(place.x, place.y);
-    moment += at(surface.point_forces, p).z * r * r;
-    sum += at(surface.point_forces, p).z;
+    moment -= side * at(surface.point_forces, p).z * r * r;
+    sum -= side * at(surface.point_forces, p).z;
     if (r > 0.9 * a || at(around, p) == 0.0) continue;
     const double exact = largest * std::sqrt(1.0 - r * r / (a * a));
     squares += std::pow((at(surface.point_pressure, p) - exact) / largest, 2);
@@ -152,7 +158,7 @@ TEST(Hertz, ABallOnAPlaneHasItsForceRadiusAndPressure) {
     const Simulation simulation = pressed({graded_ball(cells, {0, 0, radius})}, 2.0 * radius, 2.0 * approach);
     const double force = simulation.contact_wrench(1).force.z;
     EXPECT_NEAR(simulation.contact_wrench(0).force.z, -force, 1e-3 * force);
-    all.push_back(errors_of(simulation, 2, force, expected));
+    all.push_back(errors_of(simulation, 2, -1.0, force, expected));
     std::printf("%2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n", cells,
                 force, 100.0 * all.back().force, 100.0 * all.back().radius, 100.0 * all.back().pressure);
   }
@@ -178,23 +184,51 @@ TEST(Hertz, ABallOnAPlaneFollowsTheCurveOfForceAndApproach) {
   }
 }
 
-TEST(Hertz, ABallOnABallHasItsForce) {
-  // Three contacts of the same radius: half the radius of curvature and half the stiffness between the balls.
+/// Two balls between the plates: three contacts of the same radius, as between the balls the radius of
+/// curvature and the stiffness are both half. Errors are those of the contact between the balls. One is
+/// turned about the axis: points that meet points can be on either side, and coarse balls tip between such
+/// states.
+Errors between_balls(int layers) {
   constexpr double closing = 0.08 * radius;
   const double expected = force_for(closing, [](double f) {
     const double between = std::pow(0.75 * f / (0.5 * plane_modulus * std::sqrt(0.5 * radius)), 2.0 / 3.0);
     return 2.0 * approach_by_hertz(f) + between - 4.0 * push_from_the_other_side(f);
   });
-  const Simulation simulation = pressed(
-      {graded_ball(12, {0, 0, radius}), graded_ball(12, {0, 0, 3.0 * radius})}, 4.0 * radius, closing);
+  const Simulation simulation =
+      pressed({graded_ball(layers, {0, 0, radius}), graded_ball(layers, {0, 0, 3.0 * radius}, 0.3)},
+              4.0 * radius, closing, 5e-5);
   const double force = simulation.contact_wrench(1).force.z;
-  std::printf("ball on ball: force %.4f N, by Hertz %.4f N\n", force, expected);
-  EXPECT_NEAR(force, expected, 0.03 * expected);
+  bool met = false;
   for (const PairWrench& pair : simulation.pair_wrenches()) {
-    if (pair.body_a == 2 && pair.body_b == 3) {
-      EXPECT_NEAR(pair.on_b.force.z, force, 1e-3 * force);
-    }
+    if (pair.body_a != 2 || pair.body_b != 3) continue;
+    met = true;
+    EXPECT_NEAR(pair.on_b.force.z, force, 1e-3 * force);
   }
+  EXPECT_TRUE(met);
+  const Errors errors = errors_of(simulation, 2, 1.0, force, expected);
+  std::printf("ball on ball, %2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n",
+              layers, force, 100.0 * errors.force, 100.0 * errors.radius, 100.0 * errors.pressure);
+  return errors;
+}
+
+TEST(Hertz, ABallOnABallConvergesToItsForceRadiusAndPressure) {
+  const Errors coarse = between_balls(6);
+  const Errors finer = between_balls(9);
+  EXPECT_LT(finer.force, coarse.force);
+  EXPECT_LT(finer.radius, coarse.radius);
+  EXPECT_LT(finer.pressure, coarse.pressure);
+}
+
+/// The finest mesh, in the long suite.
+TEST(Hertz, DISABLED_ABallOnABallHasItsForceRadiusAndPressure) {
+  const Errors finer = between_balls(9);
+  const Errors finest = between_balls(12);
+  EXPECT_LT(finest.force, 0.03);
+  EXPECT_LT(finest.radius, 0.05);
+  EXPECT_LT(finest.pressure, 0.1);
+  EXPECT_LT(finest.force, finer.force);
+  EXPECT_LT(finest.radius, finer.radius);
+  EXPECT_LT(finest.pressure, finer.pressure);
 }
 
 }  // namespace

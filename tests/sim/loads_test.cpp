@@ -200,6 +200,73 @@ TEST(DrivePressure, IsThatOfTheModelAndPartOfASavedState) {
   EXPECT_NE(error_of([&] { a.restore(b.save()); }), "") << "another simulation: it has other loads";
 }
 
+/// A pressure that grows with depth, on each triangle that at its middle: Archimedes, exactly, as a linear
+/// pressure on a triangle has the sum of its middle.
+TEST(DrivePressure, OfEachTriangleLiftsByTheWeightOfTheLiquid) {
+  Simulation simulation(block({.young_modulus = 1e5, .poisson_ratio = 0.3}), weightless(), 1);
+  constexpr double weight = 9810.0;  // N/m^3, of water
+  const std::vector<Index> triangles = all_faces(simulation.bodies());
+  std::vector<double> pressures;
+  for (const Index t : triangles) {
+    const Triangle& corners = at(simulation.bodies().triangles(), t);
+    double depth = 0.3;
+    for (const Index p : corners) depth -= at(simulation.positions(), p).z / 3.0;
+    pressures.push_back(weight * depth);
+  }
+  simulation.set_pressure(triangles, pressures);
+  simulation.step();
+  Vec3 momentum;
+  for (std::size_t p = 0; p < simulation.velocities().size(); ++p)
+    momentum += simulation.point_masses()[p] * simulation.velocities()[p];
+  EXPECT_LT(length(momentum - Vec3{0.0, 0.0, 0.01 * weight * 1e-3}), 1e-9) << momentum.z;
+  // A triangle that is given twice has the last pressure.
+  Simulation other(block({.young_modulus = 1e5, .poisson_ratio = 0.3}), weightless(), 1);
+  std::vector<Index> twice = triangles;
+  twice.insert(twice.end(), triangles.begin(), triangles.end());
+  std::vector<double> values(triangles.size(), 77.0);
+  values.insert(values.end(), pressures.begin(), pressures.end());
+  other.set_pressure(twice, values);
+  other.step();
+  EXPECT_EQ(other.state_hash(), simulation.state_hash());
+}
+
+TEST(DriveForces, OnAPointThatIsGivenTwiceTheLastHolds) {
+  Simulation a(block(), weightless(), 1);
+  Simulation b(block(), weightless(), 1);
+  a.set_forces(std::vector<Index>{3, 4, 3}, std::vector<Vec3>{{5, 0, 0}, {0, 1, 0}, {0, 0, 2}});
+  b.set_forces(std::vector<Index>{4, 3}, std::vector<Vec3>{{0, 1, 0}, {0, 0, 2}});
+  a.step();
+  b.step();
+  EXPECT_EQ(a.state_hash(), b.state_hash());
+}
+
+TEST(DrivePositions, OfRigidBodiesAreRefusedUntilTheyAreReleased) {
+  Model model = block();
+  model.bodies.add("wall", test::box_mesh({2, 2, 2}, {-0.1, -0.1, -0.3}, {0.2, 0.2, -0.2}));
+  model.materials.push_back(Material{.young_modulus = 1e5});
+  model.obstacles = {0, 1};
+  Simulation simulation(std::move(model), weightless(), 1);
+  EXPECT_FALSE(simulation.is_rigid(0));
+  EXPECT_TRUE(simulation.is_rigid(1));
+  EXPECT_EQ(error_of([&] { static_cast<void>(simulation.is_rigid(2)); }),
+            "simulation: body: found 2, expected less than 2");
+  const Range wall = simulation.bodies().bodies()[1].points;
+  const std::string before = simulation.state_hash();
+  const std::vector<Index> points{0, wall.begin + 3};
+  const std::vector<Vec3> places{{0.0, 0.0, 0.01}, {0.0, 0.0, 0.0}};
+  EXPECT_EQ(
+      error_of([&] { simulation.set_positions(points, places); }),
+      "simulation: positions: found point " + std::to_string(wall.begin + 3) +
+          " of the rigid body 'wall', expected points of bodies that deform, or a motion that moves the "
+          "whole body");
+  EXPECT_EQ(simulation.state_hash(), before);
+  simulation.change(ModelChange{.release_bodies = {1}});
+  EXPECT_FALSE(simulation.is_rigid(1));
+  const Vec3 moved = at(simulation.positions(), wall.begin + 3) + Vec3{0.0, 0.0, 0.001};
+  simulation.set_positions(std::vector<Index>{wall.begin + 3}, std::vector<Vec3>{moved});
+  EXPECT_EQ(at(simulation.positions(), wall.begin + 3), moved);
+}
+
 TEST(DrivePositions, MoveABodyIntoAnotherAtOnce) {
   Model model = block();
   model.bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.1, -0.1, -0.3}, {0.2, 0.2, -0.2}));
@@ -253,6 +320,14 @@ TEST(Drive, RefusesWhatIsOutOfRangeAndChangesNothing) {
                 " of the rigid body 'plate', expected a triangle of a body that deforms");
   EXPECT_EQ(error_of([&] { simulation.set_pressure(one(0), NAN); }),
             "simulation: pressure: found a number that is not finite, expected a finite number");
+  EXPECT_EQ(error_of([&] {
+              simulation.set_pressure(one(0), std::vector<double>{1.0, 2.0});
+            }),
+            "simulation: pressure: found 2 values, expected 1");
+  EXPECT_EQ(
+      error_of([&] { simulation.set_pressure(one(0), std::vector<double>{NAN}); }),
+      "simulation: pressure: found a number that is not finite, for triangle 0, expected finite numbers");
+  EXPECT_NE(error_of([&] { simulation.set_pressure(one(rigid_face), std::vector<double>{1.0}); }), "");
   EXPECT_EQ(error_of([&] { simulation.set_positions(one(rail), vec({})); }),
             "simulation: positions: found point " + std::to_string(rail) +
                 ", which has a prescribed motion, expected points that no motion moves");

@@ -22,15 +22,17 @@ struct Outcome {
   int steps = 0;
   int not_converged = 0;
   std::int64_t iterations = 0;
-  int inverted = 0;  ///< scenes with an inverted tet at some time
-  int gained = 0;    ///< scenes that gained energy, and ended there
+  int inverted = 0;      ///< scenes with an inverted tet at some time
+  int gained = 0;        ///< scenes that gained energy, and ended there
+  int second_order = 0;  ///< steps
 };
 
-Outcome run(std::uint64_t seed, ElementKind elements) {
+Outcome run(std::uint64_t seed, ElementKind elements, TimeIntegration integration) {
   constexpr double duration = 1.0;
   constexpr int most_steps = 250;
   test::RandomScene scene(seed, elements);
   const double time_step = scene.settings.time_step;
+  scene.settings.time_integration = integration;
   Simulation simulation(std::move(scene.model), scene.settings, 1);
   Outcome outcome{.steps = std::min(most_steps, static_cast<int>(duration / time_step))};
   const double at_start = energy(simulation);
@@ -38,6 +40,7 @@ Outcome run(std::uint64_t seed, ElementKind elements) {
     simulation.step();
     if (!simulation.metrics().solver_converged) ++outcome.not_converged;
     outcome.iterations += simulation.metrics().solver_iterations;
+    outcome.second_order += simulation.metrics().order == 2 ? 1 : 0;
     if (energy(simulation) > 1.01 * at_start) {
       std::printf("seed %d gains energy in step %d of %g s\n", static_cast<int>(seed), step, time_step);
       outcome.steps = step + 1;
@@ -57,18 +60,22 @@ Outcome run(std::uint64_t seed, ElementKind elements) {
 /// \param most_inverted  allowed number of scenes with inverted tets: soft bodies below heavy ones are
 /// crushed
 void run_all(std::uint64_t first, std::uint64_t count, int most_inverted,
-             ElementKind elements = ElementKind::linear, int steps_of_one_failure = 100) {
+             ElementKind elements = ElementKind::linear, int steps_of_one_failure = 100,
+             TimeIntegration integration = TimeIntegration::implicit_euler) {
   Outcome all;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Outcome one = run(seed, elements);
+    const Outcome one = run(seed, elements, integration);
     all.steps += one.steps;
     all.not_converged += one.not_converged;
     all.inverted += one.inverted;
     all.iterations += one.iterations;
     all.gained += one.gained;
+    all.second_order += one.second_order;
   }
-  std::printf("%d steps, %d not converged, %.1f iterations each, %d scenes with inverted tets\n", all.steps,
-              all.not_converged, static_cast<double>(all.iterations) / all.steps, all.inverted);
+  std::printf(
+      "%d steps, %d not converged, %d of second order, %.1f iterations each, %d scenes with inverted tets\n",
+      all.steps, all.not_converged, all.second_order, static_cast<double>(all.iterations) / all.steps,
+      all.inverted);
   EXPECT_EQ(all.gained, 0);
   EXPECT_LE(all.inverted, most_inverted);
   EXPECT_LE(all.not_converged, all.steps / steps_of_one_failure) << "of " << all.steps << " steps";
@@ -81,6 +88,12 @@ TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
 /// Seeds of the first test. The allowed number of scenes with inverted tets is the number found.
 TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 3, ElementKind::smoothed);
+}
+
+/// BDF2 gives way to implicit Euler where contacts change. Without that, over seeds 1 to 16, ten times as
+/// many steps do not converge, and tissue is inverted.
+TEST(RandomScenes, OfBdf2KeepTheirEnergyTheirFloorAndConverge) {
+  run_all(1, 8, 0, ElementKind::linear, 100, TimeIntegration::bdf2);
 }
 
 /// Found: 12 scenes and 98 of 8450 steps; the goals were 10 scenes and 1 % of the steps.

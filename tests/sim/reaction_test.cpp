@@ -106,6 +106,7 @@ TEST(Reaction, OfAPressingPlateAndOfTheSupportBalance) {
   const Wrench plate = simulation.contact_wrench(1, about);
   const Wrench support = simulation.reaction_of_body(0, about);
   const Wrench motor = simulation.reaction_of_motion(0, about);
+  EXPECT_THROW(static_cast<void>(simulation.reaction_of_motion(0, {0.0, NAN, 0.0})), Error);
   const double block_weight = g * simulation.masses()[0];
   const double plate_weight = g * simulation.masses()[1];
   ASSERT_GT(plate.force.z, 5.0);

@@ -66,6 +66,61 @@ TEST(Wrench, OfAllPairsIsZeroToRoundingAtEveryStep) {
   EXPECT_GT(largest, 1.0);
 }
 
+/// M' = M + (a - b) x F, and what the pairs of a body add up to is its wrench.
+TEST(WrenchOfPairs, AboutAPointIsTransported) {
+  Simulation simulation = pile();
+  for (int step = 0; step < 60; ++step) simulation.step();
+  const Vec3 about{0.4, -0.3, 0.2};
+  const std::vector<PairWrench> centered = simulation.pair_wrenches();
+  const std::vector<PairWrench> pairs = simulation.pair_wrenches(about);
+  ASSERT_EQ(pairs.size(), 2U) << "the plate and the block, the block and the ball";
+  Wrench on_block{.force = {}, .torque = {}, .about = about};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Wrench& a = centered[i].on_b;
+    const Wrench& b = pairs[i].on_b;
+    EXPECT_EQ(centered[i].body_b, pairs[i].body_b);
+    EXPECT_EQ(a.about, simulation.center_of_mass(pairs[i].body_b));
+    EXPECT_EQ(b.about, about);
+    EXPECT_EQ(b.force, a.force);
+    ASSERT_GT(length(b.force), 0.1);
+    const Vec3 arm = a.about - about;
+    const Vec3 moved{a.torque.x + arm.y * a.force.z - arm.z * a.force.y,
+                     a.torque.y + arm.z * a.force.x - arm.x * a.force.z,
+                     a.torque.z + arm.x * a.force.y - arm.y * a.force.x};
+    EXPECT_LT(length(b.torque - moved), 1e-12 * length(b.force));
+    ASSERT_GT(length(b.torque - a.torque), 0.01 * length(b.force)) << "the point matters";
+    const double sign = pairs[i].body_b == 1 ? 1.0 : -1.0;
+    on_block.force += sign * b.force;
+    on_block.torque += sign * b.torque;
+  }
+  const Wrench expected = simulation.contact_wrench(1, about);
+  EXPECT_LT(length(on_block.force - expected.force), 1e-12 * length(expected.force) + 1e-13);
+  EXPECT_LT(length(on_block.torque - expected.torque), 1e-12);
+}
+
+TEST(Wrench, RefusesPointsThatAreNotFinite) {
+  Simulation simulation = pile(1);
+  simulation.record_reactions(true);
+  simulation.step();
+  const Wrench wrench = simulation.contact_wrench(1);
+  for (const Vec3& about : {Vec3{NAN, 0, 0}, Vec3{0, INFINITY, 0}, Vec3{0, 0, -INFINITY}}) {
+    const auto message = [](auto&& call) -> std::string {
+      try {
+        static_cast<void>(call());
+      } catch (const Error& error) {
+        return error.what();
+      }
+      return "accepted";
+    };
+    const std::string refused =
+        "wrench: about: found a number that is not finite, expected three finite numbers";
+    EXPECT_EQ(message([&] { return simulation.contact_wrench(1, about); }), refused);
+    EXPECT_EQ(message([&] { return simulation.pair_wrenches(about); }), refused);
+    EXPECT_EQ(message([&] { return simulation.reaction_of_body(0, about); }), refused);
+    EXPECT_EQ(message([&] { return moved_to(wrench, about); }), refused);
+  }
+}
+
 TEST(Wrench, ListsEachContactWithItsForce) {
   Simulation simulation = pile();
   EXPECT_EQ(simulation.acting_contacts().size(), 0U) << "before the first step nothing has acted";

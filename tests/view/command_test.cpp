@@ -35,6 +35,9 @@ TEST(Command, ReadsEachAsDocumented) {
   EXPECT_EQ(parsed<ResumeMotion>(R"({"resume_motion": {"motion": 1}})").motion, 1);
   EXPECT_EQ(parsed<Seek>(R"({"seek": {"frame": 3}})").frame, 3);
   EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"borders": true}})"), (DisplayOptions{false, true, false}));
+  EXPECT_EQ(parsed<DisplayOptions>(R"({"look": {"fields": ["von_mises", "stress_xy"]}})").fields,
+            (std::vector<std::string>{"von_mises", "stress_xy"}));
+  EXPECT_TRUE(parsed<DisplayOptions>(R"({"look": {"inside": true}})").inside);
   EXPECT_EQ(parsed<Shown>(R"({"shown": {"frame": 12}})").frame, 12.0);
 }
 
@@ -56,6 +59,10 @@ TEST(Command, RefusesWhatIsNone) {
       R"({"pull": {"vertex": 1, "target": [0, 0, 0], "strength": 1e9}})",
       R"({"speed": {"speed": 0}})",
       R"({"seek": {"frame": 99999999999}})",
+      R"({"look": {"fields": "von_mises"}})",
+      R"({"look": {"fields": ["stress"]}})",
+      R"({"look": {"fields": ["stress_zx"]}})",
+      R"({"look": {"fields": ["depth", "von_mises", "pressure", "volume_ratio", "energy_density"]}})",
       R"({"change": {"gravity": [0, 0]}})",
       R"({"change": {"contact": {"structure": "tree"}}})",
       R"({"change": {"contact": {"friction": -1}}})",

@@ -58,6 +58,8 @@ test("the ends of a fixed scale", async () => {
   const server = await serve("patient.json", { flags: ["--paused"] });
   const page = await open(server.address);
   await page.selectOption("#colouring", "displacement");
+  assert.equal(await page.inputValue("#scale-most"), "4", "as a view of the scene has it");
+  await page.selectOption("#scale-kind", "automatic");
   assert.equal(await page.isVisible("#scale-least"), false);
   await page.selectOption("#scale-kind", "fixed");
   await page.fill("#scale-most", "6");

@@ -1,9 +1,10 @@
 // Cut bodies in a headless browser: the control of the cut, its faces, and picking there.
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
+import { spawnSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
+import { command, faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, pixelsOf, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];
@@ -138,6 +139,95 @@ test("a face is touched where it is seen: it names its body, is picked and pulle
   await page.close();
   await server.end();
 });
+
+/** A colour of viridis as published: of 0.25, between those of 0.2 and 0.3. */
+const quarter = [59, 82, 139];
+const grey = [0.72, 0.72, 0.74];
+
+test("the faces of a cut show the field, on the scale of the scene's view, and rigid bodies are grey", async () => {
+  // A box that flies: all of it, the inside too, has gone as far as its speed says. 1 cm of a scale of 4 cm.
+  const view = (more) => ({ camera: { position: [0, -0.5, 0], target: [0, 0, 0] }, cut: { point: [0, 0, 0], normal: [0, -1, 0] }, ...more });
+  const flying = {
+    name: "flying", time_step: 0.01, duration: 0.1, gravity: [0, 0, 0],
+    bodies: [
+      { name: "box", box: { cells: [4, 4, 4], size: [0.1, 0.1, 0.1] }, translate: [-0.08, 0, 0], velocity: [0, 0, 0.1], material: { young_modulus: 20000 }, color: blue },
+      { name: "wall", box: { cells: [2, 2, 2], size: [0.1, 0.1, 0.1] }, translate: [0.08, 0, 0], obstacle: true, color: red },
+    ],
+    output: { views: [view({ name: "plain" }), view({ name: "gone", displacement: { most: 0.04 } })] },
+  };
+  write("flying.json", flying);
+  const made = spawnSync(command, ["run", "flying.json", "--out", "flown", "--threads", "1"], { cwd: folder });
+  assert.equal(made.status, 0, String(made.stderr));
+  const server = await serve("flown", { flags: ["--paused"] });
+  const page = await open(server.address);
+  assert.ok((await patch(page, faceColour(blue), 4)).count > 5000);
+  assert.ok((await patch(page, faceColour(red), 4)).count > 5000);
+  await page.selectOption("#colouring", "displacement");
+  await page.focus("#seek");
+  await page.keyboard.press("End");
+  await until("the end", async () => (await text(page, "clock")).startsWith("t = 0.100"));
+  assert.equal(await text(page, "legend-ticks"), "02040", "mm, as the view of the scene has it");
+  const field = await patch(page, quarter, 3);
+  assert.ok(field.count > 5000, `the face of the box has the colour of its displacement: ${field.count}`);
+  assert.ok((await patch(page, faceColour(grey), 3)).count > 5000, "the wall is grey");
+  for (const own of [blue, red]) assert.equal((await patch(page, faceColour(own), 4)).count, 0, "no face has the colour of its body");
+  await shot(page, "cut-field");
+  // The picture of the command says the same. Its light is white, so what is left of a colour is the proportion of its channels.
+  const picture = await pixelsOf(page, readFileSync(join(folder, "flown/gone.png")));
+  const [left, right] = [middleOf(picture, 0, 0.5), middleOf(picture, 0.5, 0.8)];
+  assert.ok(distance(left, quarter) < 0.06, `the box of the picture: ${left}`);
+  assert.ok(distance(right, grey) < 0.06, `the wall of the picture: ${right}`);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("bodies without a colour have the same in the page and in the picture", async () => {
+  const both = {
+    name: "both", time_step: 0.01, duration: 0.01, gravity: [0, 0, 0],
+    bodies: [
+      { name: "wall", box: { cells: [2, 2, 2], size: [0.1, 0.1, 0.1] }, translate: [-0.08, 0, 0], obstacle: true },
+      { name: "box", box: { cells: [4, 4, 4], size: [0.1, 0.1, 0.1] }, translate: [0.08, 0, 0], material: { young_modulus: 20000 } },
+    ],
+    output: { views: [{ name: "front", camera: { position: [0, -0.5, 0], target: [0, 0, 0] } }] },
+  };
+  write("both.json", both);
+  const made = spawnSync(command, ["run", "both.json", "--out", "both", "--threads", "1"], { cwd: folder });
+  assert.equal(made.status, 0, String(made.stderr));
+  const server = await serve("both", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const seen = await pixels(page);
+  const picture = await pixelsOf(page, readFileSync(join(folder, "both/front.png")));
+  for (const [from, to, colour] of [[0, 0.5, grey], [0.5, 1, [0.93, 0.65, 0.15]]]) {
+    const [here, there] = [middleOf(seen, from, to), middleOf(picture, from, to)];
+    assert.ok(distance(here, colour) < 0.08, `the page: ${here}, not ${colour}`);
+    assert.ok(distance(there, colour) < 0.08, `the picture: ${there}, not ${colour}`);
+  }
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+/** The mean colour of a small square in the middle of a part of a picture, given by fractions of its width. */
+function middleOf({ width, height, data }, from, to) {
+  const sum = [0, 0, 0];
+  const [x, y] = [Math.round((width * (from + to)) / 2), Math.round(height / 2)];
+  for (let i = -10; i <= 10; ++i) {
+    for (let j = -10; j <= 10; ++j) for (let c = 0; c < 3; ++c) sum[c] += data[4 * (x + i + width * (y + j)) + c] / 441;
+  }
+  return sum;
+}
+
+/** Between two colours of sRGB without their brightness. */
+function distance(a, b) {
+  const [p, q] = [a, b].map((rgb) => {
+    const most = Math.max(...rgb);
+    const linear = rgb.map((c) => (c / most) ** 2.2);
+    const sum = linear.reduce((s, c) => s + c);
+    return linear.map((c) => c / sum);
+  });
+  return Math.hypot(...p.map((c, i) => c - q[i]));
+}
 
 /** A box of tets that bulges, as text of a mesh: from where ever it is seen, triangles lie edge on. */
 function bulging(cells) {

@@ -2,6 +2,7 @@
 // Hooke's law, the path of a motion.
 #include "view/live.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -44,6 +45,38 @@ TEST(LiveSource, HasTheBitsOfARunThatNobodyLooksAt) {
   EXPECT_EQ(source->time(), 0.0);
   run(*source, 20);
   EXPECT_EQ(source->simulation().state_hash(), alone.state_hash()) << "a reset begins the same run again";
+}
+
+TEST(LiveSource, HasOneNumberAPointOfEachField) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const TissueState tissue = source->simulation().tissue_at_points();
+  std::vector<std::string> names;
+  for (const auto& field : source->stage().about["fields"]) {
+    names.push_back(field["name"]);
+    EXPECT_EQ(source->field(names.back()).size(), source->positions().size()) << names.back();
+  }
+  for (const char* name :
+       {"von_mises", "contact_force", "strain_xy", "plastic_strain_zz", "principal_stress_1"})
+    EXPECT_EQ(std::ranges::count(names, name), 1) << name;
+  EXPECT_EQ(std::ranges::count(names, "stress"), 0) << "six numbers are no colour";
+  EXPECT_EQ(std::ranges::count(names, "deformation_gradient"), 0);
+  EXPECT_TRUE(source->field("stress").empty());
+  const std::vector<double> first = source->field("principal_stress_1");
+  const std::vector<double> third = source->field("principal_stress_3");
+  const std::vector<double> xx = source->field("stress_xx");
+  const std::vector<double> yy = source->field("stress_yy");
+  const std::vector<double> zz = source->field("stress_zz");
+  std::size_t compared = 0;
+  for (std::size_t p = 0; p < first.size(); ++p) {
+    if (std::isnan(tissue.pressure[p])) continue;
+    EXPECT_GE(first[p], third[p]);
+    EXPECT_NEAR(xx[p] + yy[p] + zz[p], -3.0 * tissue.pressure[p],
+                1e-9 * (1.0 + std::abs(tissue.pressure[p])));
+    EXPECT_LE(zz[p], first[p] + 1e-9 * (1.0 + std::abs(first[p]))) << "no direction has more than the first";
+    ++compared;
+  }
+  EXPECT_GT(compared, 8U);
 }
 
 TEST(LiveSource, SendsTheSurfaceAsItIs) {
@@ -90,6 +123,48 @@ TEST(LiveSource, SendsTheSurfaceAsItIs) {
     }
     EXPECT_TRUE(found);
   }
+}
+
+TEST(LiveSource, SendsTheInsideWhereItIsAskedFor) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const Surface surface(source->bodies());
+  const test::Read stage = test::read_message(stage_message(*source, surface));
+  const test::Read without = test::read_message(frame_message(*source, surface, {.fields = {"velocity"}}, {}));
+  EXPECT_FALSE(without.floats.contains("inner"));
+  const test::Read frame =
+      test::read_message(frame_message(*source, surface, {.inside = true, .fields = {"velocity"}}, {}));
+  const auto& vertices = frame.floats.at("positions");
+  const auto& inner = frame.floats.at("inner");
+  ASSERT_EQ(inner.size(), 3U * 8U) << "4 x 4 x 4 points of the box, of which 2 x 2 x 2 are inside";
+  EXPECT_EQ(stage.floats.at("inner_rest").size(), inner.size());
+  ASSERT_EQ(frame.floats.at("velocity").size(), (vertices.size() + inner.size()) / 3);
+  ASSERT_EQ(without.floats.at("velocity").size(), vertices.size() / 3);
+  // The tets of the bodies again, from what was sent.
+  const auto& corners = stage.integers.at("tets");
+  ASSERT_EQ(corners.size(), 4 * source->bodies().tets().size());
+  const Vec3 origin = source->stage().origin;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const auto corner = static_cast<std::size_t>(corners[c]);
+    const std::size_t count = vertices.size() / 3;
+    const float* const sent = corner < count ? &vertices[3 * corner] : &inner[3 * (corner - count)];
+    const auto point = static_cast<std::size_t>(source->bodies().tets()[c / 4][c % 4]);
+    const Vec3 p = source->positions()[point] - origin;
+    EXPECT_EQ(sent[0], static_cast<float>(p.x));
+    EXPECT_EQ(sent[1], static_cast<float>(p.y));
+    EXPECT_EQ(sent[2], static_cast<float>(p.z));
+    EXPECT_EQ(frame.floats.at("velocity")[corner],
+              static_cast<float>(length(source->simulation().velocities()[point])));
+  }
+}
+
+TEST(LiveSource, SendsTheColoursOfPictures) {
+  const auto source = test::small_source();
+  const test::Read stage = test::read_message(stage_message(*source, Surface(source->bodies())));
+  const std::vector<double> grey{0.72, 0.72, 0.74};
+  const std::vector<double> orange{0.93, 0.65, 0.15};  // the second one of pictures
+  for (const auto& body : stage.header.at("bodies"))
+    EXPECT_EQ(body.at("color"), body.at("name") == "box" ? orange : grey) << body;
 }
 
 TEST(LiveSource, SendsContactsOfEdges) {

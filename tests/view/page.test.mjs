@@ -187,7 +187,11 @@ test("replays stored results, with a slider, and exports", async () => {
   await until("a frame back", async () => (await text(page, "frame-number")) === "12 of 21");
   // Fields of the frames, and the forces of the run.
   const offered = await page.$$eval("#colouring option", (options) => options.map((o) => o.value));
-  assert.deepEqual([...offered].sort(), ["body", "contact_pressure", "depth", "displacement", "von_mises"], "what is one number");
+  const components = ["xx", "xy", "xz", "yy", "yz", "zz"].map((component) => `stress_${component}`);
+  assert.deepEqual([...offered].sort(), ["body", "contact_pressure", "depth", "displacement", ...components, "von_mises"], "what is one number");
+  await page.selectOption("#colouring", "stress_zz");
+  await until("a scale of one component", async () => /^Stress zz \((k|M|m|µ)?Pa\)$/.test(await text(page, "legend-title")));
+  await until("compression is negative", async () => parseFloat((await page.locator("#legend-ticks span").first().textContent()) ?? "0") < 0);
   await page.selectOption("#colouring", "von_mises");
   await until("a scale of stress", async () => /stress \((k|M|m|µ)?Pa\)/i.test(await text(page, "legend-title")));
   await page.click("#forces summary");

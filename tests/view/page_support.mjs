@@ -122,7 +122,12 @@ export async function middle(page) {
 /** The pixels of the view: width, height, data (4 numbers a pixel). */
 export async function pixels(page) {
   await page.waitForTimeout(500);
-  const url = `data:image/png;base64,${(await page.locator("#canvas").screenshot()).toString("base64")}`;
+  return pixelsOf(page, await page.locator("#canvas").screenshot());
+}
+
+/** The pixels of a PNG file, decoded by the browser. */
+export async function pixelsOf(page, png) {
+  const url = `data:image/png;base64,${png.toString("base64")}`;
   const { width, height, bytes } = await page.evaluate(async (address) => {
     const picture = new Image();
     picture.src = address;

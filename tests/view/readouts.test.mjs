@@ -1,7 +1,7 @@
 // Values shown beside the bodies, in a headless browser: letters of the axes, units, the frame, scales, forces.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { glued, middle, noComplaints, open, patch, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
+import { glued, middle, noComplaints, open, pixels, patch, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
 
 test("letters of the axes never lie over each other, from wherever they are seen", async () => {
   const server = await serve("patient.json", { flags: ["--paused"] });
@@ -110,6 +110,39 @@ test("an automatic scale is that of soft bodies: prescribed bodies may go far", 
     const last = parseFloat(await page.locator("#legend-ticks span").last().textContent());
     return last * ((await text(page, "legend-title")).includes("(mm)") ? 1 : 1000) >= 50;
   });
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("a body casts a shadow on what lies below it, and none when it is hidden", async () => {
+  // The plate has points at its corners alone, far from the ball: what darkens its middle is not their occlusion.
+  write("shadow.json", {
+    name: "shadow", time_step: 0.01, gravity: [0, 0, -9.81],
+    bodies: [
+      { name: "plate", box: { cells: [1, 1, 1], size: [0.4, 0.4, 0.02] }, translate: [0, 0, -0.01], obstacle: true },
+      { name: "ball", ball: { radius: 0.03, resolution: 4 }, translate: [0, 0, 0.08], material: { young_modulus: 20000 } },
+    ],
+    output: { views: [{ name: "low", camera: { position: [0, -0.6, 0.25], target: [0, 0, 0] } }] },
+  });
+  const server = await serve("shadow.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  /** The least brightness of a row through the middle of the plate, and that of its ends. */
+  const row = async () => {
+    const { width, height, data } = await pixels(page);
+    const at = (x, y) => data[4 * (Math.round(x * width) + width * Math.round(y * height)) + 1];
+    let y = 0.3;  // the plate's middle: as wide as the view allows, below the ball
+    while (at(0.3, y) > 200 || at(0.7, y) > 200) y += 0.01;
+    y += 0.12;
+    const values = Array.from({ length: 81 }, (_, i) => at(0.3 + 0.005 * i, y));
+    return { least: Math.min(...values), ends: Math.max(values[0], values[80]) };
+  };
+  await shot(page, "shadow");
+  const lit = await row();
+  assert.ok(lit.least < 0.93 * lit.ends, `darker in the shadow: ${lit.least}, not ${lit.ends}`);
+  await page.uncheck(".body:has-text('ball') input[type=checkbox]");
+  const alone = await row();
+  assert.ok(alone.least > 0.96 * alone.ends, `no ball, no shadow: ${alone.least}, ${alone.ends}`);
   noComplaints(page);
   await page.close();
   await server.end();

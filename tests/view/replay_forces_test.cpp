@@ -69,7 +69,8 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
   view::ReplaySource source = open();
   std::vector<std::string> names;
   for (const auto& field : source.stage().about["fields"]) names.push_back(field["name"]);
-  EXPECT_EQ(names, (std::vector<std::string>{"von_mises", "contact_force", "reaction"}))
+  EXPECT_EQ(names, (std::vector<std::string>{"von_mises", "stress_xx", "stress_yy", "stress_zz", "stress_xy",
+                                             "stress_yz", "stress_xz", "contact_force", "reaction"}))
       << "those that colours can show";
   const Scene scene = read_scene(folder_ / "scene.json");
   Simulation simulation(small_model(scene), scene.settings, 1);
@@ -86,6 +87,18 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
   }
   EXPECT_GT(sum, 0.0);
   EXPECT_TRUE(source.field("stress").empty()) << "six numbers are no colour";
+  const TissueState tissue = simulation.tissue_at_points();
+  const std::vector<double> stress_zz = source.field("stress_zz");
+  const std::vector<double> stress_yz = source.field("stress_yz");
+  ASSERT_EQ(stress_yz.size(), tissue.stress.size());
+  double sheared = 0.0;
+  for (std::size_t p = 0; p < stress_yz.size(); ++p) {
+    if (std::isnan(tissue.stress[p].yz)) continue;  // of a rigid body
+    EXPECT_EQ(stress_zz[p], tissue.stress[p].zz) << p;
+    EXPECT_EQ(stress_yz[p], tissue.stress[p].yz) << p;
+    sheared = std::max(sheared, std::abs(stress_yz[p]));
+  }
+  EXPECT_GT(sheared, 0.0);
   EXPECT_TRUE(source.field("pressure").empty()) << "the frames do not have it";
   EXPECT_TRUE(source.field("positions").empty());
   // Also in the message to a page.

@@ -1,11 +1,12 @@
 // The bodies as three.js meshes: one mesh per body, whose positions are changed in place.
 import * as three from "three";
-import { amountColour, bodyColour, niceAbove, type Colour } from "./colours";
+import { amountColour, neutral, niceAbove, noValue, type Colour } from "./colours";
 import { CutFace } from "./cut_face";
 import { CutSurface } from "./cut_surface";
 import { Occlusion } from "./occlusion";
 import type { Arrays, Binary, BodyInfo, Stage } from "./protocol";
 import { edgesOf, isRound, sumNormals } from "./surface_normals";
+import { Tets } from "./tets";
 
 /** "body", "depth", "displacement", or the name of a field. */
 export type Colouring = string;
@@ -17,7 +18,6 @@ export interface Scale {
   most: number;
 }
 
-const untouched: Colour = [0.92, 0.92, 0.93];
 /** The inside of tissue is darker than its skin. */
 const cutShade = 0.72;
 
@@ -35,7 +35,7 @@ class BodyMesh {
   constructor(readonly info: BodyInfo, index: number, rest: Float32Array, triangles: Int32Array) {
     const [begin, end] = info.vertices;
     this.begin = begin;
-    this.colour = info.color ?? (info.rigid ? [0.72, 0.72, 0.74] : bodyColour(index));
+    this.colour = info.color;
     this.corners = Uint32Array.from(triangles.subarray(3 * info.triangles[0], 3 * info.triangles[1]), (v) => v - begin);
     const start = rest.slice(3 * begin, 3 * end);
     this.smooth = isRound(this.corners, start);
@@ -46,10 +46,10 @@ class BodyMesh {
       new three.MeshLambertMaterial({ vertexColors: true, flatShading: !this.smooth, side: three.FrontSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
     );
     this.edges = new three.LineSegments(new three.BufferGeometry(), new three.LineBasicMaterial({ color: "#20262c", transparent: true, opacity: 0.35 }));
-    const inside = new three.Color().setRGB(...this.colour, three.SRGBColorSpace).multiplyScalar(cutShade);
-    this.face = new CutFace(geometry, inside, index);
+    this.face = new CutFace(geometry, index);
     this.front.frustumCulled = this.edges.frustumCulled = this.edges.visible = false;
     this.front.userData["body"] = index;
+    this.front.castShadow = this.front.receiveShadow = true;
     this.update(start);
   }
 
@@ -83,6 +83,7 @@ class BodyMesh {
     this.face.opacity = opacity;
     this.showEdges(this.edgesWanted);
     const material = this.front.material;
+    this.front.castShadow = opacity >= 1;
     material.transparent = opacity < 1;
     material.opacity = opacity;
     material.depthWrite = opacity >= 1;
@@ -94,6 +95,11 @@ class BodyMesh {
     this.surface.plane = plane;
     this.drawnAnew();
     if (plane) this.face.cut(plane, within.center, 2.1 * within.radius);
+  }
+
+  /** The colour of the face of a cut, as the skin would have it. */
+  setFace(colour: Colour): void {
+    this.face.colour = new three.Color().setRGB(...colour, three.SRGBColorSpace).multiplyScalar(cutShade);
   }
 
   dispose(): void {
@@ -115,6 +121,11 @@ export class BodySet {
   /** In the unit of the scene. */
   readonly scale: Scale = { automatic: true, least: 0, most: 0 };
   private field: Float32Array | null = null;
+  private readonly tets: Tets;
+  /** The last frame had inner points. */
+  private hasInside = false;
+  /** Names of the bodies that amounts colour; none: those that deform. */
+  private coloured: readonly string[] = [];
   private readonly light: Float32Array;
   private readonly occlusion = new Occlusion();
   /** What lies on its negative side is left out, of the bodies that are cut; null: nothing is. */
@@ -128,6 +139,7 @@ export class BodySet {
     this.depths = new Float32Array(this.rest.length / 3);
     this.light = new Float32Array(this.rest.length / 3).fill(1);
     const triangles = stage.arrays["triangles"] as Int32Array;
+    this.tets = new Tets(stage);
     this.meshes = stage.header.bodies.map((info, i) => new BodyMesh(info, i, this.rest, triangles));
     this.opacities = this.meshes.map(() => 1);
     for (const mesh of this.meshes) this.group.add(mesh.front, mesh.edges, ...mesh.face.objects);
@@ -142,8 +154,14 @@ export class BodySet {
       mesh.update(this.positions.subarray(3 * begin, 3 * end));
     }
     this.takeDepths(arrays);
+    this.hasInside = this.tets.update(arrays);
     this.field = (arrays[this.colouring] as Float32Array | undefined) ?? null;
     if (this.colouring !== "body") this.colour();
+  }
+
+  /** Colours and sections of faces need the inner points. */
+  get wantsInside(): boolean {
+    return this.colouring !== "body" && this.colouring !== "depth";
   }
 
   private takeDepths(arrays: Arrays): void {
@@ -164,54 +182,77 @@ export class BodySet {
     return Math.hypot(p[i]! - q[i]!, p[i + 1]! - q[i + 1]!, p[i + 2]! - q[i + 2]!);
   }
 
-  /** Amount that is shown at a vertex; NaN where there is none. */
-  private amount(vertex: number): number {
-    if (this.colouring === "depth") return this.depths[vertex] || NaN;
-    if (this.colouring === "displacement") return this.displacement(vertex);
-    return this.field?.[vertex] ?? NaN;
+  /** Amount that is shown at a vertex or an inner point; NaN where there is none. */
+  private amount(corner: number): number {
+    const inner = corner >= this.tets.vertices;
+    if (this.colouring === "depth") return (inner ? 0 : this.depths[corner]) || NaN;
+    if (this.colouring === "displacement") return inner ? this.tets.displacement(corner) : this.displacement(corner);
+    return this.field?.[corner] ?? NaN;
   }
 
-  /** An automatic scale only grows, so that a movie keeps its colours; this starts it anew. */
-  setColouring(colouring: Colouring, scale?: { least: number; most: number }): void {
+  /** Of each body whether amounts colour it: those of the view, else those that deform, else, if none of these is seen, all. */
+  private areColoured(): boolean[] {
+    if (this.coloured.length > 0) return this.meshes.map((mesh) => this.coloured.includes(mesh.info.name));
+    // Contacts have their depth on bodies of any kind.
+    const all = this.colouring === "depth" || !this.meshes.some((mesh) => mesh.front.visible && !mesh.info.rigid);
+    return this.meshes.map((mesh) => all || !mesh.info.rigid);
+  }
+
+  /**
+   * An automatic scale only grows, so that a movie keeps its colours; this starts it anew.
+   * @param coloured  names of the bodies that amounts colour; none: those that deform
+   */
+  setColouring(colouring: Colouring, scale?: { least: number; most: number }, coloured: readonly string[] = []): void {
     if (colouring !== this.colouring) this.field = null;
     this.colouring = colouring;
+    this.coloured = coloured;
+    this.setScale(scale);
+  }
+
+  setScale(scale?: { least: number; most: number }): void {
     Object.assign(this.scale, scale ? { automatic: false, ...scale } : { automatic: true, least: 0, most: 0 });
     this.colour();
   }
 
-  /** By the soft bodies that are seen: a rigid one may go far. */
+  /** By what is coloured and seen, with its inside: as in pictures. */
   private growScale(): void {
     let least = 0;
     let most = 0;
-    const seen = this.meshes.filter((mesh) => mesh.front.visible);
-    const soft = seen.filter((mesh) => !mesh.info.rigid);
-    for (const mesh of soft.length > 0 ? soft : seen) {
-      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) {
-        const amount = this.amount(v);
-        if (amount > most) most = amount;
-        if (amount < least) least = amount;
-      }
-    }
+    const add = (corner: number) => {
+      const amount = this.amount(corner);
+      if (amount > most) most = amount;
+      if (amount < least) least = amount;
+    };
+    const areColoured = this.areColoured();
+    this.meshes.forEach((mesh, body) => {
+      if (!mesh.front.visible || !areColoured[body]) return;
+      for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) add(v);
+      const [begin, end] = this.tets.innerPoints[body]!;
+      for (let i = begin; this.hasInside && i < end; ++i) add(i);
+    });
     this.scale.most = Math.max(this.scale.most, niceAbove(most));
     this.scale.least = Math.min(this.scale.least, -niceAbove(-least));
+  }
+
+  /** Writes the colour of an amount of a body as three numbers of sRGB. */
+  private write(mesh: BodyMesh, amount: number, colours: Float32Array, place: number): void {
+    const { least, most } = this.scale;
+    if (Number.isNaN(amount)) colours.set(mesh.info.rigid ? neutral : noValue, place);
+    else amountColour((amount - least) / (most - least || 1), colours, place);
   }
 
   colour(): void {
     const linear = new three.Color();
     const shown = this.colouring !== "body";
     if (shown && this.scale.automatic) this.growScale();
-    const { least, most } = this.scale;
-    for (const mesh of this.meshes) {
+    const areColoured = this.areColoured();
+    for (const [body, mesh] of this.meshes.entries()) {
       const colours = mesh.surface.values("color");
+      const coloured = shown && areColoured[body];
+      const plain = shown ? neutral : mesh.colour;
       for (let i = 0, vertex = mesh.begin; vertex < mesh.info.vertices[1]; i += 3, ++vertex) {
-        const amount = shown ? this.amount(vertex) : 0;
-        if (!shown) {
-          colours.set(mesh.colour, i);
-        } else if (Number.isNaN(amount)) {
-          colours.set(untouched, i);
-        } else {
-          amountColour((amount - least) / (most - least || 1), colours, i);
-        }
+        if (coloured) this.write(mesh, this.amount(vertex), colours, i);
+        else colours.set(plain, i);
         linear.setRGB(colours[i]!, colours[i + 1]!, colours[i + 2]!, three.SRGBColorSpace);
         const light = this.light[vertex]!;
         colours[i] = light * linear.r;
@@ -220,6 +261,26 @@ export class BodySet {
       }
       mesh.surface.fill("color");
     }
+    this.colourFaces();
+  }
+
+  /** Faces of the cut: the amounts inside, as far as they are known. */
+  private colourFaces(): void {
+    const linear = new three.Color();
+    const shown = this.colouring !== "body";
+    const areColoured = this.areColoured();
+    this.meshes.forEach((mesh, body) => {
+      const coloured = shown && areColoured[body];
+      mesh.setFace(shown ? (coloured && !mesh.info.rigid ? noValue : neutral) : mesh.colour);
+      if (!this.plane || !coloured || !this.wantsInside || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
+      const { positions, amounts } = this.tets.section(body, this.plane, this.positions, (corner) => this.amount(corner));
+      const colours = new Float32Array(3 * amounts.length);
+      amounts.forEach((amount, i) => {
+        this.write(mesh, amount, colours, 3 * i);
+        linear.setRGB(colours[3 * i]!, colours[3 * i + 1]!, colours[3 * i + 2]!, three.SRGBColorSpace).toArray(colours, 3 * i);
+      });
+      mesh.face.section({ positions, colours });
+    });
   }
 
   /** Darkens what other bodies keep the light from. */
@@ -250,6 +311,7 @@ export class BodySet {
       mesh.cut(this.isCut(i) ? plane : null, within);
       mesh.setOpacity(this.opacities[i]!, this.isCut(i));
     });
+    this.colourFaces();
   }
 
   /** About all points of some bodies. */
@@ -261,6 +323,10 @@ export class BodySet {
       for (let v = mesh.info.vertices[0]; v < mesh.info.vertices[1]; ++v) box.expandByPoint(place.fromArray(this.positions, 3 * v));
     }
     return box.getBoundingSphere(new three.Sphere());
+  }
+
+  shownSphere(): three.Sphere {
+    return this.sphere((body) => this.meshes[body]!.front.visible);
   }
 
   vertex(index: number): three.Vector3 {

@@ -7,12 +7,9 @@ function parse(hex: string): Colour {
   return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
 }
 
-/** For things: Okabe & Ito, "Color universal design" (2008), lightened where tissue is large. */
-const things = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#5b8fd9", "#d55e00", "#cc79a7", "#b0a89a"].map(parse);
-
-export function bodyColour(index: number): Colour {
-  return things[index % things.length]!;
-}
+/** Where amounts are shown, of bodies that they do not colour, and where those that they colour have none: as in pictures. */
+export const neutral: Colour = [0.72, 0.72, 0.74];
+export const noValue: Colour = [0.92, 0.92, 0.93];
 
 /** For amounts: viridis (van der Walt & Smith 2015), dark to light, as in the pictures of `palpate run`. */
 const amounts = [

@@ -6,6 +6,9 @@ import * as three from "three";
 /** One square for all faces, placed alike, so that where bodies overlap the faces have the same depth to the bit. */
 const square = new three.PlaneGeometry(1, 1);
 
+/** Of faces in one plane the later one is seen: each is this much nearer than the one before, in steps of the depth buffer. */
+const nearer = 4;
+
 export class CutFace {
   readonly objects: three.Mesh[];
   private readonly crossings = new three.MeshBasicMaterial({
@@ -23,16 +26,20 @@ export class CutFace {
     stencilZPass: three.InvertStencilOp,
   });
   private readonly face: three.Mesh<three.PlaneGeometry, three.MeshBasicMaterial>;
+  private readonly sections: three.Mesh<three.BufferGeometry, three.MeshBasicMaterial>;
+  private seen = false;
+  private sectioned = false;
 
   /**
    * @param geometry  the surface as far as it is kept
    * @param order  of the body: faces are drawn one after the other
    */
-  constructor(geometry: three.BufferGeometry, colour: three.Color, order: number) {
+  constructor(geometry: three.BufferGeometry, order: number) {
+    const place = { polygonOffset: true, polygonOffsetFactor: 0, polygonOffsetUnits: -nearer * (order + 1) };
     this.face = new three.Mesh(
       square,
       new three.MeshBasicMaterial({
-        color: colour,
+        ...place,
         side: three.DoubleSide,
         transparent: true,
         forceSinglePass: true,
@@ -44,20 +51,46 @@ export class CutFace {
         stencilZPass: three.ReplaceStencilOp,
       }),
     );
-    this.objects = [new three.Mesh(geometry, this.crossings), this.face];
+    this.sections = new three.Mesh(
+      new three.BufferGeometry(),
+      new three.MeshBasicMaterial({ ...place, vertexColors: true, side: three.DoubleSide, transparent: true, forceSinglePass: true }),
+    );
+    this.objects = [new three.Mesh(geometry, this.crossings), this.face, this.sections];
     this.objects.forEach((object, i) => {
       object.frustumCulled = false;
       object.visible = false;
-      object.renderOrder = 10 + 2 * order + i;
+      object.renderOrder = 10 + 2 * order + Math.min(i, 1);
     });
   }
 
   set visible(on: boolean) {
-    for (const object of this.objects) object.visible = on;
+    this.seen = on;
+    this.choose();
   }
 
   set opacity(opacity: number) {
-    this.face.material.opacity = opacity;
+    this.face.material.opacity = this.sections.material.opacity = opacity;
+  }
+
+  set colour(colour: three.Color) {
+    this.face.material.color.copy(colour);
+  }
+
+  /** Triangles in the plane, with a colour at each corner; null: the face has one colour. */
+  section(triangles: { positions: Float32Array; colours: Float32Array } | null): void {
+    this.sectioned = triangles !== null;
+    if (triangles) {
+      this.sections.geometry.dispose();
+      this.sections.geometry.setAttribute("position", new three.BufferAttribute(triangles.positions, 3));
+      this.sections.geometry.setAttribute("color", new three.BufferAttribute(triangles.colours, 3));
+    }
+    this.choose();
+  }
+
+  private choose(): void {
+    const [crossings, face, sections] = this.objects as [three.Mesh, three.Mesh, three.Mesh];
+    crossings.visible = face.visible = this.seen && !this.sectioned;
+    sections.visible = this.seen && this.sectioned;
   }
 
   /** The square has to hold all that is cut. */
@@ -70,5 +103,7 @@ export class CutFace {
   dispose(): void {
     this.crossings.dispose();
     this.face.material.dispose();
+    this.sections.geometry.dispose();
+    this.sections.material.dispose();
   }
 }

@@ -183,7 +183,7 @@ class Page {
     this.layers.showCells = cells;
     const contacts = arrows || colouring === "depth" || this.picked !== null;
     const fields = (this.stage!.fields ?? []).some((field) => field.name === colouring) ? [colouring] : [];
-    this.send("look", { contacts, borders, cells, forces: forces || this.hover.on, fields });
+    this.send("look", { contacts, borders, cells, inside: this.bodies!.wantsInside, forces: forces || this.hover.on, fields });
     this.updateLayers();
     showLegend(this.stage!, this.bodies!);
     this.view.redraw();
@@ -260,7 +260,7 @@ class Page {
   private reset(): void {
     this.send("reset");
     this.panel?.clearTimes();
-    if (this.panel) this.bodies?.setColouring(this.panel.shown.colouring);
+    this.panel?.setColouring(this.panel.shown.colouring);
   }
 
   private togglePlay(): void {

@@ -31,6 +31,14 @@ export interface Shown {
   colouring: Colouring;
 }
 
+/** What a view of the scene shows as colours: its scale (none: automatic) and its bodies. */
+function mapOf(view?: ViewInfo): { colouring: Colouring; scale?: { least: number; most: number }; bodies?: readonly string[] } {
+  const { displacement, field } = view ?? {};
+  if (displacement) return { colouring: "displacement", scale: { least: 0, most: displacement.most }, bodies: displacement.bodies };
+  if (!field) return { colouring: "body" };
+  return { colouring: field.name, bodies: field.bodies, scale: field.most === "auto" ? undefined : { least: field.least, most: field.most } };
+}
+
 export class Panel {
   readonly shown: Shown = { arrows: false, borders: false, cells: false, forces: false, colouring: "body" };
   strength = 1;
@@ -109,10 +117,12 @@ export class Panel {
       this.layer("Contacts: direction and depth", "arrows"), edges);
   }
 
-  setColouring(colouring: Colouring, scale?: { least: number; most: number }): void {
+  /** With the scale and the bodies of that view of the scene, else of the first view that shows the same. */
+  setColouring(colouring: Colouring, view?: ViewInfo): void {
     this.shown.colouring = colouring;
     (document.getElementById("colouring") as HTMLSelectElement).value = colouring;
-    this.bodies.setColouring(colouring, scale);
+    const { scale, bodies } = mapOf(view ?? this.stage.views.find((one) => mapOf(one).colouring === colouring));
+    this.bodies.setColouring(colouring, scale, bodies);
     this.scale.show();
     this.actions.look();
   }
@@ -203,10 +213,7 @@ export class Panel {
     this.cut.set(cut);
     if (camera?.position) this.actions.lookFrom(here(camera.position).toArray(), here(camera.target ?? this.stage.origin).toArray());
     else this.actions.lookFrom();
-    const field = view?.field;
-    const fixed = view?.displacement ? { least: 0, most: view.displacement.most }
-      : field && field.most !== "auto" ? { least: field.least, most: field.most } : undefined;
-    this.setColouring(view?.displacement ? "displacement" : (field?.name ?? "body"), fixed);
+    this.setColouring(mapOf(view).colouring, view);
     this.actions.reshade();
   }
 

@@ -10,7 +10,7 @@ export interface BodyInfo {
   points: number;
   tets: number;
   rigid?: boolean;
-  color?: Vector;
+  color: Vector;
 }
 
 /** A view that the scene asks pictures of (docs/scene.md). */
@@ -20,8 +20,8 @@ export interface ViewInfo {
   bodies?: string[];
   cut?: { point: Vector; normal: Vector; bodies?: string[] };
   when?: string;
-  displacement?: { most: number };
-  field?: { name: string; least: number; most: number | "auto" };
+  displacement?: { most: number; bodies?: string[] };
+  field?: { name: string; least: number; most: number | "auto"; bodies?: string[] };
 }
 
 /** A field that bodies can be coloured by; its dimension as powers of mass, length and time. */

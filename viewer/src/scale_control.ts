@@ -39,8 +39,8 @@ export class ScaleControl {
   }
 
   private setKind(automatic: boolean): void {
-    const { colouring, scale } = this.bodies;
-    this.bodies.setColouring(colouring, automatic ? undefined : { least: scale.least, most: scale.most });
+    const { least, most } = this.bodies.scale;
+    this.bodies.setScale(automatic ? undefined : { least, most });
     this.show();
     this.changed();
   }
@@ -50,13 +50,13 @@ export class ScaleControl {
     const { factor } = shownAmount(this.stage, this.bodies).unit;
     const least = this.least.valueAsNumber / factor;
     const most = this.most.valueAsNumber / factor;
-    if (least < most) this.bodies.setColouring(this.bodies.colouring, { least, most });
+    if (least < most) this.bodies.setScale({ least, most });
     this.show();
     this.changed();
   }
 
   private reset(): void {
-    this.bodies.setColouring(this.bodies.colouring);
+    this.bodies.setScale();
     this.show();
     this.changed();
   }

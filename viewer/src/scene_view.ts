@@ -40,8 +40,11 @@ export class SceneView {
   readonly renderer: three.WebGLRenderer;
   private stale = true;
   private readonly resolution = new Resolution(() => this.resize());
-  private readonly lamp = new three.DirectionalLight(0xfff6ea, 2.3);
-  private readonly sky = new three.HemisphereLight(0xf4f8ff, 0x9a8f86, 1.35);
+  /** Beside the eye, so that what is looked at is never dark. */
+  private readonly lamp = new three.DirectionalLight(0xfff6ea, 1.6);
+  /** Above the scene: its shadows tell what lies over what. */
+  private readonly sun = new three.DirectionalLight(0xffffff, 1.0);
+  private readonly sky = new three.HemisphereLight(0xf4f8ff, 0x9a8f86, 1.25);
   /** Called before and after each picture is drawn. */
   beforeDrawing: () => void = () => {};
   drawn: () => void = () => {};
@@ -54,7 +57,12 @@ export class SceneView {
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new three.WebGLRenderer({ canvas, antialias: true, stencil: true });
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.sky, this.camera);
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = three.VSMShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(320, 320);
+    this.scene.add(this.sky, this.sun, this.sun.target, this.camera);
     this.camera.add(this.lamp);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("start", () => (this.inHand = true));
@@ -109,6 +117,26 @@ export class SceneView {
     const up = gravity.lengthSq() > 0 ? gravity.clone().negate().normalize() : new three.Vector3(0, 0, 1);
     this.camera.up.copy(up);
     this.sky.position.copy(up);
+  }
+
+  /** Casts the shadows anew, of what is in a ball. */
+  castShadows({ center, radius }: three.Sphere): void {
+    const up = this.camera.up;
+    const side = this.corner().addScaledVector(up, -0.55);
+    this.sun.target.position.copy(center);
+    this.sun.position.copy(center).addScaledVector(up, 2 * radius).addScaledVector(side, -0.35 * radius);
+    const { camera, mapSize } = this.sun.shadow;
+    camera.left = camera.bottom = -radius;
+    camera.right = camera.top = radius;
+    camera.near = 0.5 * radius;
+    camera.far = 3.5 * radius;
+    camera.updateProjectionMatrix();
+    this.sun.shadow.radius = 3;
+    this.sun.shadow.blurSamples = 8;
+    this.sun.shadow.normalBias = (2 * radius) / mapSize.x;
+    this.sun.shadow.bias = -0.0005;
+    this.sun.target.updateMatrixWorld();
+    this.renderer.shadowMap.needsUpdate = true;
   }
 
   /** From what is looked at to the eye. */

@@ -33,6 +33,7 @@ export class Shadows {
     this.stale = false;
     this.bodies.shade();
     this.ground.update(this.bodies, this.view.camera.up);
+    this.view.castShadows(this.bodies.shownSphere());
     this.made = performance.now();
   }
 }

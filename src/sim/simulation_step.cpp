@@ -1,0 +1,266 @@
+#include <cmath>
+
+#include <palpate/error.hpp>
+
+#include "contact/detector_steps.hpp"
+#include "geometry/vector.hpp"
+#include "sim/simulation_state.hpp"
+#include "stopwatch.hpp"
+
+// A step: forces, the solve with speculative contacts, and the end.
+namespace palpate {
+namespace {
+
+/// Fraction of the remaining time budget for a detection that may not be the last of its step.
+constexpr double fraction_ahead = 0.5;
+
+double total(const DetectionTimes& t) {
+  return t.grid + t.contacts + t.border_edges + t.crossings + t.depth;
+}
+
+}  // namespace
+
+/// Whether detection has a time budget.
+bool Simulation::State::spends_time() const {
+  return settings.detection.budget && settings.detection.budget->milliseconds;
+}
+
+/// The time budget.
+double Simulation::State::budget_seconds() const {
+  return 1e-3 * settings.detection.budget->milliseconds.value();
+}
+
+/// Fraction of the time budget that is left in this step; 1 without a time budget.
+double Simulation::State::budget_left() const {
+  if (!spends_time()) return 1.0;
+  constexpr double least = 0.01;  // every detection gets some time
+  return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
+}
+
+/// Whether time is left for two detections: one at the predicted positions and one at the end of the step.
+bool Simulation::State::can_predict() const {
+  if (!spends_time()) return true;
+  return metrics.detection.completeness == 1.0 &&
+         detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
+}
+
+/// \param last  it is the last of the step, so it may use all of the time budget
+void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
+  detector.detect(positions, (last || !spends_time() ? 1.0 : fraction_ahead) * budget_left());
+  metrics.detection = detector.counts();
+  metrics.detection_seconds += detector.times();
+}
+
+/// Sets the tension of fibres at a time, s.
+void Simulation::State::activate_fibres(double time) {
+  for (std::size_t m = 0; m < activations.size(); ++m) {
+    activations[m] = factor_at(materials.all[m].fibres.activation, time);
+  }
+  dynamics.set_activations(activations);
+}
+
+/// What the end of the step has: activations and prescribed positions.
+void Simulation::State::set_end() {
+  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
+  activate_fibres(end);
+  dynamics.prescribe(prescribed.points(), prescribed.positions(threads, end));
+}
+
+void Simulation::State::reset_counts() {
+  metrics.solves = 0;
+  metrics.solver_iterations = 0;
+  metrics.detections = 0;
+  metrics.looks_ahead = true;
+  metrics.detection_seconds = {};
+  metrics.forces_seconds = 0.0;
+  metrics.solver_seconds = 0.0;
+}
+
+void Simulation::State::begin_step() {
+  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
+  step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, end);
+  dynamics.begin_step(settings.time_step, settings.gravity, step_loads);
+  metrics.solver_converged = true;
+  metrics.speculative_contacts = 0;
+  metrics.stopped_passes = 0;
+  metrics.passes = 0;
+  swept.begin_step();
+}
+
+/// One solve with the contacts found so far.
+/// \param loose   with a larger tolerance: enough to predict positions
+/// \param steady  contacts are expected to keep their status
+bool Simulation::State::solve(bool loose, bool steady) {
+  constexpr double loose_tolerance = 0.03;
+  const SolverSettings& solver = settings.solver;
+  const fem::SolveReport report =
+      dynamics.solve(contact_set(),
+                     {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
+                      .max_iterations = solver.max_iterations,
+                      .of_solution = solver.tolerance_of == ToleranceOf::solution,
+                      .preconditioner = solver.preconditioner,
+                      .fixed_iterations = solver.fixed_iterations.value_or(0)},
+                     steady);
+  metrics.solves += report.solves;
+  metrics.solver_iterations += report.iterations;
+  // Free fall is no blow-up, however small the body.
+  const double fall =
+      2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
+  const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
+  dynamics.check_limits(allowed, settings.limits.inverted_time);
+  return report.converged;
+}
+
+fem::ContactSet Simulation::State::contact_set() {
+  return {.laws = response.laws(),
+          .couplings = couplings,
+          .first = first_contact,
+          .friction = {.coefficient = response.friction(), .time_step = step_length}};
+}
+
+/// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
+/// that only has to predict positions is loose: the first after a step in which bodies met, and while new
+/// contacts push harder than all acting ones. When contacts have converged, solve again if the forces of the
+/// tissue are not those of its linearisation.
+/// \param last  metrics of the step before
+void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
+  constexpr int max_rotation_solves = 8;
+  constexpr double many = 1.0;
+  metrics.looks_ahead = can_predict();
+  const bool fixed = settings.solver.fixed_iterations.has_value();
+  bool loose = last.speculative_contacts > 0 && metrics.looks_ahead && !fixed;
+  bool steady = (last.detections == 1 || last.order == 2) && !fixed;
+  const auto known = std::ssize(response.laws());
+  while (true) {
+    Stopwatch watch;
+    metrics.solver_converged = solve(loose, steady);
+    for (int i = 0; dynamics.follow_rotations(); ++i) {
+      if (i == max_rotation_solves || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
+        metrics.solver_converged = false;
+        break;
+      }
+      metrics.solver_converged = solve(loose, steady);
+    }
+    metrics.solver_seconds += watch.lap();
+    const bool searches_again = can_predict() && metrics.solves < most_solves(metrics.stopped_passes > 0);
+    detect(dynamics.end_positions(), !searches_again);
+    ++metrics.detections;
+    watch.lap();
+    const double met = searches_again
+                           ? response.add_speculative(threads, bodies, DetectorSteps::table(detector),
+                                                      dynamics.end_positions(), dynamics.mean_velocities(),
+                                                      normal_forces(), couplings)
+                           : 0.0;
+    const bool passes = met == 0.0 && !loose && stop_passes();
+    metrics.speculative_contacts = std::ssize(response.laws()) - known;
+    metrics.forces_seconds += watch.lap();
+    const bool solved = met == 0.0 && !passes && !loose;
+    if (solved && (fixed || !dynamics.follow_tissue(settings.solver.tolerance))) break;
+    if (solved && !searches_again) {
+      dynamics.end_where_linearised();
+      metrics.solver_converged = false;
+      break;
+    }
+    loose = met > many && !fixed;
+    steady = steady && solved;
+  }
+  // This detection had only half of the remaining time, so it may have missed contacts of the next step.
+  if (metrics.detection.completeness < 1.0 && spends_time()) {
+    detect(dynamics.end_positions(), true);
+    ++metrics.detections;
+  }
+}
+
+/// Normal forces of the contacts at the last solution, root of their sum of squares, N.
+double Simulation::State::normal_forces() const {
+  double sum = 0.0;
+  const auto laws = response.laws();
+  for (std::size_t c = 0; c < laws.size(); ++c) {
+    const double normal = dot(couplings[first_contact + c].force, laws[c].direction);
+    sum += normal * normal;
+  }
+  return std::sqrt(sum);
+}
+
+/// Forces and the end of the step, by the positions and velocities of `dynamics`.
+void Simulation::State::solve_step(const StepMetrics& last) {
+  Stopwatch watch;
+  couplings.clear();
+  grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
+  grab_couplings = couplings.size();
+  dynamics.holds().append(step_length, couplings);
+  first_tie = couplings.size();
+  ties.append(dynamics.positions(), couplings);
+  first_contact = couplings.size();
+  response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
+                   dynamics.velocities(), step_length, step_length * step_length * length(settings.gravity),
+                   couplings);
+  first_speculative = first_contact + response.present();
+  metrics.forces_seconds += watch.lap();
+  begin_step();
+  metrics.solver_seconds += watch.lap();
+  solve_with_speculative_contacts(last);
+}
+
+/// \param detected  the step began with a detection of its own; else with the table that is held
+void Simulation::State::undo_step(bool detected) {
+  DetectorSteps::swap_back(detector);
+  if (!detected) DetectorSteps::table(detector).undo_step();
+  response.undo();
+  dynamics.cancel_step();
+}
+
+/// A step of BDF2, if bodies do not meet within it and it converges. Else the state is as before it.
+bool Simulation::State::solve_second_order(const StepMetrics& last) {
+  const bool may = settings.time_integration == TimeIntegration::bdf2 && last.speculative_contacts == 0 &&
+                   last.solver_converged && !spends_time();
+  if (!may || !dynamics.start_second_order(settings.time_step)) return false;
+  step_length = 2.0 / 3.0 * settings.time_step;
+  DetectorSteps::hold(detector);
+  const bool detects = detector.contacts().size() > 0 || detector.edge_contacts().size() > 0;
+  if (detects) {
+    try {
+      detect(dynamics.positions(), false);
+    } catch (const Error&) {
+      DetectorSteps::swap_back(detector);
+      dynamics.cancel_step();
+      return false;
+    }
+    ++metrics.detections;
+  }
+  try {
+    solve_step(last);
+    if (metrics.speculative_contacts == 0 && metrics.solver_converged) return true;
+  } catch (const Error&) {
+    // Implicit Euler may succeed.
+  }
+  undo_step(detects);
+  return false;
+}
+
+/// A step, from forces to the contacts of the new positions. If it fails, the state is as it was.
+void Simulation::State::advance() {
+  const StepMetrics last = metrics;
+  reset_counts();
+  set_end();
+  metrics.order = solve_second_order(last) ? 2 : 1;
+  if (metrics.order == 1) {
+    step_length = settings.time_step;
+    DetectorSteps::hold(detector);
+    try {
+      solve_step(last);
+    } catch (...) {
+      undo_step(false);
+      throw;
+    }
+  }
+  DetectorSteps::release(detector);
+  Stopwatch watch;
+  count_passes();
+  collect_forces();
+  grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length, dynamics.mean_velocities());
+  dynamics.end_step();
+  metrics.solver_seconds += watch.lap();
+}
+
+}  // namespace palpate
