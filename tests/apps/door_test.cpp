@@ -89,14 +89,13 @@ TEST_F(Door, AnInstrumentPressesMeshesOfEveryShape) {
 
 TEST_F(Door, NewMakesASceneOfALiverWithThinRimsThroughWhichNothingPasses) {
   output_of({"new", PALPATE_SOURCE_DIR "/examples/push/liver.vtu", "--out", "liver.json"});
-  const std::vector<std::string> run{"run", "liver.json", "--json", "--no-picture", "--steps", "60"};
-  const Json report = json_of(run);
-  EXPECT_EQ(report["steps_too_far"], 0);
-  EXPECT_EQ(report["solver"]["steps_not_converged"], 0);
-  EXPECT_GT(report["contacts"]["largest"], 0) << "the instrument touches it";
+  const std::vector<std::string> run{"run", "liver.json", "--json", "--no-picture", "--replace"};
+  expect_pressed(json_of(run), false);
+  output_of(
+      {"new", PALPATE_SOURCE_DIR "/examples/push/liver.vtu", "--out", "liver.json", "--drop", "--replace"});
+  expect_pressed(json_of(run), true);
   std::vector<std::string> at_ends_of_steps = run;
-  for (const char* word : {"--set", "contact.continuous=false", "--replace"})
-    at_ends_of_steps.emplace_back(word);
+  for (const char* word : {"--set", "contact.continuous=false"}) at_ends_of_steps.emplace_back(word);
   EXPECT_GT(json_of(at_ends_of_steps)["steps_too_far"], 0) << "what the key is for";
 }
 
@@ -209,7 +208,7 @@ TEST_F(Door, NewAsksOnATerminal) {
   EXPECT_NE(again.find("found 'elephant', expected y, m, cm, mm, um"), std::string::npos) << again;
   EXPECT_NE(again.find("found '-1'"), std::string::npos) << again;
   EXPECT_NE(again.find("in cm: 2.1 m"), std::string::npos) << again;
-  EXPECT_NE(answered("elephant\nno\ngnu\n").find("error: the answer: found 'gnu'"), std::string::npos);
+  EXPECT_NE(answered("elephant\nno\ngnu\ncm\n").find("the answer: found 'gnu'"), std::string::npos);
   EXPECT_FALSE(exists("liver.json"));
   EXPECT_NE(answered("\x04").find("the end of the input"), std::string::npos);  // Ctrl-D
 }
