@@ -155,9 +155,9 @@ SceneBody ball_for(const std::string& name, const Placed& placed) {
   return ball;
 }
 
-/// A plate above the body, as wide as the floor.
+/// A plate above the body, wider than it.
 SceneBody plate_for(const std::string& name, const Placed& placed) {
-  const double side = side_of_floor(placed);
+  const double side = 0.7 * side_of_floor(placed);
   const Vec3 size = rounded(Vec3{side, side, 0.02 * side});
   SceneBody plate;
   plate.name = name;
@@ -166,6 +166,13 @@ SceneBody plate_for(const std::string& name, const Placed& placed) {
   plate.motion.emplace().keyframes = {{0.0, {}, {}}};
   plate.color = {0.55, 0.6, 0.65};
   return plate;
+}
+
+/// From the side, so low that the plate does not hide what it presses.
+Camera camera_below_the_plate(const Placed& placed) {
+  const double side = side_of_floor(placed);
+  return {.position = rounded(Vec3{0.8 * side, -1.3 * side, 0.2 * placed.size.z}),
+          .target = Vec3{0.0, 0.0, rounded(0.25 * placed.size.z)}};
 }
 
 /// The body falls and comes to rest; then the plate comes down until it presses, and stays there. How the
@@ -233,6 +240,7 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
     scene.settings.solver.max_iterations = many_iterations;
   if (options.drop) {
     scene.stages = stages_of_drop(names, first.mass, placed);
+    scene.output.picture.camera = camera_below_the_plate(placed);
     scene.duration = 0.0;
     for (const Stage& stage : scene.stages) scene.duration += stage.until.limit();
   } else {

@@ -108,6 +108,8 @@ TEST_F(Door, NewTakesWhatItIsTold) {
   EXPECT_NE(said({"--unit", "cm"}).find("in cm: 2.1 m, 1.3 tonnes"), std::string::npos);
   EXPECT_NE(said({"--size", "0.105"}).find("scaled by 0.0005: 0.1 m, 0.16 kg"), std::string::npos);
   EXPECT_NE(said({"--drop"}).find("it falls onto a floor, and then a plate presses it"), std::string::npos);
+  const Json camera = Json::parse(read("scene.json"))["output"]["picture"]["camera"];
+  EXPECT_LT(camera["position"][2], 0.06) << "below the plate that lies on it at the end";
   const Json dropped = json_of({"run", "scene.json", "--json", "--no-picture", "--steps", "40"});
   EXPECT_GT(dropped["contacts"]["last"], 0) << "it lies on the floor";
   EXPECT_GT(dropped["bodies"][0]["displacement"]["largest"].get<double>(), 0.005) << "it fell by 6 mm";
