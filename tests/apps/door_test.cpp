@@ -70,10 +70,10 @@ TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
 }
 
 TEST_F(Door, AnInstrumentPressesMeshesOfEveryShape) {
-  // A standing ring, a bowl of a sheet with a hole, straps, a jaw, a shell of bone, a flat beam; one is named
-  // as the floor is. Nothing touched the first, third and fourth of them while they were as soft as others.
-  for (const char* mesh : {"eye/skin", "eye/plate", "eye/rectus-inferior", "skull/lower-jaw",
-                           "skull/upper-jaw", "eye/bone", "cook/cook", "orbit-repair/floor"}) {
+  // A standing ring, a bowl of a sheet with a hole, a strap, a jaw, a flat beam; one is named as the floor
+  // is. Nothing touched the first four while they were as soft as others.
+  for (const char* mesh : {"eye/skin", "eye/plate", "eye/rectus-inferior", "skull/lower-jaw", "cook/cook",
+                           "orbit-repair/floor"}) {
     for (const bool dropped : {false, true}) {
       SCOPED_TRACE(std::string(mesh) + (dropped ? ", dropped" : ", held"));
       std::vector<std::string> call{
