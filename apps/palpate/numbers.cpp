@@ -68,10 +68,13 @@ std::string shell_word(std::string_view text) {
   return in_quotes(text);
 }
 
+std::string quoted_command(std::string_view command) {
+  const char quote = command.find('\'') == std::string_view::npos ? '\'' : '"';
+  return fmt::format("{0}{1}{0}", quote, command);
+}
+
 std::string quoted_command(std::string_view words, std::string_view file) {
-  const std::string word = shell_word(file);
-  const char quote = word == file ? '\'' : '"';
-  return fmt::format("{0}palpate {1} {2}{0}", quote, words, word);
+  return quoted_command(fmt::format("palpate {} {}", words, shell_word(file)));
 }
 
 nlohmann::ordered_json to_json(const Vec3& v) {

@@ -35,7 +35,10 @@ std::string in_quotes(std::string_view text);
 /// those of plain paths.
 std::string shell_word(std::string_view text);
 
-/// A command to copy: 'palpate view liver.json', or "palpate view 'my liver.json'".
+/// A command to copy, in other quotes than it has: 'palpate view liver.json', or "palpate view 'my
+/// liver.json'".
+std::string quoted_command(std::string_view command);
+/// The same of "palpate", further words and a file.
 std::string quoted_command(std::string_view words, std::string_view file);
 
 nlohmann::ordered_json to_json(const Vec3& v);

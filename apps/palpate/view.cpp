@@ -15,6 +15,7 @@
 #include "messages.hpp"
 #include "new_scene.hpp"
 #include "new_scene_flags.hpp"
+#include "numbers.hpp"
 #include "open_browser.hpp"
 #include "option_values.hpp"
 #include "relax_model.hpp"
@@ -73,7 +74,8 @@ SceneInput scene_to_view(const ViewOptions& options) {
   NewSceneFlags mesh = options.mesh;
   mesh.request.mesh = options.what.file;
   const NewScene made = new_scene_as_agreed(mesh);
-  print_note(fmt::format("{}; '{}' writes this scene", description_of(made, false), command_of(made)));
+  print_note(
+      fmt::format("{}; {} writes this scene", description_of(made, false), quoted_command(command_of(made))));
   return load_scene_input(made.first.scene);
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 
@@ -55,6 +56,8 @@ def wrong_arguments(text: str, args: Sequence[Any], named: Mapping[str, Any], se
         name = owner if name == "__init__" or setter else f"{owner}.{name}"
         args, parameters = args[1:], [all_[1:] for all_ in parameters]
     name = _public_caller() or name
+    if name == "Material" and (args or "tissue" in named):
+        return _wrong_material(args, named)
     found = ", ".join([shown(value) for value in args] + [f"{key}={shown(value)}" for key, value in named.items()])
     if len(parameters) == 1:
         wrong = _wrong_argument(parameters[0], args, named)
@@ -62,6 +65,14 @@ def wrong_arguments(text: str, args: Sequence[Any], named: Mapping[str, Any], se
             return WrongArgument(name, setter or wrong[0], *wrong[1:])
     expected = " or ".join(f"({', '.join(f'{key}: {_words(kind)}' for key, kind, _ in row)})" for row in parameters)
     return WrongArgument(name, "", f"({found})", expected)
+
+
+def _wrong_material(args: Sequence[Any], named: Mapping[str, Any]) -> WrongArgument:
+    """The error for Material("liver") and Material(tissue="liver"), which people try first, and for Material(1e4)."""
+    value = args[0] if args else named["tissue"]
+    where, found = ("", f"({', '.join(map(shown, args))})") if args else ("tissue", shown(value))
+    expected = f"palpate.Material.tissue({value!r})" if isinstance(value, str) else "arguments by name, as young_modulus=1e4"
+    return WrongArgument("Material", where, found, expected)
 
 
 def _public_caller() -> str:
@@ -107,7 +118,9 @@ def _wrong_argument(parameters: list[_Parameter], args: Sequence[Any], named: Ma
     keys = [key for key, _, _ in parameters]
     unknown = [key for key in named if key not in keys]
     if unknown:
-        return unknown[0], "an argument of this name", f"one of {keys}" if keys else "no argument"
+        near = get_close_matches(unknown[0], keys, 1)
+        expected = repr(near[0]) if near else f"one of {keys}" if keys else "no argument"
+        return unknown[0], "an argument of this name", expected
     if len(args) > len(parameters):
         return "", "an argument" if len(args) == 1 else f"{len(args)} arguments", f"at most {len(parameters)}"
     values = {**dict(zip(keys, args)), **named}

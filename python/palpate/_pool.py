@@ -32,7 +32,7 @@ class Runner(Protocol):
     """Makes runs in other processes."""
 
     width: int
-    """How many runs to have under way."""
+    """Number of runs at a time."""
 
     def submit(self, function: Callable[[Any], Any], job: Any) -> Future[Any]: ...
     def __enter__(self) -> Any: ...

@@ -224,7 +224,7 @@ class Simulation(_core.Simulation):
         return SimulationBodies(self)
 
     def body_number(self, body: int | str) -> int:
-        """The number of a body, from its name or number. Raises Error where there is none."""
+        """The number of a body, from its name or number. Raises Error if there is no such body."""
         bodies = self._bodies
         if isinstance(body, str):
             names = [bodies[number].name for number in range(len(bodies))]

@@ -152,7 +152,7 @@ class Store:
         return os.path.join(self._folder, f"{key}.json")
 
     def read(self, key: str) -> Row | None:
-        """The row of a run, or None; a file that was damaged counts as none."""
+        """The row of a run, or None, also for a damaged file."""
         try:
             with open(self._file(key), encoding="utf-8") as stream:
                 row = json.load(stream)
@@ -183,7 +183,7 @@ def _digest_of_meshes(scene: Mapping[str, Any]) -> list[str]:
 
 
 def _digest_of_values(values: Row) -> list[str]:
-    """Digests of values that are files, as the mesh of a plan: what is in them counts, and not only their names."""
+    """Digests of values that are files, such as the mesh of a plan, so that their content is part of the key."""
     return [_digest_of(value) for value in values.values() if isinstance(value, str) and os.path.isfile(value)]
 
 

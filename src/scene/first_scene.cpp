@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <fmt/format.h>
 #include <utility>
 #include <vector>
@@ -14,8 +13,8 @@
 
 #include "geometry/vector.hpp"
 #include "scene/ball_from_above.hpp"
+#include "scene/held_parts.hpp"
 #include "scene/own_weight.hpp"
-#include "scene/selector.hpp"
 
 namespace palpate {
 namespace {
@@ -44,7 +43,6 @@ Vec3 rounded(const Vec3& v) {
 
 constexpr double density = 1000.0;
 constexpr double gravity = 9.81;
-constexpr double held = 0.1;        // of the height
 constexpr double clearance = 0.05;  // distance to the instrument, over the height
 
 /// Names of the bodies, all different.
@@ -83,13 +81,9 @@ Placed place(const TetMesh& mesh, double meters) {
   return placed;
 }
 
-BoxSelection held_box(const Vec3& size) {
-  return {rounded(Vec3{-size.x, -size.y, -held * size.z}), rounded(Vec3{size.x, size.y, held * size.z})};
-}
-
 /// The material of a body that hardly sags: by 1/200 of its height, in the mean, while its lowest tenth is
 /// held.
-Material material_for(const Placed& placed) {
+Material material_for(const Placed& placed, const HeldParts& parts) {
   constexpr double softest = 20e3;
   constexpr double most_sag = 1.0 / 200.0;
   Material material{.young_modulus = softest,
@@ -97,10 +91,7 @@ Material material_for(const Placed& placed) {
                     .density = density,
                     .mass_damping = 1.0,
                     .stiffness_damping = 0.01};
-  const BoxSelection box = held_box(placed.size);
-  std::vector<std::uint8_t> fixed;
-  for (const Vec3& point : placed.bodies.points_rest()) fixed.push_back(contains(box, point) ? 1 : 0);
-  const double sag = sag_under_own_weight(placed.bodies, material, fixed) / placed.size.z;
+  const double sag = sag_under_own_weight(placed.bodies, material, parts.points) / placed.size.z;
   material.young_modulus = rounded(softest * std::max(1.0, sag / most_sag));
   return material;
 }
@@ -111,11 +102,15 @@ SceneBody soft_body(const FirstSceneNames& names, const Placed& placed, const Fi
   body.source = MeshFile{names.file};
   body.transform.scale = {options.meters, options.meters, options.meters};
   body.transform.translate = placed.translate;
-  body.material = material_for(placed);
+  const HeldParts parts = held_parts(placed.bodies);
+  body.material = material_for(placed, parts);
   if (options.drop) {
     body.transform.translate.z += 2.0 * clearance * placed.size.z;
   } else {
-    body.fixed.push_back({held_box(placed.size)});
+    const BoxSelection& lowest = parts.boxes.front();
+    body.fixed.push_back({BoxSelection{rounded(lowest.lower), rounded(lowest.upper)}});
+    // Further pieces may be small and far away: digits count.
+    for (std::size_t i = 1; i < parts.boxes.size(); ++i) body.fixed.push_back({parts.boxes[i]});
   }
   return body;
 }
@@ -160,9 +155,9 @@ SceneBody ball_for(const std::string& name, const Placed& placed) {
   return ball;
 }
 
-/// A plate above the body, as wide as the floor.
+/// A plate above the body, wider than it.
 SceneBody plate_for(const std::string& name, const Placed& placed) {
-  const double side = side_of_floor(placed);
+  const double side = 0.7 * side_of_floor(placed);
   const Vec3 size = rounded(Vec3{side, side, 0.02 * side});
   SceneBody plate;
   plate.name = name;
@@ -171,6 +166,13 @@ SceneBody plate_for(const std::string& name, const Placed& placed) {
   plate.motion.emplace().keyframes = {{0.0, {}, {}}};
   plate.color = {0.55, 0.6, 0.65};
   return plate;
+}
+
+/// From the side, so low that the plate does not hide what it presses.
+Camera camera_below_the_plate(const Placed& placed) {
+  const double side = side_of_floor(placed);
+  return {.position = rounded(Vec3{0.8 * side, -1.3 * side, 0.2 * placed.size.z}),
+          .target = Vec3{0.0, 0.0, rounded(0.25 * placed.size.z)}};
 }
 
 /// The body falls and comes to rest; then the plate comes down until it presses, and stays there. How the
@@ -238,6 +240,7 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
     scene.settings.solver.max_iterations = many_iterations;
   if (options.drop) {
     scene.stages = stages_of_drop(names, first.mass, placed);
+    scene.output.picture.camera = camera_below_the_plate(placed);
     scene.duration = 0.0;
     for (const Stage& stage : scene.stages) scene.duration += stage.until.limit();
   } else {

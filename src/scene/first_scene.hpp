@@ -38,11 +38,11 @@ struct FirstScene {
 };
 
 /// A scene of one soft body under gravity, pressed by a rigid instrument at its end. Either the body's lowest
-/// tenth is held, and a ball with a prescribed motion comes down on it, where it meets it first, by a seventh
-/// of its height or less, and stays. Or the body falls onto a floor; when it is at rest, a plate comes down
-/// until it presses by twice the weight of the body (stages, since how it will lie is not known before). The
-/// stiffness is chosen so that the body keeps its shape: at least 20 kPa, more where it would sag by more
-/// than 1/200 of its height in the mean.
+/// tenth is held (of a body of several pieces that of each), and a ball with a prescribed motion comes down
+/// on it, where it meets it first, by a seventh of its height or less, and stays. Or the body falls onto a
+/// floor; when it is at rest, a plate comes down until it presses by twice the weight of the body (stages,
+/// since how it will lie is not known before). The stiffness is chosen so that the body keeps its shape: at
+/// least 20 kPa, more where it would sag by more than 1/200 of its height in the mean.
 ///
 /// \param name  of the scene and the body
 /// \param file  path of the mesh file in the scene

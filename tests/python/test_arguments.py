@@ -194,7 +194,7 @@ def test_properties_say_their_names():
         setters = [name for name, member in vars(type(owner)).items() if getattr(member, "fset", None) is not None]
         assert len(setters) >= 2
         for name in setters:
-            with pytest.raises(palpate.Error, match=rf"^{type(owner).__name__}: {name}: found a Odd, expected [^\n]+$"):
+            with pytest.raises(palpate.Error, match=rf"^{type(owner).__name__}: {name}: found an Odd, expected [^\n]+$"):
                 setattr(owner, name, Odd())
 
 
@@ -209,8 +209,13 @@ def test_what_is_said():
         ("Simulation.grab: stiffness: found 'x', expected a number", lambda: SIMULATION.grab(0, ABOUT, "x")),
         ("Keyframe: translate: found (1, 2), expected a sequence of numbers of another length", lambda: palpate.Keyframe(0.0, (1, 2))),
         ("Motion: keyframes: found [3], expected a sequence of Keyframe objects", lambda: palpate.Motion([3])),
-        ("Motion: centre: found an argument of this name, expected one of ['keyframes', 'center', 'interpolation']",
+        ("Motion: centre: found an argument of this name, expected 'center'",
          lambda: palpate.Motion([KEY], centre=3)),
+        ("Material: young_modulus: found 'a', expected a number", lambda: palpate.Material(young_modulus="a")),
+        ("Material: tissue: found 'liver', expected palpate.Material.tissue('liver')", lambda: palpate.Material(tissue="liver")),
+        ("Material: found ('liver'), expected palpate.Material.tissue('liver')", lambda: palpate.Material("liver")),
+        ("Material: found (1000.0), expected arguments by name, as young_modulus=1e4", lambda: palpate.Material(1e3)),
+        ("Material: young_modulu: found an argument of this name, expected 'young_modulus'", lambda: palpate.Material(young_modulu=1.0)),
         ("Keyframe: found 4 arguments, expected at most 3", lambda: palpate.Keyframe(0.0, ABOUT, (1, 0, 0, 0), 5)),
         ("Ramp: factors: found nothing, expected a value", lambda: palpate.Ramp([0.0])),
         ("Simulation.step: found an argument, expected at most 0", lambda: SIMULATION.step(1)),

@@ -13,6 +13,7 @@
 #include "geometry/vector.hpp"
 #include "scene/ball_from_above.hpp"
 #include "scene/generators.hpp"
+#include "scene/held_parts.hpp"
 #include "scene/own_weight.hpp"
 
 namespace palpate {
@@ -77,6 +78,36 @@ TEST(OwnWeight, AColumnSagsAsTheClosedFormSays) {
   EXPECT_NEAR(sag_under_own_weight(bodies, material, fixed), expected, 0.02 * expected);
   material.young_modulus = 3e6;
   EXPECT_NEAR(sag_under_own_weight(bodies, material, fixed), 0.01 * expected, 2e-4 * expected);
+}
+
+/// Two blocks of 0.1 m, one above the other with 0.05 m of air between; one mesh.
+TetMesh two_blocks() {
+  TetMesh both = make_box({2, 2, 2}, {0.1, 0.1, 0.1});
+  TetMesh upper = both;
+  const auto count = static_cast<Index>(both.points.size());
+  for (const Vec3& point : upper.points) both.points.push_back(point + Vec3{0.0, 0.0, 0.15});
+  for (const Tet& tet : upper.tets)
+    both.tets.push_back({tet[0] + count, tet[1] + count, tet[2] + count, tet[3] + count});
+  return both;
+}
+
+TEST(HeldParts, EachPieceIsHeldByItsLowestTenth) {
+  const Bodies bodies = body_of(two_blocks());
+  const HeldParts parts = held_parts(bodies);
+  EXPECT_EQ(parts.boxes.size(), 2U);
+  for (std::size_t point = 0; point < parts.points.size(); ++point) {
+    const double z = bodies.points_rest()[point].z;
+    EXPECT_EQ(parts.points[point], z < -0.04 || (0.09 < z && z < 0.11) ? 1 : 0) << z;
+  }
+}
+
+TEST(FirstScene, OfTwoPiecesIsAsStiffAsOfOne) {
+  const FirstScene one = make_first_scene("a", "a.vtu", make_box({2, 2, 2}, {0.1, 0.1, 0.1}), {});
+  const FirstScene two = make_first_scene("a", "a.vtu", two_blocks(), {});
+  // The same blocks under the same weight; the sag that is allowed goes with the height, 0.25 m to 0.1 m.
+  EXPECT_NEAR(two.scene.bodies[0].material->young_modulus,
+              std::max(20e3, one.scene.bodies[0].material->young_modulus / 2.5), 300.0);
+  EXPECT_EQ(two.scene.bodies[0].fixed.size(), 2U);
 }
 
 TEST(FirstScene, BodiesHaveDifferentNames) {

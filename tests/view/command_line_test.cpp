@@ -53,9 +53,9 @@ TEST_F(View, PrintsTheAddressServesAndEndsWithCtrlC) {
 class DoorToTheView : public View {};
 
 TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
-  output_of({"generate", "ball", "--radius", "40", "--resolution", "3"});
+  output_of({"generate", "ball", "--radius", "40", "--resolution", "3", "--out", "my ball.vtu"});
   const std::filesystem::path out = folder_ / "address";
-  Process process({"view", "ball.vtu", "--json", "--no-browser"}, folder_.path(), out);
+  Process process({"view", "my ball.vtu", "--json", "--no-browser"}, folder_.path(), out);
   const Json line = Json::parse(first_line(out, process));
   EXPECT_EQ(get(line["port"].get<std::uint16_t>(), "/").status, 401) << "it serves";
   process.send(SIGINT);
@@ -63,9 +63,9 @@ TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
   EXPECT_EQ(done.exit_code, 0);
   EXPECT_EQ(
       done.err,
-      "palpate: ball.vtu in mm: 0.08 m, 0.25 kg; its lowest tenth is held, and an instrument presses it; "
-      "'palpate new ball.vtu' writes this scene\n");
-  EXPECT_FALSE(exists("ball.json"));
+      "palpate: my ball.vtu in mm: 0.08 m, 0.25 kg; its lowest tenth is held, and an instrument presses it; "
+      "\"palpate new 'my ball.vtu'\" writes this scene\n");
+  EXPECT_FALSE(exists("my ball.json"));
 }
 
 /// Terminal output of 'view' with a port in use: it ends after the messages about the mesh.
