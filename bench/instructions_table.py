@@ -10,11 +10,14 @@ import page
 
 
 def rows(cases):
-    yield "| kernel | instructions | for each | of them in a frame | frames |"
-    yield "|---|---:|---|---:|---:|"
+    threads = cases[0]["parallel"]["speed_up"].keys()
+    yield f"| kernel | instructions | for each | of them in a frame | frames | in parallel | {' | '.join(f'{n} threads' for n in threads)} |"
+    yield "|---|---:|---|---:|---:|---:|" + "---:|" * len(threads)
     for case in cases:
         each = case["units"] / case["frames"]
-        yield f"| {case['name']} | {case['per_unit']:.1f} | {case['unit']} | {each:.0f} | {case['frames']} |"
+        faster = " | ".join(f"{ratio:.2f}×" for ratio in case["parallel"]["speed_up"].values())
+        yield (f"| {case['name']} | {case['per_unit']:.1f} | {case['unit']} | {each:.0f} | {case['frames']} | "
+               f"{100 * case['parallel']['share']:.0f} % | {faster} |")
 
 
 def table(report):

@@ -131,7 +131,7 @@ def pages(root):
     results = root / "bench/results"
     file, report = newest_report(results)
     kept = {name: json.loads((results / f"{name}.json").read_text()) for name in SPEED_PARTS + ("instructions", "sorts")}
-    tables = {"sort": sort_table.table(kept["sorts"]), "speed": speed_table.table([kept[name] for name in SPEED_PARTS])}
+    tables = {"sort": sort_table.table(kept["sorts"]), "speed": speed_table.table([kept[name] for name in SPEED_PARTS + ("instructions",)])}
     for module in (query_table, handling_table, dynamics_table, step_table, instructions_table):
         name = module.__name__.removesuffix("_table")
         tables[name] = module.table(kept[name])
