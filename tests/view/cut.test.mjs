@@ -80,11 +80,13 @@ test("a slanting cut of a view moves along its own normal, and cuts its own bodi
   const before = await face();
   assert.ok(before.count > 1000);
   const plate = () => patch(page, faceColour([0.72, 0.72, 0.74]), 2);
-  assert.equal((await plate()).count, 0, "the plate is whole");
+  // Where a shadow begins, some pixels of its skin are as dark as a face would be.
+  const few = 60;
+  assert.ok((await plate()).count < few, "the plate is whole");
   await slide(page, "cut-place", 0.45);
   const moved = await face();
   assert.ok(moved.count > 1000 && Math.hypot(moved.x - before.x, moved.y - before.y) > 3);
-  assert.equal((await plate()).count, 0, "and stays whole");
+  assert.ok((await plate()).count < few, "and stays whole");
   // Off and on again, after a rotation of the view, the plane is the same.
   await page.uncheck("#cut");
   await page.focus("#canvas");
@@ -95,7 +97,8 @@ test("a slanting cut of a view moves along its own normal, and cuts its own bodi
   await page.selectOption("#scene-view", "closed");
   assert.equal((await face()).count, 0);
   await page.check("#cut");
-  assert.ok((await plate()).count > 100, "a view without a cut leaves no list of bodies behind");
+  const whole = (await plate()).count;
+  assert.ok(whole > 5 * few, `a view without a cut leaves no list of bodies behind: ${whole}`);
   noComplaints(page);
   await page.close();
   await server.end();
