@@ -56,7 +56,7 @@ def wrong_arguments(text: str, args: Sequence[Any], named: Mapping[str, Any], se
         name = owner if name == "__init__" or setter else f"{owner}.{name}"
         args, parameters = args[1:], [all_[1:] for all_ in parameters]
     name = _public_caller() or name
-    if name == "Material" and (args or "tissue" in named):
+    if name == "Material" and not setter and (args or "tissue" in named):
         return _wrong_material(args, named)
     found = ", ".join([shown(value) for value in args] + [f"{key}={shown(value)}" for key, value in named.items()])
     if len(parameters) == 1:
