@@ -152,7 +152,7 @@ TEST_F(MeshRefusals, DamagedOffAndVtk) {
       "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 "
       "0 1\n"
       "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n",
-      {"tets.vtk", "a mesh of tets", "palpate new tets.vtk"});
+      {"tets.vtk", "a mesh of tets", "'palpate new' makes a scene of it"});
   bad("pointer.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n",
       {"pointer.stl", "git-LFS", "git lfs pull"});
   bad("pointer.nii.gz", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n",
