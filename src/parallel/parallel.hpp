@@ -24,7 +24,7 @@ constexpr std::size_t chunk_count(std::size_t items, std::size_t grain) {
 /// An exception in a chunk is rethrown here; of several, that of the lowest chunk.
 ///
 /// Loop and chunk are not inlined, so that a profile has the instructions of each loop's chunks apart from
-/// all others (`palpate bench speed --only parallel`).
+/// all others (`palpate bench speed --only instructions`).
 template <class Body>
 [[gnu::noinline]] void for_chunks(const Threads& threads, std::size_t items, std::size_t grain, Body&& body) {
   const std::size_t chunks = chunk_count(items, grain);
