@@ -45,8 +45,6 @@ def stacking_scene(count: int = 20, cells: tuple[int, int, int] = (10, 10, 1), s
 def scene_dict(scene: _core.Scene) -> dict[str, Any]:
     """A scene as a mapping with absolute paths; no name is added."""
     values: dict[str, Any] = json.loads(scene.text)
-    if not values["name"]:
-        del values["name"]
     for body in values["bodies"]:
         if "mesh" in body:
             body["mesh"] = os.path.abspath(os.path.join(scene.folder, body["mesh"]))
