@@ -26,7 +26,8 @@ TEST(VtkLegacyReader, RefusesOtherHeads) {
       "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
       "POLYGONS 1 4\n3 0 1 2\n");
   EXPECT_EQ(error_of(surface),
-            "a.vtk: found PolyData, a surface, expected an unstructured grid with tets; 'palpate mesh' makes tets of a "
+            "a.vtk: found PolyData, a surface, expected an unstructured grid with tets; 'palpate mesh' makes "
+            "tets of a "
             "surface");
 }
 
