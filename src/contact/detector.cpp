@@ -37,8 +37,8 @@ bool too_large(const Box& domain, const Box& needed) {
 void Detector::State::update_domain(std::span<const Vec3> positions) {
   // First try with the domain of the last frame.
   std::optional<Box> placed;
-  if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(threads, lattice, positions);
-  const Box bounds = placed ? *placed : bounds_of(threads, positions, in_a_tet, box_scratch);
+  if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(grid_threads(), lattice, positions);
+  const Box bounds = placed ? *placed : bounds_of(grid_threads(), positions, in_a_tet, box_scratch);
   if (cell_size.cell_size == 0.0) {
     cell_size = choose_cell_size(threads, bodies, positions, in_a_tet, settings.cell_size,
                                  cluster_query ? &cluster_query->clusters() : nullptr);
@@ -48,7 +48,7 @@ void Detector::State::update_domain(std::span<const Vec3> positions) {
   const bool fits = lattice.cell_size() != 0.0 && domain.contains(bounds.lower) &&
                     domain.contains(bounds.upper) && !too_large(domain, needed);
   if (!fits) lattice = Lattice(needed, cell_size.cell_size);
-  if (clustered() && (!fits || !placed)) fixed->place(threads, lattice, positions);
+  if (clustered() && (!fits || !placed)) fixed->place(grid_threads(), lattice, positions);
   const bool other = std::exchange(other_domain, false);
   new_domain = !fits || other;
 }
@@ -71,10 +71,10 @@ void Detector::State::update_grid(std::span<const Vec3> positions) {
     skipped_grid =
         coherent() && !skips_coherence && !cluster_query->begin_frame(threads, bodies, *fixed, new_domain);
     if (skipped_grid) {
-      grid.skip_points(threads, lattice, *fixed);
+      grid.skip_points(grid_threads(), lattice, *fixed);
     } else {
-      counts.sort = grid.build_points(threads, lattice, *fixed);
-      fixed->put_in_order(threads, grid.entries());
+      counts.sort = grid.build_points(grid_threads(), lattice, *fixed);
+      fixed->put_in_order(grid_threads(), grid.entries());
     }
     if (grid.distinguishes_cells()) {
       counts.movers = new_domain ? grid.entries().size() : grid.movers();

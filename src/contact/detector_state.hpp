@@ -67,6 +67,11 @@ struct Detector::State {
   }
   [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const;
 
+  /// For the update of the grid: the calling thread alone where waking another takes longer than the loops.
+  [[nodiscard]] const parallel::Threads& grid_threads() const {
+    constexpr std::size_t points_worth_sharing = 30000;
+    return in_a_tet.size() < points_worth_sharing ? one_thread : threads;
+  }
   void update_domain(std::span<const Vec3> positions);
   void count_movers(std::span<const Vec3> positions);
   void update_grid(std::span<const Vec3> positions);
@@ -94,6 +99,7 @@ struct Detector::State {
   std::vector<std::uint8_t> immovable;  ///< per body
   std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points are left out
   parallel::Threads threads;
+  parallel::Threads one_thread{1};
   CellSizeChoice cell_size;  ///< made at the first detection
   std::uint64_t step = 0;    ///< detections so far
 
