@@ -84,10 +84,11 @@ TEST_F(BenchSpeed, InstructionsAreThoseOfAsMuchWork) {
   for (const Json& kernel : counts) {
     EXPECT_EQ(kernel.at("cells"), 2) << kernel;
     EXPECT_GT(kernel["per_unit"].get<double>(), 10.0) << kernel;
-    EXPECT_LT(kernel["per_unit"].get<double>(), 1e7) << kernel;
+    const bool is_step = kernel["name"] == "step of the falling stack";
+    EXPECT_LT(kernel["per_unit"].get<double>(), is_step ? 1e7 : 1e5) << kernel;
     // 20 membranes of 2 x 2 x 1 cells of 5 tets, two frames; one step.
     const int frames = kernel["frames"];
-    EXPECT_EQ(frames, kernel["name"] == "step of the falling stack" ? 1 : 2);
+    EXPECT_EQ(frames, is_step ? 1 : 2);
     if (kernel["unit"] == "tet") {
       EXPECT_EQ(kernel["units"], frames * 20 * 4 * 5) << kernel;
     } else if (kernel["unit"] == "point") {

@@ -72,22 +72,32 @@ def test_a_plate_in_bone_is_told(root, meshed):
     assert any(re.match(r"stage 'insert' puts 'plate' into '(floor|bone)', by [\d.]+ mm", line) for line in simulation.stage_warnings)
 
 
-@pytest.mark.long
-def test_the_whole_repair(root, command, tmp_path):
-    """At rest in each stage, converged, nothing inverted at the end; the page's figures.
-
-    Contacts should be at most 2 % of an edge deep. They are at 5 %, as the page says.
-    """
+@pytest.fixture(scope="module")
+def repair(root, command, tmp_path_factory):
+    """The folder of a run of the whole scene, and its report."""
+    folder = tmp_path_factory.mktemp("repair")
     subprocess.run([command, "run", root / "scenes/orbit-repair.json", "--strict", "--no-picture", "--quiet", "--out", "out"],
-                   cwd=tmp_path, check=True)
-    run = json.loads((tmp_path / "out/run.json").read_text())
+                   cwd=folder, check=True)
+    return folder / "out", json.loads((folder / "out/run.json").read_text())
+
+
+@pytest.mark.long
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="0.14 mm of a point, 5 % of an edge: docs/orbit.md says so")
+def test_contacts_of_the_repair_are_at_most_2_percent_of_an_edge_deep(repair):
+    run = repair[1]
+    soft = next(body for body in run["bodies"] if body["name"] == "fat")
+    assert run["deepest"] <= 0.02 * soft["edge_length"]["mean"]
+
+
+@pytest.mark.long
+def test_the_whole_repair(root, repair):
+    """At rest in each stage, converged, nothing inverted at the end; the page's figures."""
+    out, run = repair
     assert run["solver"]["steps_not_converged"] == 0 and run["inverted_tets"]["last"] == 0
     assert all(stage["reached"] and not stage["overlaps"] for stage in run["stages"])
-    soft = next(body for body in run["bodies"] if body["name"] == "fat")
-    assert run["deepest"] <= 0.06 * soft["edge_length"]["mean"]
     factors = {"mm": 1, "ml": 1e-3, "mN": 1e-3, "mm²": 1}  # of mm, mm^3, uN and mm^2
     page = (root / "docs/orbit.md").read_text()
-    found = {outcome["name"]: outcome for outcome in json.loads((tmp_path / "out/outcomes.json").read_text())["outcomes"]}
+    found = {outcome["name"]: outcome for outcome in json.loads((out / "outcomes.json").read_text())["outcomes"]}
     rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.MULTILINE)
     compared = 0
     for name, cells in rows:

@@ -48,8 +48,11 @@ TetMesh graded_ball(int layers, const Vec3& center, double turn = 0.0) {
 }
 
 /// Rigid plates at distance `height` that each approach by half of `closing`, and balls between them.
-/// \param rest  speed below which they are at rest, m/s
-Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing, double rest = 2e-6) {
+/// \param rest       speed below which they are at rest, m/s
+/// \param holds_axis  points on the axis stay on it, not the centres alone: coarse balls on each other tip
+/// from triangle to triangle
+Simulation pressed(const std::vector<TetMesh>& balls, double height, double closing, double rest = 2e-6,
+                   bool holds_axis = false) {
   Model model;
   model.bodies.add("lower", test::box_mesh({1, 1, 1}, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0.0}));
   model.bodies.add("upper", test::box_mesh({1, 1, 1}, {-0.06, -0.06, height}, {0.06, 0.06, height + 0.02}));
@@ -68,11 +71,13 @@ Simulation pressed(const std::vector<TetMesh>& balls, double height, double clos
     model.obstacles.push_back(0);
   }
   model.motion_of_point.resize(model.bodies.points_rest().size(), -1);
-  // Balls on each other without friction would buckle, and coarse ones tip from triangle to triangle. So
-  // points on the axis are held on it; by symmetry they would stay there.
+  // Balls on each other without friction would buckle: their centres stay on the axis.
   constexpr std::uint8_t across = 3;  // x and y
-  for (const Vec3& p : model.bodies.points_rest())
-    model.fixed_axes.push_back(p.x == 0.0 && p.y == 0.0 ? across : 0);
+  for (const Vec3& p : model.bodies.points_rest()) {
+    const bool is_centre = p == Vec3{0, 0, radius} || p == Vec3{0, 0, 3.0 * radius};
+    const bool is_on_axis = p.x == 0.0 && p.y == 0.0;
+    model.fixed_axes.push_back(is_centre || (holds_axis && is_on_axis) ? across : 0);
+  }
   SimulationSettings settings;
   settings.gravity = {};
   settings.rest.speed = rest;
@@ -184,20 +189,19 @@ TEST(Hertz, ABallOnAPlaneFollowsTheCurveOfForceAndApproach) {
   }
 }
 
-/// Two balls between the plates: three contacts of the same radius, as between the balls the radius of
-/// curvature and the stiffness are both half. Errors are those of the contact between the balls. One is
-/// turned about the axis: points that meet points can be on either side, and coarse balls tip between such
-/// states.
-Errors between_balls(int layers) {
-  constexpr double closing = 0.08 * radius;
-  const double expected = force_for(closing, [](double f) {
+/// How much nearer the plates about two balls come in all.
+constexpr double closing_of_two = 0.08 * radius;
+
+/// The force for that: three contacts of the same radius, as between the balls the radius of curvature and
+/// the stiffness are both half.
+double force_on_two() {
+  return force_for(closing_of_two, [](double f) {
     const double between = std::pow(0.75 * f / (0.5 * plane_modulus * std::sqrt(0.5 * radius)), 2.0 / 3.0);
     return 2.0 * approach_by_hertz(f) + between - 4.0 * push_from_the_other_side(f);
   });
-  const Simulation simulation =
-      pressed({graded_ball(layers, {0, 0, radius}), graded_ball(layers, {0, 0, 3.0 * radius}, 0.3)},
-              4.0 * radius, closing, 5e-5);
-  const double force = simulation.contact_wrench(1).force.z;
+}
+
+void expect_between_balls(const Simulation& simulation, double force) {
   bool met = false;
   for (const PairWrench& pair : simulation.pair_wrenches()) {
     if (pair.body_a != 2 || pair.body_b != 3) continue;
@@ -205,6 +209,28 @@ Errors between_balls(int layers) {
     EXPECT_NEAR(pair.on_b.force.z, force, 1e-3 * force);
   }
   EXPECT_TRUE(met);
+}
+
+TEST(Hertz, ABallOnABallHasItsForce) {
+  const double expected = force_on_two();
+  const Simulation simulation = pressed(
+      {graded_ball(12, {0, 0, radius}), graded_ball(12, {0, 0, 3.0 * radius})}, 4.0 * radius, closing_of_two);
+  const double force = simulation.contact_wrench(1).force.z;
+  std::printf("ball on ball: force %.4f N, by Hertz %.4f N\n", force, expected);
+  EXPECT_NEAR(force, expected, 0.03 * expected);
+  expect_between_balls(simulation, force);
+}
+
+/// Two balls between the plates. Errors are those of the contact between the balls. One is
+/// turned about the axis: points that meet points can be on either side, and coarse balls tip between such
+/// states.
+Errors between_balls(int layers) {
+  const double expected = force_on_two();
+  const Simulation simulation =
+      pressed({graded_ball(layers, {0, 0, radius}), graded_ball(layers, {0, 0, 3.0 * radius}, 0.3)},
+              4.0 * radius, closing_of_two, 5e-5, true);
+  const double force = simulation.contact_wrench(1).force.z;
+  expect_between_balls(simulation, force);
   const Errors errors = errors_of(simulation, 2, 1.0, force, expected);
   std::printf("ball on ball, %2d layers: force %.4f N (%.1f %%), contact radius %.1f %%, pressure %.1f %%\n",
               layers, force, 100.0 * errors.force, 100.0 * errors.radius, 100.0 * errors.pressure);
