@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "geometry/box.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::app {
@@ -110,28 +110,12 @@ class RingFinder {
   std::size_t first_ = 0;
 };
 
-/// Union-find: for each point, the lowest point that is connected to it along the edges.
-class EdgeGroups {
- public:
-  EdgeGroups(const std::vector<OddEdge>& edges, std::size_t points) : lower_(points) {
-    std::iota(lower_.begin(), lower_.end(), 0);
-    for (const OddEdge& edge : edges) {
-      const Index a = (*this)(edge.along[0]);
-      const Index b = (*this)(edge.along[1]);
-      at(lower_, std::max(a, b)) = std::min(a, b);
-    }
-  }
-  Index operator()(Index point) {
-    while (at(lower_, point) != point) {
-      at(lower_, point) = at(lower_, at(lower_, point));
-      point = at(lower_, point);
-    }
-    return point;
-  }
-
- private:
-  std::vector<Index> lower_;
-};
+/// Sets of points that are connected along the edges.
+DisjointSets edge_groups(const std::vector<OddEdge>& edges, std::size_t points) {
+  DisjointSets groups(points);
+  for (const OddEdge& edge : edges) groups.join(edge.along[0], edge.along[1]);
+  return groups;
+}
 
 Hole hole_of(const std::vector<std::size_t>& ring, const std::vector<OddEdge>& edges,
              const Surface& surface) {
@@ -153,16 +137,16 @@ SurfaceEdges edges_of(const Surface& surface) {
   if (odd.empty()) return result;
   result.first_bad = odd.front().along;
   result.triangles_at_first = odd.front().triangles;
-  EdgeGroups groups(odd, surface.points.size());
+  DisjointSets groups = edge_groups(odd, surface.points.size());
   std::vector<bool> hangs(
       surface.points.size(),
       false);  // whether a group of edges touches an edge of three triangles; by its lowest point
   for (const OddEdge& edge : odd) {
-    if (edge.triangles > 1) hangs[static_cast<std::size_t>(groups(edge.along[0]))] = true;
+    if (edge.triangles > 1) hangs[static_cast<std::size_t>(groups.find(edge.along[0]))] = true;
   }
   std::vector<OddEdge> borders;
   for (const OddEdge& edge : odd) {
-    if (hangs[static_cast<std::size_t>(groups(edge.along[0]))]) {
+    if (hangs[static_cast<std::size_t>(groups.find(edge.along[0]))]) {
       ++result.odd_edges;
     } else {
       borders.push_back(edge);

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include <palpate/error.hpp>
+
+#include "geometry/disjoint_sets.hpp"
 
 namespace palpate::app {
 namespace {
@@ -24,15 +25,15 @@ TissuePairs touching(const std::vector<InterfaceFace>& faces) {
 /// The lowest tissue of the body of each tissue (1 to n; 0 is not used).
 std::vector<int> body_of_tissues(const TissuePairs& pairs, const Relations& relations,
                                  const std::vector<bool>& rigid) {
-  std::vector<int> lowest(rigid.size() + 1);
-  std::iota(lowest.begin(), lowest.end(), 0);
+  DisjointSets bodies(rigid.size() + 1);
   const auto is_rigid = [&](int t) { return rigid[static_cast<std::size_t>(t - 1)]; };
   for (const auto& [a, b] : pairs) {
     if (relations.between(a, b) != Relation::grown || is_rigid(a) || is_rigid(b)) continue;
-    const int from = lowest[static_cast<std::size_t>(a)];
-    const int to = lowest[static_cast<std::size_t>(b)];
-    std::ranges::replace(lowest, std::max(from, to), std::min(from, to));
+    bodies.join(a, b);
   }
+  std::vector<int> lowest(rigid.size() + 1);
+  for (std::size_t tissue = 0; tissue < lowest.size(); ++tissue)
+    lowest[tissue] = bodies.find(static_cast<Index>(tissue));
   return lowest;
 }
 

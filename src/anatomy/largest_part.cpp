@@ -3,46 +3,27 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::anatomy {
 namespace {
 
-/// Connected sets of tets (union-find with path halving).
-class Parts {
- public:
-  explicit Parts(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::size_t find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  /// The lower of two representatives stays, so that of equal parts the first is found.
-  void join(std::size_t i, std::size_t j) {
-    const std::size_t a = find(i);
-    const std::size_t b = find(j);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 using Face = std::array<Index, 3>;  ///< corners, ascending
 using Side = std::array<Index, 2>;  ///< of a face: corners, ascending
 
 /// The faces of tets, sorted, each with its tet.
-std::vector<std::pair<Face, std::size_t>> faces_of(const TetMesh& mesh) {
-  std::vector<std::pair<Face, std::size_t>> faces;
+std::vector<std::pair<Face, Index>> faces_of(const TetMesh& mesh) {
+  std::vector<std::pair<Face, Index>> faces;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       Face face{};
       for (std::size_t i = 0; i < 3; ++i) face[i] = mesh.tets[t][(opposite + 1 + i) % 4];
       std::ranges::sort(face);
-      faces.emplace_back(face, t);
+      faces.emplace_back(face, static_cast<Index>(t));
     }
   }
   std::ranges::sort(faces);
@@ -68,9 +49,9 @@ std::vector<Side> pinched_edges(const TetMesh& mesh) {
   return pinched;
 }
 
-Parts parts_of(const TetMesh& mesh) {
+DisjointSets parts_of(const TetMesh& mesh) {
   const auto faces = faces_of(mesh);
-  Parts parts(mesh.tets.size());
+  DisjointSets parts(mesh.tets.size());
   for (std::size_t f = 1; f < faces.size(); ++f) {
     if (faces[f].first == faces[f - 1].first) parts.join(faces[f].second, faces[f - 1].second);
   }
@@ -87,10 +68,10 @@ struct Sizes {
 };
 
 Sizes sizes_of(const TetMesh& mesh) {
-  Parts parts = parts_of(mesh);
+  DisjointSets parts = parts_of(mesh);
   Sizes sizes{std::vector<std::size_t>(mesh.tets.size()), std::vector<std::size_t>(mesh.tets.size())};
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    sizes.part[t] = parts.find(t);
+    sizes.part[t] = static_cast<std::size_t>(parts.find(static_cast<Index>(t)));
     ++sizes.size[sizes.part[t]];
   }
   return sizes;

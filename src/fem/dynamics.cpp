@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/body_title.hpp"
+#include "fem/check_length.hpp"
 #include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "fem/padded_vectors.hpp"
@@ -18,12 +19,6 @@ namespace {
 
 constexpr std::size_t point_grain = 256;
 constexpr const char* source_name = "dynamics";
-
-void check_length(const char* name, std::size_t found, std::size_t expected, const char* per) {
-  if (found == expected) return;
-  throw Error(source_name, name, std::to_string(found) + " values",
-              std::to_string(expected) + " values, one per " + per);
-}
 
 void check_materials(const Bodies& bodies, const Materials& materials) {
   const std::size_t body_count = bodies.bodies().size();
@@ -173,108 +168,6 @@ void Dynamics::set_time_step(double time_step) {
   elements_.set_factors(factors_);
 }
 
-/// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces: at the
-/// positions at the start of the step, or at those of rotated bodies.
-void Dynamics::linearise() {
-  reuses_directions_ = false;
-  at_end_ = false;
-  set_base_velocities();
-  if (rotations_.any() || refined_ || second_order_) {
-    place_linear_positions();
-    refined_ = refined_ || second_order_;
-    elements_.update(threads_, linear_positions_);
-    updated_ = false;
-  } else {
-    update_elements();
-  }
-  form_system();
-}
-
-/// Makes the matrix and the right side from the present elements.
-void Dynamics::form_system() {
-  matrix_.assemble(threads_, diagonal_);
-  compute_point_forces();
-  if (refined_) {
-    add_displacement_forces();
-  } else if (rotations_.any()) {
-    add_rotation_forces();
-  }
-  compute_free_right_side();
-}
-
-/// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
-/// displacements from the rotated positions x', and inertia.
-void Dynamics::add_rotation_forces() {
-  couplings_.set({}, time_step_, free_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    rotation_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
-  });
-  system_.multiply_exactly(threads_, rotation_velocities_, right_side_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
-    point_forces_[i] += (1.0 / time_step_) * stiff +
-                        masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
-  });
-}
-
-/// Updates the elements unless they are current: they are if measuring the energy has already updated them.
-void Dynamics::update_elements() {
-  if (!updated_) elements_.update(threads_, positions_);
-  updated_ = true;
-}
-
-void Dynamics::compute_point_forces() {
-  const auto elastic = elements_.point_forces();
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] != 0) point_forces_[i] = loads_[i] + unpadded(elastic[i]);
-  });
-}
-
-/// Sets gravity and external forces, and their norms.
-void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_forces) {
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    loads_[i] = masses_[i] * gravity;
-    if (!external_forces.empty()) loads_[i] += external_forces[i];
-  });
-  // Norms of the impulse of gravity and loads in a step, and of the velocities that it alone would give, by
-  // mass. At rest all forces cancel, so only these give a scale for errors.
-  load_impulse_ =
-      time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
-                                           [&](std::size_t i) { return squared_length(loads_[i]); }));
-  load_scale_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-                  const double load = squared_length(loads_[i]);
-                  return load == 0.0 ? 0.0 : load / diagonal_[i];
-                }));
-}
-
-/// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the
-/// present matrix B. At points that are not free v is the prescribed velocity, so that their columns act on
-/// the free rows. In rotated frames v is the mean velocity without forces.
-void Dynamics::compute_free_right_side() {
-  couplings_.set({}, time_step_, free_);
-  system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    free_right_side_[i] = padded(time_step_ * point_forces_[i] + masses_[i] * unpadded(base_velocities_[i]) -
-                                 unpadded(free_right_side_[i]));
-  });
-}
-
-/// Adds the couplings' part, h f - W v.
-void Dynamics::compute_right_side() {
-  couplings_.multiply(threads_, base_velocities_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    right_side_[i] = free_right_side_[i];
-    const auto point = static_cast<Index>(i);
-    if (system_.free()[i] == 0 || !couplings_.holds(point)) return;
-    right_side_[i] = padded(unpadded(free_right_side_[i]) + time_step_ * couplings_.start_force(point) -
-                            couplings_.product(point));
-  });
-  holds_.hold(time_step_, base_velocities_, right_side_);
-}
-
 /// Sets the guess to dv of the last step. If that is zero, to free fall, which is then exact at any
 /// tolerance. The solver drops a guess that is worse than zero.
 void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
@@ -340,7 +233,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   if (!external_forces.empty())
     check_length("external_forces", external_forces.size(), masses_.size(), "point");
   duration_ = time_step;
-  set_time_step(second_order_ ? 2.0 / 3.0 * time_step : time_step);
+  set_time_step(step_length(time_step));
   if (elements_.is_viscous()) {
     elements_.find_history(threads_);
     updated_ = false;
@@ -449,132 +342,6 @@ bool Dynamics::all_finite(std::span<const Vec3> values) {
 bool Dynamics::all_finite(std::span<const simd::Padded3> values) {
   return parallel::sum(threads_, values.size(), partial_,
                        [&](std::size_t i) { return is_finite(unpadded(values[i])) ? 0.0 : 1.0; }) == 0.0;
-}
-
-void Dynamics::check_points(std::span<const Vec3> values, const char* name) {
-  check_length(name, values.size(), masses_.size(), "point");
-  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
-}
-
-void Dynamics::set_positions(std::span<const Vec3> positions) {
-  check_points(positions, "positions");
-  std::copy(positions.begin(), positions.end(), positions_.begin());
-  updated_ = false;
-  forget_past();
-}
-
-void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
-  check_points(values, name);
-  for (std::size_t i = 0; i < values.size(); ++i) target[i] = system_.free()[i] != 0 ? values[i] : Vec3{};
-  holds_.stop(target);
-}
-
-void Dynamics::set_velocities(std::span<const Vec3> velocities) {
-  set_moving(velocities, "velocities", velocities_);
-  forget_past();
-}
-
-void Dynamics::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
-  for (std::size_t i = 0; i < points.size(); ++i) at(velocities_, points[i]) = velocities[i];
-  forget_past();
-}
-
-void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
-  set_moving(changes, "velocity_changes", velocity_changes_);
-}
-
-void Dynamics::check_tensors(const char* name, std::span<const SymmetricMatrix3> values, std::size_t expected,
-                             const char* per) {
-  check_length(name, values.size(), expected, per);
-  for (const SymmetricMatrix3& value : values) {
-    if (!std::isfinite(norm(value)))
-      throw Error(source_name, name, "a value that is not finite", "finite values");
-  }
-}
-
-void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
-  check_tensors("plastic_strains", strains, elements_.plastic_strains().size(), "element that can yield");
-  updated_ = false;
-  elements_.set_plastic_strains(strains);
-}
-
-DynamicsState Dynamics::state() const {
-  const auto strains = elements_.plastic_strains();
-  return {.positions = positions_,
-          .velocities = velocities_,
-          .velocity_changes = velocity_changes_,
-          .plastic_strains = {strains.begin(), strains.end()},
-          .viscous_stresses = elements_.viscous_stresses(),
-          .inversion_clocks = inversion_clocks_,
-          .jacobi_iterations = jacobi_iterations_,
-          .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
-          .multigrid_reference = multigrid_.reference(),
-          .multigrid_stale_iterations = multigrid_.stale_iterations(),
-          .past_positions = past_positions_,
-          .past_velocities = past_velocities_,
-          .past_duration = past_duration_,
-          .second_order_multigrid_reference = second_order_multigrid_.reference(),
-          .second_order_multigrid_stale_iterations = second_order_multigrid_.stale_iterations()};
-}
-
-void Dynamics::set_state(const DynamicsState& state) {
-  check_points(state.positions, "positions");
-  check_points(state.velocities, "velocities");
-  check_points(state.velocity_changes, "velocity_changes");
-  check_tensors("plastic_strains", state.plastic_strains, elements_.plastic_strains().size(),
-                "element that can yield");
-  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
-                "element and term");
-  const auto check_optional = [&](std::span<const Vec3> values, const char* name) {
-    if (!values.empty()) check_points(values, name);
-  };
-  check_optional(state.multigrid_reference, "multigrid_reference");
-  check_optional(state.second_order_multigrid_reference, "second_order_multigrid_reference");
-  check_optional(state.past_positions, "past_positions");
-  if (state.past_positions.size() != state.past_velocities.size())
-    check_length("past_velocities", state.past_velocities.size(), state.past_positions.size(), "point");
-  check_optional(state.past_velocities, "past_velocities");
-  set_inversion_clocks(state.inversion_clocks);  // the last call that can throw
-  std::ranges::copy(state.positions, positions_.begin());
-  // set_velocities() would drop those of prescribed points, which friction depends on.
-  std::ranges::copy(state.velocities, velocities_.begin());
-  std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
-  elements_.set_plastic_strains(state.plastic_strains);
-  elements_.set_viscous_stresses(state.viscous_stresses);
-  jacobi_iterations_ = state.jacobi_iterations;
-  jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
-  multigrid_.set_reference(state.multigrid_reference, state.multigrid_stale_iterations);
-  second_order_multigrid_.set_reference(state.second_order_multigrid_reference,
-                                        state.second_order_multigrid_stale_iterations);
-  past_positions_ = state.past_positions;
-  past_velocities_ = state.past_velocities;
-  past_duration_ = state.past_duration;
-  updated_ = false;
-}
-
-double Dynamics::kinetic_energy() {
-  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return system_.free()[i] != 0 ? 0.5 * masses_[i] * squared_length(velocities_[i]) : 0.0;
-  });
-}
-
-double Dynamics::elastic_energy() {
-  update_elements();
-  const bool apart = elements_.smoothing().is_viscous();
-  const auto energy_of = [&](std::size_t e) {
-    const auto element = static_cast<Index>(e);
-    if (apart && elements_.is_smoothed(element)) return 0.0;
-    return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
-  };
-  const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
-  return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
-}
-
-std::int64_t Dynamics::inverted_elements() {
-  update_elements();
-  return static_cast<std::int64_t>(
-      parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
-                    [&](std::size_t e) { return elements_.inverted(static_cast<Index>(e)) ? 1.0 : 0.0; }));
 }
 
 }  // namespace palpate::fem

@@ -129,6 +129,10 @@ class Dynamics {
     return second_order_ ? start_positions_ : positions_;
   }
   [[nodiscard]] bool is_second_order() const { return second_order_; }
+  /// Of the step of implicit Euler that is made in a time step, s: 2/3 of it after start_second_order().
+  [[nodiscard]] double step_length(double time_step) const {
+    return second_order_ ? 2.0 / 3.0 * time_step : time_step;
+  }
 
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().

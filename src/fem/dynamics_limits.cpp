@@ -3,6 +3,7 @@
 #include <string>
 
 #include "fem/body_title.hpp"
+#include "fem/check_length.hpp"
 #include "fem/dynamics.hpp"
 #include "geometry/scaled_length.hpp"
 #include "number_text.hpp"
@@ -66,10 +67,7 @@ void Dynamics::advance_inversion_clocks() {
 }
 
 void Dynamics::set_inversion_clocks(std::span<const double> clocks) {
-  if (clocks.size() != inversion_clocks_.size()) {
-    throw Error("dynamics", "inversion_clocks", std::to_string(clocks.size()) + " values",
-                std::to_string(inversion_clocks_.size()) + " values, one per element");
-  }
+  check_length("inversion_clocks", clocks.size(), inversion_clocks_.size(), "element");
   for (const double clock : clocks) {
     if (!std::isfinite(clock))
       throw Error("dynamics", "inversion_clocks", "a value that is not finite", "finite values");

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <string>
 
 #include <palpate/error.hpp>
 #include <palpate/fibres.hpp>
 
 #include "fem/harmonic_field.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate {
@@ -39,21 +39,14 @@ std::vector<std::uint8_t> marked_ends(Index n_points, std::span<const Index> fro
 
 /// Connected pieces of a mesh: (n_points) the lowest point of each piece.
 std::vector<Index> pieces_of(const fem::ScalarTets& tets, std::size_t n_points) {
-  std::vector<Index> parent(n_points);
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index point) {
-    while (at(parent, point) != point) point = at(parent, point) = at(parent, at(parent, point));
-    return point;
-  };
+  DisjointSets pieces(n_points);
   for (std::size_t tet = 0; tet < tets.size(); ++tet) {
-    for (const Index corner : tets.corners(tet)) {
-      const Index a = root(corner);
-      const Index b = root(tets.corners(tet)[0]);
-      at(parent, std::max(a, b)) = std::min(a, b);
-    }
+    for (const Index corner : tets.corners(tet)) pieces.join(corner, tets.corners(tet)[0]);
   }
-  for (Index& point : parent) point = root(point);
-  return parent;
+  std::vector<Index> lowest(n_points);
+  for (std::size_t point = 0; point < n_points; ++point)
+    lowest[point] = pieces.find(static_cast<Index>(point));
+  return lowest;
 }
 
 void check_pieces(const fem::ScalarTets& tets, std::span<const std::uint8_t> ends) {

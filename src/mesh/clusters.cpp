@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <numeric>
 
 #include "geometry/box.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate {
@@ -58,27 +58,14 @@ class Cutter {
   /// Sets the part of the primitives of a body: the first point of the connected part, or the largest number
   /// for all small parts.
   void find_parts(std::size_t begin, std::size_t end, const Range& points) {
-    std::vector<Index> lower(
-        static_cast<std::size_t>(points.size()));  // union-find: a lower point of the same part, or itself
-    std::iota(lower.begin(), lower.end(), points.begin);
-    const auto first_of = [&](Index p) {
-      while (at(lower, p - points.begin) != p) {
-        Index& next = at(lower, p - points.begin);
-        next = at(lower, next - points.begin);
-        p = next;
-      }
-      return p;
-    };
+    DisjointSets parts(static_cast<std::size_t>(points.size()));
     for (std::size_t i = begin; i < end; ++i) {
-      for (const Index corner : primitive(i)) {
-        const Index a = first_of(corner);
-        const Index b = first_of(primitive(i)[0]);
-        at(lower, std::max(a, b) - points.begin) = std::min(a, b);
-      }
+      for (const Index corner : primitive(i))
+        parts.join(corner - points.begin, primitive(i)[0] - points.begin);
     }
-    std::vector<std::size_t> size(lower.size(), 0);
+    std::vector<std::size_t> size(static_cast<std::size_t>(points.size()), 0);
     for (std::size_t i = begin; i < end; ++i) {
-      placed_[i].part = first_of(primitive(i)[0]);
+      placed_[i].part = points.begin + parts.find(primitive(i)[0] - points.begin);
       ++at(size, placed_[i].part - points.begin);
     }
     for (std::size_t i = begin; i < end; ++i) {

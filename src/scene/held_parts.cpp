@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <numeric>
 
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
 #include "scene/selector.hpp"
 
@@ -12,23 +12,6 @@ namespace palpate {
 namespace {
 
 constexpr double held = 0.1;  // of the height
-
-/// For each point the lowest index of a point of its piece.
-std::vector<Index> pieces(const Bodies& body) {
-  std::vector<Index> first(body.points_rest().size());
-  std::iota(first.begin(), first.end(), Index{0});
-  const auto root = [&](Index point) {
-    while (at(first, point) != point) point = at(first, point) = at(first, at(first, point));
-    return point;
-  };
-  for (const Edge& edge : body.edges()) {
-    const Index a = root(edge[0]);
-    const Index b = root(edge[1]);
-    at(first, std::max(a, b)) = std::min(a, b);
-  }
-  for (std::size_t point = 0; point < first.size(); ++point) first[point] = root(static_cast<Index>(point));
-  return first;
-}
 
 /// The lowest tenth of the box of some points, wider than it to all sides, so that rounding loses no point.
 BoxSelection lowest_tenth(const Bodies& body, const std::vector<Index>& points) {
@@ -50,13 +33,14 @@ HeldParts held_parts(const Bodies& body) {
   constexpr std::size_t most_pieces = 20;
   std::map<Index, std::vector<Index>> by_piece;
   std::vector<Index> all;
-  const std::vector<Index> piece_of = pieces(body);
+  DisjointSets pieces(body.points_rest().size());
+  for (const Edge& edge : body.edges()) pieces.join(edge[0], edge[1]);
   for (const Edge& edge : body.edges()) all.insert(all.end(), edge.begin(), edge.end());
   std::ranges::sort(all);
   all.erase(std::ranges::unique(all).begin(), all.end());  // without points in no tet
-  for (const Index point : all) by_piece[at(piece_of, point)].push_back(point);
+  for (const Index point : all) by_piece[pieces.find(point)].push_back(point);
 
-  HeldParts parts{{lowest_tenth(body, all)}, std::vector<std::uint8_t>(piece_of.size(), 1)};
+  HeldParts parts{{lowest_tenth(body, all)}, std::vector<std::uint8_t>(body.points_rest().size(), 1)};
   const auto is_held = [&](Index point) {
     return std::ranges::any_of(
         parts.boxes, [&](const BoxSelection& box) { return contains(box, at(body.points_rest(), point)); });

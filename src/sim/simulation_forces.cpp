@@ -27,7 +27,7 @@ void Simulation::State::collect_forces() {
   step_forces.take(
       threads, couplings,
       {.first_tie = first_tie, .first_contact = first_contact, .first_speculative = first_speculative},
-      response, step_length, dynamics.mean_velocities());
+      response, step_length(), dynamics.mean_velocities());
   step_forces.sum_over_bodies(bodies, contact_forces);
   if (!records_reactions) {
     reactions.clear();

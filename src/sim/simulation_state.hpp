@@ -55,6 +55,8 @@ struct Simulation::State {
   void measure();
   /// See StepMetrics::deepest. O(contacts log pairs of bodies).
   [[nodiscard]] double deepest();
+  /// Of the present step, s.
+  [[nodiscard]] double step_length() const { return dynamics.step_length(settings.time_step); }
   void set_end();
   void reset_counts();
   void begin_step();
@@ -92,7 +94,6 @@ struct Simulation::State {
   PrescribedMotions prescribed;
   fem::Dynamics dynamics;
   Loads loads;
-  double step_length = 0.0;          ///< s, of the present step: the time step, of BDF2 2/3 of it
   std::span<const Vec3> step_loads;  ///< forces on points of the step, N; or empty
   Grabs grabs;
   Detector detector;

@@ -115,7 +115,7 @@ fem::ContactSet Simulation::State::contact_set() {
   return {.laws = response.laws(),
           .couplings = couplings,
           .first = first_contact,
-          .friction = {.coefficient = response.friction(), .time_step = step_length}};
+          .friction = {.coefficient = response.friction(), .time_step = step_length()}};
 }
 
 /// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
@@ -154,6 +154,7 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     const bool passes = met == 0.0 && !loose && stop_passes();
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
+    if (dynamics.is_second_order() && metrics.speculative_contacts > 0) return;  // it will be undone
     const bool solved = met == 0.0 && !passes && !loose;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
     if (solved && !searches_again) {
@@ -188,13 +189,13 @@ void Simulation::State::solve_step(const StepMetrics& last) {
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   grab_couplings = couplings.size();
-  dynamics.holds().append(step_length, couplings);
+  dynamics.holds().append(step_length(), couplings);
   first_tie = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
+  const double h = step_length();
   response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
-                   dynamics.velocities(), step_length, step_length * step_length * length(settings.gravity),
-                   couplings);
+                   dynamics.velocities(), h, h * h * length(settings.gravity), couplings);
   first_speculative = first_contact + response.present();
   metrics.forces_seconds += watch.lap();
   begin_step();
@@ -215,7 +216,6 @@ bool Simulation::State::solve_second_order(const StepMetrics& last) {
   const bool may = settings.time_integration == TimeIntegration::bdf2 && last.speculative_contacts == 0 &&
                    last.solver_converged && !spends_time();
   if (!may || !dynamics.start_second_order(settings.time_step)) return false;
-  step_length = 2.0 / 3.0 * settings.time_step;
   DetectorSteps::hold(detector);
   const bool detects = detector.contacts().size() > 0 || detector.edge_contacts().size() > 0;
   if (detects) {
@@ -245,7 +245,6 @@ void Simulation::State::advance() {
   set_end();
   metrics.order = solve_second_order(last) ? 2 : 1;
   if (metrics.order == 1) {
-    step_length = settings.time_step;
     DetectorSteps::hold(detector);
     try {
       solve_step(last);
@@ -258,7 +257,7 @@ void Simulation::State::advance() {
   Stopwatch watch;
   count_passes();
   collect_forces();
-  grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length, dynamics.mean_velocities());
+  grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length(), dynamics.mean_velocities());
   dynamics.end_step();
   metrics.solver_seconds += watch.lap();
 }

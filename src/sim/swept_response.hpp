@@ -20,7 +20,7 @@ namespace palpate {
 struct PredictedStep {
   std::span<const Vec3> start;       ///< (n_points x 3), m
   std::span<const Vec3> end;         ///< (n_points x 3), m
-  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s: (end - start) / time_step
+  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; of implicit Euler (end - start) / time_step
   double time_step = 0.0;            ///< s
   const ContactTable& contacts;      ///< at `end`
 };

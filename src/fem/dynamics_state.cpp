@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <utility>
+
+#include <palpate/error.hpp>
+
+#include "fem/check_length.hpp"
+#include "fem/dynamics.hpp"
+
+// The part of Dynamics that gets and sets its state, and the energies of it.
+namespace palpate::fem {
+namespace {
+
+constexpr const char* source_name = "dynamics";
+
+}  // namespace
+
+void Dynamics::check_points(std::span<const Vec3> values, const char* name) {
+  check_length(name, values.size(), masses_.size(), "point");
+  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
+}
+
+void Dynamics::set_positions(std::span<const Vec3> positions) {
+  check_points(positions, "positions");
+  std::copy(positions.begin(), positions.end(), positions_.begin());
+  updated_ = false;
+  forget_past();
+}
+
+void Dynamics::set_moving(std::span<const Vec3> values, const char* name, std::vector<Vec3>& target) {
+  check_points(values, name);
+  for (std::size_t i = 0; i < values.size(); ++i) target[i] = system_.free()[i] != 0 ? values[i] : Vec3{};
+  holds_.stop(target);
+}
+
+void Dynamics::set_velocities(std::span<const Vec3> velocities) {
+  set_moving(velocities, "velocities", velocities_);
+  forget_past();
+}
+
+void Dynamics::set_velocities(std::span<const Index> points, std::span<const Vec3> velocities) {
+  for (std::size_t i = 0; i < points.size(); ++i) at(velocities_, points[i]) = velocities[i];
+  forget_past();
+}
+
+void Dynamics::set_velocity_changes(std::span<const Vec3> changes) {
+  set_moving(changes, "velocity_changes", velocity_changes_);
+}
+
+void Dynamics::check_tensors(const char* name, std::span<const SymmetricMatrix3> values, std::size_t expected,
+                             const char* per) {
+  check_length(name, values.size(), expected, per);
+  for (const SymmetricMatrix3& value : values) {
+    if (!std::isfinite(norm(value)))
+      throw Error(source_name, name, "a value that is not finite", "finite values");
+  }
+}
+
+void Dynamics::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
+  check_tensors("plastic_strains", strains, elements_.plastic_strains().size(), "element that can yield");
+  updated_ = false;
+  elements_.set_plastic_strains(strains);
+}
+
+DynamicsState Dynamics::state() const {
+  const auto strains = elements_.plastic_strains();
+  return {.positions = positions_,
+          .velocities = velocities_,
+          .velocity_changes = velocity_changes_,
+          .plastic_strains = {strains.begin(), strains.end()},
+          .viscous_stresses = elements_.viscous_stresses(),
+          .inversion_clocks = inversion_clocks_,
+          .jacobi_iterations = jacobi_iterations_,
+          .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
+          .multigrid_reference = multigrid_.reference(),
+          .multigrid_stale_iterations = multigrid_.stale_iterations(),
+          .past_positions = past_positions_,
+          .past_velocities = past_velocities_,
+          .past_duration = past_duration_,
+          .second_order_multigrid_reference = second_order_multigrid_.reference(),
+          .second_order_multigrid_stale_iterations = second_order_multigrid_.stale_iterations()};
+}
+
+void Dynamics::set_state(const DynamicsState& state) {
+  check_points(state.positions, "positions");
+  check_points(state.velocities, "velocities");
+  check_points(state.velocity_changes, "velocity_changes");
+  check_tensors("plastic_strains", state.plastic_strains, elements_.plastic_strains().size(),
+                "element that can yield");
+  check_tensors("viscous_stresses", state.viscous_stresses, elements_.viscous_stresses().size(),
+                "element and term");
+  const auto check_optional = [&](std::span<const Vec3> values, const char* name) {
+    if (!values.empty()) check_points(values, name);
+  };
+  check_optional(state.multigrid_reference, "multigrid_reference");
+  check_optional(state.second_order_multigrid_reference, "second_order_multigrid_reference");
+  check_optional(state.past_positions, "past_positions");
+  if (state.past_positions.size() != state.past_velocities.size())
+    check_length("past_velocities", state.past_velocities.size(), state.past_positions.size(), "point");
+  check_optional(state.past_velocities, "past_velocities");
+  set_inversion_clocks(state.inversion_clocks);  // the last call that can throw
+  std::ranges::copy(state.positions, positions_.begin());
+  // set_velocities() would drop those of prescribed points, which friction depends on.
+  std::ranges::copy(state.velocities, velocities_.begin());
+  std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
+  elements_.set_plastic_strains(state.plastic_strains);
+  elements_.set_viscous_stresses(state.viscous_stresses);
+  jacobi_iterations_ = state.jacobi_iterations;
+  jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
+  multigrid_.set_reference(state.multigrid_reference, state.multigrid_stale_iterations);
+  second_order_multigrid_.set_reference(state.second_order_multigrid_reference,
+                                        state.second_order_multigrid_stale_iterations);
+  past_positions_ = state.past_positions;
+  past_velocities_ = state.past_velocities;
+  past_duration_ = state.past_duration;
+  updated_ = false;
+}
+
+double Dynamics::kinetic_energy() {
+  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return system_.free()[i] != 0 ? 0.5 * masses_[i] * squared_length(velocities_[i]) : 0.0;
+  });
+}
+
+double Dynamics::elastic_energy() {
+  update_elements();
+  const bool apart = elements_.smoothing().is_viscous();
+  const auto energy_of = [&](std::size_t e) {
+    const auto element = static_cast<Index>(e);
+    if (apart && elements_.is_smoothed(element)) return 0.0;
+    return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
+  };
+  const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
+  return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
+}
+
+std::int64_t Dynamics::inverted_elements() {
+  update_elements();
+  return static_cast<std::int64_t>(
+      parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_,
+                    [&](std::size_t e) { return elements_.inverted(static_cast<Index>(e)) ? 1.0 : 0.0; }));
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,116 @@
+#include <cmath>
+
+#include "fem/dynamics.hpp"
+#include "fem/padded_vectors.hpp"
+
+// The linear system of a step: matrix, forces and right side.
+namespace palpate::fem {
+namespace {
+
+constexpr std::size_t point_grain = 256;
+
+}  // namespace
+
+/// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces: at the
+/// positions at the start of the step, or at those of place_linear_positions().
+void Dynamics::linearise() {
+  reuses_directions_ = false;
+  at_end_ = false;
+  set_base_velocities();
+  if (rotations_.any() || refined_ || second_order_) {
+    place_linear_positions();
+    refined_ = refined_ || second_order_;
+    elements_.update(threads_, linear_positions_);
+    updated_ = false;
+  } else {
+    update_elements();
+  }
+  form_system();
+}
+
+/// Makes the matrix and the right side from the present elements.
+void Dynamics::form_system() {
+  matrix_.assemble(threads_, diagonal_);
+  compute_point_forces();
+  if (refined_) {
+    add_displacement_forces();
+  } else if (rotations_.any()) {
+    add_rotation_forces();
+  }
+  compute_free_right_side();
+}
+
+/// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
+/// displacements from the rotated positions x', and inertia.
+void Dynamics::add_rotation_forces() {
+  couplings_.set({}, time_step_, free_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    rotation_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
+  });
+  system_.multiply_exactly(threads_, rotation_velocities_, right_side_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
+    point_forces_[i] += (1.0 / time_step_) * stiff +
+                        masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
+  });
+}
+
+/// Updates the elements unless they are current: they are if measuring the energy has already updated them.
+void Dynamics::update_elements() {
+  if (!updated_) elements_.update(threads_, positions_);
+  updated_ = true;
+}
+
+void Dynamics::compute_point_forces() {
+  const auto elastic = elements_.point_forces();
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] != 0) point_forces_[i] = loads_[i] + unpadded(elastic[i]);
+  });
+}
+
+/// Sets gravity and external forces, and their norms.
+void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_forces) {
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    loads_[i] = masses_[i] * gravity;
+    if (!external_forces.empty()) loads_[i] += external_forces[i];
+  });
+  // Norms of the impulse of gravity and loads in a step, and of the velocities that it alone would give, by
+  // mass. At rest all forces cancel, so only these give a scale for errors.
+  load_impulse_ =
+      time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
+                                           [&](std::size_t i) { return squared_length(loads_[i]); }));
+  load_scale_ = time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+                  const double load = squared_length(loads_[i]);
+                  return load == 0.0 ? 0.0 : load / diagonal_[i];
+                }));
+}
+
+/// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the
+/// present matrix B. At points that are not free v is the prescribed velocity, so that their columns act on
+/// the free rows. In rotated frames v is the mean velocity without forces.
+void Dynamics::compute_free_right_side() {
+  couplings_.set({}, time_step_, free_);
+  system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (system_.free()[i] == 0) return;
+    free_right_side_[i] = padded(time_step_ * point_forces_[i] + masses_[i] * unpadded(base_velocities_[i]) -
+                                 unpadded(free_right_side_[i]));
+  });
+}
+
+/// Adds the couplings' part, h f - W v.
+void Dynamics::compute_right_side() {
+  couplings_.multiply(threads_, base_velocities_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    right_side_[i] = free_right_side_[i];
+    const auto point = static_cast<Index>(i);
+    if (system_.free()[i] == 0 || !couplings_.holds(point)) return;
+    right_side_[i] = padded(unpadded(free_right_side_[i]) + time_step_ * couplings_.start_force(point) -
+                            couplings_.product(point));
+  });
+  holds_.hold(time_step_, base_velocities_, right_side_);
+}
+
+}  // namespace palpate::fem
