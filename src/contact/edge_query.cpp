@@ -1,18 +1,22 @@
 #include "contact/edge_query.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 #include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
 #include "room.hpp"
-#include "simd/separations.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::size_t clusters_of_chunk = 64;
 constexpr std::size_t groups_of_chunk = 64;
+constexpr std::size_t facing_of_chunk = 32;
 /// Number of detections like the last one for which a list has a margin, and the largest margin, over the
 /// reach of a rim.
 constexpr double detections = 12.0;
@@ -23,11 +27,17 @@ constexpr double fewest_detections = 3.0;
 /// Number of lists without a margin after a margin that did not pay; four times as many each time.
 constexpr int shortest_patience = 8;
 constexpr int longest_patience = 2048;
-/// Smaller distances are not cached, m; floats can still represent them.
-constexpr double least_apart = 1e-30;
-constexpr double most_apart = 1e38;
 /// Factor above the rounding error of the sum of a few numbers.
 constexpr double rounding = 1.0 + 1e-12;
+
+/// The power of two below the mean edge of all bodies, m; 1 where there is none.
+double unit_of(const Bodies& bodies) {
+  double sum = 0.0;
+  for (const Edge& edge : bodies.edges())
+    sum += length(at(bodies.points_rest(), edge[1]) - at(bodies.points_rest(), edge[0]));
+  const double mean = sum / std::max(1.0, static_cast<double>(bodies.edges().size()));
+  return mean > 0.0 ? std::exp2(std::floor(std::log2(mean))) : 1.0;
+}
 
 }  // namespace
 
@@ -37,21 +47,29 @@ struct EdgeQuery::Frame {
   std::span<const Vec3> positions;
   const PairFilter& may_touch;
   const ContactTable& contacts;
+  FacingClusters::Frame facing;
+
+  [[nodiscard]] bool has_end_in_contact(Index edge, Index body) const {
+    const Edge& ends = at(bodies.edges(), edge);
+    return contacts.find(ends[0], body) >= 0 || contacts.find(ends[1], body) >= 0;
+  }
 };
 
 EdgeQuery::EdgeQuery(const Bodies& bodies)
-    : search_(bodies),
-      boxes_(search_.clusters().clusters.size()),
+    : surface_(bodies),
+      blocks_(surface_, bodies),
+      clusters_(surface_),
+      unit_(unit_of(bodies)),
+      boxes_(surface_.clusters.clusters.size()),
       motions_(boxes_.size()),
-      bodies_(bodies.bodies().size()),
-      grown_(bodies.bodies().size(), 0.0) {
+      bodies_(bodies.bodies().size()) {
   for (Index b = 0; b < bodies.body_count(); ++b) most_room_.push_back(most_room * rim_reach(bodies, b));
 }
 
 /// Updates boxes and motions of clusters and bodies.
 void EdgeQuery::follow(const Frame& frame) {
   if (last_.empty()) last_.assign(frame.positions.begin(), frame.positions.end());
-  const Clusters& clusters = search_.clusters();
+  const Clusters& clusters = surface_.clusters;
   parallel::for_each(frame.threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
     Box box;
     Box motion;
@@ -93,7 +111,7 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
   std::ranges::sort(body_pairs_);
   next_.clear();
   make_room(next_, body_pairs_.size());
-  for (const EdgeSearch::Pair& pair : body_pairs_) {
+  for (const IndexPair& pair : body_pairs_) {
     const auto known = std::ranges::lower_bound(pairs_, pair, {}, &NearPair::bodies);
     if (known != pairs_.end() && known->bodies == pair) {
       next_.push_back(std::move(*known));
@@ -108,155 +126,184 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
   pairs_.swap(next_);
 }
 
-/// Plans the next list of a pair from its last one.
+/// Plans the next list of a pair from its last one: its margin, or 0 for none.
 double EdgeQuery::room_for(NearPair& pair) const {
   if (pair.room > 0.0) {
     const bool paid = pair.near.size() <= pair.served * pair.bare;
     pair.patience = paid ? shortest_patience : std::min(4 * pair.patience, longest_patience);
     pair.left_bare = paid ? 0 : pair.patience;
   }
-  if (pair.room == 0.0) pair.bare = pair.near.size();
   const double most = at(most_room_, pair.bodies.first) + at(most_room_, pair.bodies.second);
-  if (pair.left_bare > 0 || fewest_detections * pair.usual > most) {
+  const double least = least_room * most;
+  const bool waits = pair.left_bare > 0 && (pair.usual > least || pair.room < 0.0);
+  if (waits || fewest_detections * pair.usual > most) {
     pair.left_bare = std::max(0, pair.left_bare - 1);
     return 0.0;
   }
-  return std::clamp(detections * pair.usual, least_room * most, most);
+  return std::clamp(detections * pair.usual, least, most);
 }
 
-/// Renews the lists of pairs that have moved further than their margin.
+/// Lists near edges of pairs that have no list, or have moved further than its margin.
 void EdgeQuery::list_again(const Frame& frame) {
-  body_pairs_.clear();
-  make_room(body_pairs_, pairs_.size());
-  std::ranges::fill(grown_, 0.0);
-  for (NearPair& pair : pairs_) {
+  unlisted_.clear();
+  unlisted_pairs_.clear();
+  make_room(unlisted_, pairs_.size());
+  make_room(unlisted_pairs_, pairs_.size());
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    NearPair& pair = pairs_[i];
     ++pair.served;
-    if (pair.moved <= pair.room) continue;
-    body_pairs_.push_back(pair.bodies);
+    if (pair.room > 0.0 && pair.moved <= pair.room) continue;
     pair.room = room_for(pair);
-    for (const Index body : {pair.bodies.first, pair.bodies.second})
-      at(grown_, body) = std::max(at(grown_, body), 0.5 * pair.room);
     pair.moved = 0.0;
     pair.served = 0;
+    if (pair.room == 0.0) pair.bare = 0;
     pair.groups.clear();
     pair.near.clear();
-    pair.apart.clear();
+    unlisted_.push_back({pair.bodies, pair.room});
+    unlisted_pairs_.push_back(i);
   }
-  if (body_pairs_.empty()) return;
-  search_.find(frame.threads, frame.bodies, frame.positions, boxes_, body_pairs_, grown_);
-  add_to_lists();
+  facing_ = clusters_.find(frame.threads, boxes_, unlisted_);
+  resize_with_room(sizes_, facing_.size());
+  near_lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
+                   [&](std::size_t begin, std::size_t end, std::vector<NearEdge>& found) {
+                     FacingClusters facing(frame.facing);
+                     for (std::size_t i = begin; i < end; ++i) {
+                       const std::size_t before = found.size();
+                       list(frame, facing_[i], facing, found);
+                       sizes_[i] = found.size() - before;
+                     }
+                   });
+  near_lists_.make_even_room();
+  near_lists_.join(near_);
 }
 
-void EdgeQuery::add_to_lists() {
-  auto next = search_.found().begin();
-  for (const auto& [clusters, size] : search_.groups()) {
-    if (size == 0) continue;
-    const Index a = at(search_.clusters().clusters, clusters.first).body;
-    const Index b = at(search_.clusters().clusters, clusters.second).body;
-    NearPair& pair = *std::ranges::lower_bound(pairs_, EdgeSearch::Pair(std::min(a, b), std::max(a, b)), {},
-                                               &NearPair::bodies);
+/// Lists the near edges of two clusters.
+void EdgeQuery::list(const Frame& frame, const ClusterPairs::Found& pair, FacingClusters& facing,
+                     std::vector<NearEdge>& found) const {
+  const auto& [a, b] = pair.clusters;
+  facing.face(a, b);
+  const double room = at(unlisted_, pair.pair).margin;
+  // Contacts of the next detections may be others, so a list that is kept has all edges.
+  const auto wanted = [&](std::size_t side, std::size_t place) {
+    if (room > 0.0) return true;
+    const Index body = at(surface_.clusters.clusters, side == 0 ? b : a).body;
+    const Index first = at(surface_.edges.begin, side == 0 ? a : b);
+    return !frame.has_end_in_contact(at(surface_.edges.values, first + static_cast<Index>(place)), body);
+  };
+  facing.list(room, wanted, found);
+}
+
+/// Gives pairs with a margin their lists.
+void EdgeQuery::take_lists() {
+  fresh_begin_.clear();
+  make_room(fresh_begin_, facing_.size() + 1);
+  fresh_begin_.push_back(0);
+  for (std::size_t i = 0; i < facing_.size(); ++i) {
+    const std::size_t begin = fresh_begin_.back();
+    const std::size_t size = sizes_[i];
+    fresh_begin_.push_back(begin + size);
+    NearPair& pair = pairs_[at(unlisted_pairs_, facing_[i].pair)];
+    if (pair.room == 0.0) pair.bare += size;
+    if (pair.room == 0.0 || size == 0) continue;
     make_room(pair.groups, pair.groups.size() + 1);
     make_room(pair.near, pair.near.size() + size);
-    make_room(pair.apart, pair.apart.size() + size);
-    pair.groups.push_back({clusters, pair.near.size(), size, 0.0});
-    const auto end = next + static_cast<std::ptrdiff_t>(size);
-    pair.near.insert(pair.near.end(), next, end);
-    pair.apart.insert(pair.apart.end(), size, -1.0F);
-    next = end;
+    pair.groups.push_back({facing_[i].clusters, pair.near.size(), size, 0.0, -1.0F});
+    const auto first = near_.begin() + static_cast<std::ptrdiff_t>(begin);
+    pair.near.insert(pair.near.end(), first, first + static_cast<std::ptrdiff_t>(size));
   }
 }
 
-/// Edges and triangles that are tested together.
-class EdgeQuery::Batch {
- public:
-  Batch(const Frame& frame, std::vector<EdgeTriangle>& found) : frame_(frame), found_(found) {}
-
-  /// \param moved  motion of the group
-  /// \param apart  distance of the pair, as a result
-  void add(const EdgeTriangle& pair, double moved, float& apart) {
-    const Edge& edge = at(frame_.bodies.edges(), pair.edge);
-    const Triangle& triangle = at(frame_.bodies.triangles(), pair.triangle);
-    for (std::size_t i = 0; i < 2; ++i) rows_.end[i].put(at(frame_.positions, edge[i]), size_);
-    for (std::size_t i = 0; i < 3; ++i) rows_.corner[i].put(at(frame_.positions, triangle[i]), size_);
-    waiting_[size_] = {pair, moved, &apart};
-    if (++size_ == rows_.most) test();
+void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
+                             std::vector<EdgeTriangle>& found) const {
+  const Index cluster = near.side == 0 ? clusters.first : clusters.second;
+  const Cluster& other = at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
+  const Index edge = at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
+  if (frame.has_end_in_contact(edge, other.body)) return;
+  const Edge& ends = at(frame.bodies.edges(), edge);
+  const std::span<const Index> triangles = surface_.clusters.primitives_of(other);
+  for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
+    const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
+    const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
+    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1], x[2]))
+      found.push_back({edge, triangle});
   }
-  void test() {
-    if (size_ == 0) return;
-    simd::find_separations(rows_, size_);
-    for (std::size_t i = 0; i < size_; ++i) {
-      const Waiting& pair = waiting_[i];
-      constexpr double down = 1.0 - 1e-6;
-      if (rows_.apart[i] > least_apart) {
-        *pair.apart = static_cast<float>(std::min(down * (pair.moved + rows_.apart[i]), most_apart));
-      } else {
-        test(pair.pair);
-      }
-    }
-    size_ = 0;
-  }
+}
 
- private:
-  void test(const EdgeTriangle& pair) {
-    const Edge& edge = at(frame_.bodies.edges(), pair.edge);
-    const Triangle& t = at(frame_.bodies.triangles(), pair.triangle);
-    const std::array<Vec3, 3> x = corners_of(frame_.positions, t);
-    if (!segment_meets_triangle(at(frame_.positions, edge[0]), at(frame_.positions, edge[1]), x[0], x[1],
-                                x[2]))
-      return;
-    const Index body = frame_.bodies.body_of(t);
-    if (frame_.contacts.find(edge[0], body) < 0 && frame_.contacts.find(edge[1], body) < 0)
-      found_.push_back(pair);
-  }
+/// The pairs without a list.
+void EdgeQuery::test_fresh(const Frame& frame) {
+  lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
+              [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
+                for (std::size_t i = begin; i < end; ++i) {
+                  if (at(unlisted_, facing_[i].pair).margin > 0.0) continue;
+                  for (std::size_t near = fresh_begin_[i]; near < fresh_begin_[i + 1]; ++near)
+                    if (near_[near].touching != 0)
+                      test_exactly(frame, facing_[i].clusters, near_[near], found);
+                }
+              });
+  lists_.make_even_room();
+  lists_.join(found_);
+}
 
-  struct Waiting {
-    EdgeTriangle pair;
-    double moved;
-    float* apart;
-  };
-  const Frame& frame_;
-  std::vector<EdgeTriangle>& found_;
-  simd::SegmentsAndTriangles rows_;
-  std::array<Waiting, simd::SegmentsAndTriangles::most> waiting_;
-  std::size_t size_ = 0;
-};
-
-void EdgeQuery::test(NearPair& pair, std::size_t number, Batch& batch) const {
-  Group& group = pair.groups[number];
+void EdgeQuery::test_group(const Frame& frame, NearPair& pair, Group& group, FacingClusters& facing,
+                           std::vector<EdgeTriangle>& found) const {
   const auto& [a, b] = group.clusters;
   // Pairs that were listed now have not moved since.
   if (pair.moved > 0.0) group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
-  for (std::size_t i = group.begin; i < group.begin + group.size; ++i) {
-    if (!(group.moved <= static_cast<double>(pair.apart[i])))
-      batch.add(pair.near[i], group.moved, pair.apart[i]);
+  if (group.moved < static_cast<double>(group.apart)) return;
+  bool faces = false;
+  group.apart = std::numeric_limits<float>::max();
+  for (NearEdge& near : std::span(pair.near).subspan(group.begin, group.size)) {
+    if (pair.moved > 0.0 && !(group.moved < static_cast<double>(near.apart))) {
+      const Index cluster = near.side == 0 ? a : b;
+      const Cluster& other = at(surface_.clusters.clusters, near.side == 0 ? b : a);
+      const Index edge = at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
+      if (frame.has_end_in_contact(edge, other.body)) {
+        group.apart = -1.0F;
+        continue;
+      }
+      if (!std::exchange(faces, true)) facing.face(a, b);
+      facing.test_again(near);
+      constexpr double down = 1.0 - 1e-6;
+      if (near.apart > 0.0F)
+        near.apart = static_cast<float>(down * (group.moved + static_cast<double>(near.apart)));
+    }
+    group.apart = std::min(group.apart, near.apart);
+    if (near.touching != 0) test_exactly(frame, group.clusters, near, found);
   }
 }
 
-void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                     const PairFilter& may_touch, const ContactTable& contacts) {
-  const Frame frame{threads, bodies, positions, may_touch, contacts};
-  follow(frame);
-  pair_bodies(frame);
-  list_again(frame);
+/// The pairs with a list.
+void EdgeQuery::test_listed(const Frame& frame) {
   begin_.clear();
   make_room(begin_, pairs_.size() + 1);
   begin_.push_back(0);
   for (const NearPair& pair : pairs_) begin_.push_back(begin_.back() + pair.groups.size());
   const std::size_t chunks = parallel::chunk_count(begin_.back(), groups_of_chunk);
-  lists_.make_room_in_all(chunks + chunks / 2 + 1, 4 * groups_of_chunk);
-  lists_.fill(threads, begin_.back(), groups_of_chunk,
+  lists_.fill(frame.threads, begin_.back(), groups_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
-                Batch batch(frame, found);
+                FacingClusters facing(frame.facing);
                 auto pair =
                     static_cast<std::size_t>(std::ranges::upper_bound(begin_, begin) - begin_.begin()) - 1;
                 for (std::size_t group = begin; group < end; ++group) {
                   while (group >= begin_[pair + 1]) ++pair;
-                  test(pairs_[pair], group - begin_[pair], batch);
+                  test_group(frame, pairs_[pair], pairs_[pair].groups[group - begin_[pair]], facing, found);
                 }
-                batch.test();
               });
+  lists_.make_even_room();
+  lists_.append(found_, chunks);
+}
+
+void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+                     const PairFilter& may_touch, const ContactTable& contacts) {
+  const Frame frame{threads,   bodies,   positions,
+                    may_touch, contacts, {surface_, blocks_, positions, boxes_, unit_}};
+  follow(frame);
+  pair_bodies(frame);
+  list_again(frame);
+  take_lists();
   make_room(found_, contacts.size());
-  lists_.join(found_);
+  test_fresh(frame);
+  test_listed(frame);
   std::ranges::sort(found_, {}, [](const EdgeTriangle& hit) { return std::pair(hit.edge, hit.triangle); });
 }
 

@@ -31,6 +31,10 @@ class RimFalloff {
   /// Distance from a side at which the scale reaches one, m.
   [[nodiscard]] double reach(Index body) const { return rims_[static_cast<std::size_t>(body)].outer; }
 
+  /// Distance from a side up to which the scale is zero, m: 0.075 of the mean height of the body's tets, or
+  /// half of the reach where that is less.
+  [[nodiscard]] double inner(Index body) const { return rims_[static_cast<std::size_t>(body)].inner; }
+
   /// Call once before the scales at new positions: finds which bodies have moved. O(points); does nothing
   /// where contacts are few.
   void begin(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
@@ -39,9 +43,9 @@ class RimFalloff {
   /// The scale, 0 to 1. Uses row c of the cache, or fills it. May be called from any thread.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                              std::size_t c, ExitSearch& search, RimCache& cache) const;
-  /// The same, by a walk without the cache.
-  [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
-                             std::size_t c, ExitSearch& search) const;
+  /// The same for a point in `tet` that leaves the tet's body along `direction`, without the cache.
+  [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet,
+                             const Vec3& direction, ExitSearch& search) const;
 
  private:
   /// Distances from a side between which the scale grows from zero to one, m.

@@ -48,6 +48,12 @@ inline Box grown(const Box& box, double by) {
   return {box.lower - d, box.upper + d};
 }
 
+/// Empty where the boxes do not meet.
+inline Box common_part(const Box& a, const Box& b) {
+  return {{std::max(a.lower.x, b.lower.x), std::max(a.lower.y, b.lower.y), std::max(a.lower.z, b.lower.z)},
+          {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
+}
+
 /// An upper bound on the distance between a point of one box and a point of the other, also when coordinates
 /// are rounded.
 inline double furthest(const Box& a, const Box& b) {

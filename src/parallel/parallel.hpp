@@ -99,6 +99,14 @@ class ChunkedList {
       keep_room(list, capacity, list.size() + 16);
     });
   }
+  /// Reserves room in all lists for half more than the largest so far, and half more lists.
+  /// For chunks whose work varies from frame to frame: only the first frames allocate.
+  void make_even_room() {
+    std::size_t most = 0;
+    for (std::size_t chunk = 0; chunk < used_; ++chunk) most = std::max(most, lists_[chunk].size());
+    if (most > most_of_chunk_) most_of_chunk_ = most + most / 2;
+    make_room_in_all(used_ + used_ / 2 + 4, most_of_chunk_);
+  }
   /// Reserves room for `items` items in the lists of `chunks` chunks.
   void make_room_in_all(std::size_t chunks, std::size_t items) {
     if (lists_.size() < chunks) lists_.resize(chunks);
@@ -122,6 +130,7 @@ class ChunkedList {
  private:
   std::vector<std::vector<T>> lists_;
   std::size_t used_ = 0;
+  std::size_t most_of_chunk_ = 0;  ///< room of each, by make_even_room()
 };
 
 }  // namespace palpate::parallel

@@ -235,23 +235,37 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   states.lost[c] = 0;
 }
 
+/// A contact of the predicted positions that the step began without. A point may have moved so far into a
+/// body that its nearest exit is another side: the exit would have been inside at the start, too. Such a
+/// point leaves through the face by which it came in, on the straight line of the motion.
 ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Contacts& contacts,
                                                   std::size_t c, std::span<const Vec3> positions_end,
                                                   std::span<const Vec3> velocities_end,
                                                   ExitSearch& search) const {
+  constexpr double inside = 0.1;  // of the depth
   const Index point = contacts.point[c];
   const Index body = contacts.body[c];
-  const Vec3& r = contacts.direction[c];
-  const double k = rims_.scale(bodies, positions_end, contacts, c, search) *
-                   stiffness(at(bodies.body_of_point(), point), body);
+  const Index tet = contacts.tet[c];
   const auto& weights = contacts.weights[c];
-  const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), contacts.tet[c]), weights);
-  // Depth before the step, on the straight line of the motion; not above zero, since it was outside.
-  const double depth =
-      std::min(contacts.depth[c] + time_step_ * dot(fem::relative(coupling, velocities_end), r), 0.0);
-  return speculative(
-      coupling, depth, r, velocities_end,
-      kept_contact(bodies, point, body, contacts.tet[c], weights, contacts.depth[c], r, k, positions_end));
+  const fem::Coupling coupling = coupling_of(point, at(bodies.tets(), tet), weights);
+  const Vec3 velocity = fem::relative(coupling, velocities_end);
+  double depth = contacts.depth[c];
+  Vec3 r = contacts.direction[c];
+  if (depth > rims_.inner(body) && depth + time_step_ * dot(velocity, r) > inside * depth) {
+    const Vec3 back = -normalized(velocity);
+    const ExitAhead entry =
+        exit_ahead(bodies, positions_end, tet, at(positions_end, point), back, time_step_ * length(velocity));
+    if (entry.leaves()) {
+      r = face_normal(bodies, positions_end, entry.tet, entry.opposite);
+      depth = entry.distance * dot(back, r);
+    }
+  }
+  const double k = rims_.scale(bodies, positions_end, point, tet, r, search) *
+                   stiffness(at(bodies.body_of_point(), point), body);
+  // Depth before the step; not above zero, since it was outside.
+  const double before = std::min(depth + time_step_ * dot(velocity, r), 0.0);
+  return speculative(coupling, before, r, velocities_end,
+                     kept_contact(bodies, point, body, tet, weights, depth, r, k, positions_end));
 }
 
 /// Its law has no damping.
@@ -282,7 +296,8 @@ std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::T
   for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
     const double full = stiffness(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]);
     scales_[c] = states.seen[c] > 0 ? states.stiffness[c] / full
-                                    : rims_.scale(bodies, positions_end, contacts, c, search);
+                                    : rims_.scale(bodies, positions_end, contacts.point[c], contacts.tet[c],
+                                                  contacts.direction[c], search);
   });
   return edges_.meet(
       {*this, *normals_, threads, bodies, table, positions_end, velocities_end, time_step_, 0.0, scales_});

@@ -16,7 +16,6 @@
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
 #include "simd/faces_within_reach.hpp"
-#include "simd/separations.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 #include "support/simd_targets.hpp"
@@ -237,60 +236,6 @@ TEST(BorderEdges, PartTheEdgesOfPointsInContact) {
     EXPECT_GT(border, 100U);
     EXPECT_GT(links, 100U);
   }
-}
-
-/// Against the exact predicate, and places of the two at random: they are never nearer than is said.
-TEST(ManyAtOnce, SeparationsAreNeverTooLarge) {
-  test::Random random(21);
-  constexpr std::size_t most = simd::SegmentsAndTriangles::most;
-  std::size_t apart = 0;
-  std::size_t far = 0;
-  std::size_t separate = 0;
-  for (int round = 0; round < 200; ++round) {
-    simd::SegmentsAndTriangles pairs;
-    std::array<std::array<Vec3, 5>, most> points;
-    for (std::size_t lane = 0; lane < most; ++lane) {
-      const double size = std::pow(10.0, random.integer(-12, 12));
-      const Vec3 shift = random.chance(0.3) ? (1e3 * size) * random.point(-1, 1) : Vec3{};
-      for (Vec3& p : points[lane]) {
-        p = size * random.point(-1, 1);
-        if (random.chance(0.3)) p.z = 0.0;
-        p += shift;
-      }
-      if (random.chance(0.1)) points[lane][1] = points[lane][0];
-      if (random.chance(0.1)) points[lane][4] = points[lane][3];
-      if (random.chance(0.1)) points[lane][0] = points[lane][2];
-      for (std::size_t i = 0; i < 2; ++i) pairs.end[i].put(points[lane][i], lane);
-      for (std::size_t i = 0; i < 3; ++i) pairs.corner[i].put(points[lane][2 + i], lane);
-    }
-    std::vector<std::uint64_t> expected;
-    test::for_each_simd_target([&](const char* target) {
-      simd::find_separations(pairs, most);
-      std::vector<std::uint64_t> found;
-      for (std::size_t lane = 0; lane < most; ++lane) found.push_back(bits(pairs.apart[lane]));
-      if (expected.empty()) expected = found;
-      ASSERT_EQ(found, expected) << target;
-    });
-    for (std::size_t lane = 0; lane < most; ++lane) {
-      const auto& [a, b, t0, t1, t2] = points[lane];
-      const bool meets = segment_meets_triangle(a, b, t0, t1, t2);
-      separate += meets ? 0 : 1;
-      if (!(pairs.apart[lane] > 0.0)) continue;
-      ++apart;
-      ASSERT_FALSE(meets) << "round " << round << " lane " << lane;
-      double least = std::numeric_limits<double>::infinity();
-      for (int sample = 0; sample < 50; ++sample) {
-        const double s = random.chance(0.3) ? random.integer(0, 1) : random.uniform(0.0, 1.0);
-        const double u = random.uniform(0.0, 1.0);
-        const double v = random.uniform(0.0, 1.0 - u);
-        least = std::min(least, length((a + s * (b - a)) - (t0 + u * (t1 - t0) + v * (t2 - t0))));
-      }
-      ASSERT_LE(pairs.apart[lane], least * (1.0 + 1e-9)) << "round " << round << " lane " << lane;
-      far += pairs.apart[lane] > 0.3 * least ? 1 : 0;
-    }
-  }
-  EXPECT_GT(apart, separate * 3 / 4) << "most that do not meet are told";
-  EXPECT_GT(far, apart / 2) << "and by much of how far they are apart";
 }
 
 }  // namespace

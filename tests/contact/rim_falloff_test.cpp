@@ -60,7 +60,8 @@ int run(Scene& scene, int steps, double most, double rotation) {
     scene.move(static_cast<std::size_t>(step) % 2, leaps ? 0.1 : most, rotation);
     rims.begin(threads, scene.bodies, scene.positions, step % 29 == 28 ? 1 : scene.contacts.size());
     for (std::size_t c = 0; c < scene.contacts.size(); ++c) {
-      const double walked = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search);
+      const double walked = rims.scale(scene.bodies, scene.positions, scene.contacts.point[c],
+                                       scene.contacts.tet[c], scene.contacts.direction[c], search);
       const double cached = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search, cache);
       EXPECT_EQ(cached, walked) << "step " << step << ", contact " << c;
       if (cached != walked) return -1;

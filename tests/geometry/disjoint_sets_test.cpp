@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <gtest/gtest.h>
 #include <numeric>
 #include <random>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 namespace palpate {
 namespace {

@@ -85,6 +85,12 @@ TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 0);
 }
 
+/// A sheet falls so deep into a narrow box within a step that its points are nearest to the sides of the box.
+/// Pushed out there, it gained energy.
+TEST(RandomScenes, OneWhoseSheetFallsDeepIntoABoxKeepsItsEnergy) {
+  run_all(1053, 1, 0);
+}
+
 /// Seeds of the first test. The allowed number of scenes with inverted tets is the number found.
 TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 3, ElementKind::smoothed);

@@ -1,0 +1,70 @@
+#include "contact/cluster_pairs.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "geometry/vector.hpp"
+#include "room.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t grain = 64;
+
+constexpr std::array axes{&Vec3::x, &Vec3::y, &Vec3::z};
+
+}  // namespace
+
+/// Appends the clusters of both bodies near the other one.
+void ClusterPairs::choose_clusters(std::span<const Box> boxes, const FacingBodies& pair, Index number) {
+  const std::array ranges{at(surface_.of_body, pair.bodies.first), at(surface_.of_body, pair.bodies.second)};
+  std::array<Box, 2> of_bodies;
+  for (std::size_t i = 0; i < 2; ++i)
+    for (Index c = ranges[i].begin; c < ranges[i].end; ++c) of_bodies[i].extend(at(boxes, c));
+  const Box common = common_part(grown(of_bodies[0], pair.margin), grown(of_bodies[1], pair.margin));
+  const auto axis =
+      *std::ranges::max_element(axes, {}, [&](double Vec3::*x) { return common.upper.*x - common.lower.*x; });
+  const auto first = std::ssize(active_);
+  make_room(active_, active_.size() + static_cast<std::size_t>(ranges[0].size() + ranges[1].size()));
+  for (const Range& range : ranges) {
+    for (Index c = range.begin; c < range.end; ++c) {
+      const Box& box = at(boxes, c);
+      if (box.overlaps(common))
+        active_.push_back({box.lower.*axis, grown(box, pair.margin).upper.*axis, c, number});
+    }
+  }
+  std::sort(active_.begin() + first, active_.end(), [](const Active& a, const Active& b) {
+    return std::pair(a.lower, a.cluster) < std::pair(b.lower, b.cluster);
+  });
+}
+
+void ClusterPairs::sweep(std::size_t begin, std::size_t end, std::span<const Box> boxes,
+                         std::span<const FacingBodies> pairs, std::vector<Found>& found) const {
+  for (std::size_t i = begin; i < end; ++i) {
+    const Active& a = active_[i];
+    const Box box = grown(at(boxes, a.cluster), at(pairs, a.pair).margin);
+    const Index body = at(surface_.clusters.clusters, a.cluster).body;
+    for (std::size_t j = i + 1; j < active_.size(); ++j) {
+      const Active& b = active_[j];
+      if (b.pair != a.pair || b.lower > a.upper) break;
+      if (box.overlaps(at(boxes, b.cluster)) && at(surface_.clusters.clusters, b.cluster).body != body)
+        found.push_back({{a.cluster, b.cluster}, a.pair});
+    }
+  }
+}
+
+std::span<const ClusterPairs::Found> ClusterPairs::find(const parallel::Threads& threads,
+                                                        std::span<const Box> boxes,
+                                                        std::span<const FacingBodies> pairs) {
+  active_.clear();
+  for (std::size_t i = 0; i < pairs.size(); ++i) choose_clusters(boxes, pairs[i], static_cast<Index>(i));
+  lists_.fill(threads, active_.size(), grain,
+              [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
+                sweep(begin, end, boxes, pairs, found);
+              });
+  lists_.make_even_room();
+  lists_.join(found_);
+  return found_;
+}
+
+}  // namespace palpate
